@@ -1,0 +1,41 @@
+# gapbeam in a container: docker build -t gapbeam .
+# The layers change ever more often: Debian's packages, PyPI's, gapbeam.
+ARG BASE=docker.io/library/debian:trixie-slim
+FROM ${BASE}
+
+COPY environment/dpkg.cfg /etc/dpkg/dpkg.cfg.d/gapbeam
+COPY environment/packages.txt /usr/share/gapbeam/
+RUN apt-get update \
+ && sed 's/#.*//' /usr/share/gapbeam/packages.txt \
+  | DEBIAN_FRONTEND=noninteractive xargs apt-get install -y --no-install-recommends \
+ && rm -rf /var/lib/apt/lists/*
+
+# for a PyPI mirror or a proxy with a certificate of its own: --build-arg
+ARG PIP_INDEX_URL
+ARG PIP_CERT
+COPY environment/requirements.txt /usr/share/gapbeam/
+RUN python3 -m venv --system-site-packages /opt/gapbeam \
+ && /opt/gapbeam/bin/pip install --no-cache-dir -r /usr/share/gapbeam/requirements.txt
+
+# one thread a rank; Open MPI on fewer cores than ranks; pictures without a screen; any --user may run it
+ENV PATH=/opt/gapbeam/bin:$PATH \
+    HOME=/home/gapbeam \
+    USER=gapbeam \
+    OMP_NUM_THREADS=1 \
+    OPENBLAS_NUM_THREADS=1 \
+    OMPI_MCA_btl=self,sm \
+    PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe \
+    PRTE_MCA_hwloc_default_binding_policy=none \
+    PYVISTA_OFF_SCREEN=true \
+    VTK_DEFAULT_OPENGL_WINDOW=vtkEGLRenderWindow
+RUN useradd --create-home gapbeam && install -d -m 1777 /home/gapbeam /home/gapbeam/results
+
+COPY . /usr/src/gapbeam
+RUN /opt/gapbeam/bin/pip install --no-cache-dir --no-deps --no-build-isolation /usr/src/gapbeam \
+ && ln -s /usr/src/gapbeam/cases /home/gapbeam/cases \
+ && rm -rf /usr/src/gapbeam/build /usr/src/gapbeam/*.egg-info
+
+USER gapbeam
+WORKDIR /home/gapbeam
+ENTRYPOINT ["gapbeam"]
+CMD ["--help"]

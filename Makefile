@@ -1,0 +1,43 @@
+# Every target goes through environment/run, which sets DOLFINx and the rest up when first needed.
+run := environment/run
+
+.DEFAULT_GOAL := help
+.PHONY: help demo test test-slow test-parallel test-sid lint format image clean
+
+help: ## this list
+	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
+
+demo: ## run cases/demo.toml and draw it
+	$(run) gapbeam run cases/demo.toml
+	$(run) gapbeam plot results/demo
+	$(run) gapbeam render results/demo
+	@echo "The pictures are in results/demo:" && find results/demo -name '*.png' -o -name '*.mp4' | sort
+
+test: ## the tests but the slow ones
+	$(run) pytest
+
+test-slow: ## the slow tests
+	$(run) pytest -m slow
+
+test-parallel: ## the tests on two ranks
+	$(run) mpirun -n 2 python3 -m mpi4py -m pytest -p no:cacheprovider
+
+test-sid: ## the tests with the DOLFINx of Debian sid
+	GAPBEAM_SUITE=sid $(run) pytest
+
+lint: ## style, types and scripts
+	$(run) ruff check
+	$(run) ruff format --check
+	$(run) mypy
+	$(run) shellcheck .ci/run environment/run environment/image environment/steps/*.sh
+
+format: ## format the Python files
+	$(run) ruff format
+	$(run) ruff check --fix
+
+image: ## build the container image and try it, without a daemon
+	environment/image
+
+clean: ## remove what tests and tools leave behind; results stay
+	rm -rf build dist *.egg-info .mypy_cache .pytest_cache .ruff_cache .hypothesis
+	find . -name __pycache__ -type d -prune -exec rm -rf {} +

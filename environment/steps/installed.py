@@ -1,0 +1,25 @@
+"""Make a checkout look installed: the metadata that `importlib.metadata` reads, and the list of what it needs.
+
+A checkout is used in place (PYTHONPATH), so nothing has to be installed again when another one is used.
+
+Usage: installed.py PROJECT FOLDER
+"""
+
+import sys
+import tomllib
+from pathlib import Path
+
+project, folder = (Path(argument) for argument in sys.argv[1:])
+about = tomllib.loads((project / "pyproject.toml").read_text())["project"]
+
+needs = list(about.get("dependencies", []))
+for extra in about.get("optional-dependencies", {}).values():
+    needs += extra
+
+metadata = folder / f"{about['name']}-{about['version']}.dist-info"
+metadata.mkdir(parents=True, exist_ok=True)
+(metadata / "METADATA").write_text(
+    f"Metadata-Version: 2.1\nName: {about['name']}\nVersion: {about['version']}\n"
+    + "".join(f"Requires-Dist: {need}\n" for need in needs)
+)
+(folder / "needs.txt").write_text("".join(f"{need}\n" for need in needs))

@@ -1,0 +1,61 @@
+# Set the environment up: choose the way, then add the Python parts.
+# shellcheck shell=bash
+
+source "$here/steps/enter.sh"
+source "$here/steps/packages.sh"
+source "$here/steps/host.sh"
+source "$here/steps/root.sh"
+source "$here/steps/python.sh"
+
+# setup STAMP: one at a time; a second call waits for the first and finds its work done.
+setup() {
+  mkdir -p "$cache/ready" 2>/dev/null ||
+    fail "cannot write to $cache; set XDG_CACHE_HOME to a folder with 5 GB free"
+  exec 8>"$cache/lock"
+  if ! flock --nonblock 8; then
+    say "another call is setting the environment up; waiting for it"
+    flock 8
+  fi
+  if ! ready "$1"; then
+    choose_way
+    add_python_parts
+    printf '%s\n' "$way" "$root" "$venv" "$checkout" >"$1.partial"
+    mv "$1.partial" "$1"
+  fi
+  exec 8>&-
+}
+
+# Set `way`, `root` (empty: this machine's own) and `python`.
+choose_way() {
+  root=""
+  case $wish in
+    host) use_host || fail "GAPBEAM_ENVIRONMENT=host: $reason" ;;
+    apt) use_apt || fail "GAPBEAM_ENVIRONMENT=apt: $reason" ;;
+    root) use_root || fail "GAPBEAM_ENVIRONMENT=root: $reason" ;;
+    auto)
+      local reasons=()
+      if [[ $suite == trixie ]]; then
+        use_host && return
+        reasons+=("its own Python: $reason")
+        use_apt && return
+        reasons+=("apt: $reason")
+      fi
+      use_root && return
+      reasons+=("a Debian root file system: $reason")
+      no_way "${reasons[@]}"
+      ;;
+  esac
+}
+
+no_way() {
+  {
+    printf 'gapbeam: error: no way to provide DOLFINx >= 0.9 on this machine\n'
+    printf '  %s\n' "$@"
+    cat <<'HELP'
+Try one of these instead:
+  docker or podman   docker build -t gapbeam . && docker run --rm -v "$PWD/results:/results" gapbeam run cases/demo.toml
+  conda              conda env create -f environment/conda.yml && conda activate gapbeam, then the same command again
+HELP
+  } >&2
+  exit 1
+}

@@ -1,0 +1,61 @@
+"""The two calls of a Python session. Heavy imports wait until they are needed."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from postprocess.results import Results
+    from solver.run import Outcome
+
+RESULTS = "results"
+
+
+def run(
+    case: str | Path,
+    overrides: Mapping[str, object] | Sequence[str] = (),
+    output: str | Path | None = None,
+    overwrite: bool = False,
+) -> Outcome:
+    """Run a case file.
+
+    Args:
+        case: Path of the TOML file.
+        overrides: Keys to replace, such as {"support.clearance": 0.1e-3} or ["support.clearance=0.1e-3"].
+        output: Results folder; by default results/<name of the case file>.
+        overwrite: Replace the results of an earlier run.
+
+    Returns:
+        The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
+        returned with an exit status that is not zero, not raised.
+
+    Raises:
+        CaseError: The case file has faults; all of them are in the message.
+        MeshError: The mesh file does not fit the case.
+        UserError: The folder holds results, or a point lies outside the mesh.
+
+    Collective under mpirun.
+    """
+    from mpi4py import MPI
+
+    from meshes.rank_zero import on_rank_zero
+    from solver.case_reader import read_case
+    from solver.run import run_case
+
+    comm = MPI.COMM_WORLD
+    read = on_rank_zero(comm, lambda: read_case(Path(case), overrides))
+    folder = Path(output) if output is not None else Path(RESULTS) / Path(case).stem
+    return run_case(read, folder, comm, overwrite)
+
+
+def open_results(folder: str | Path) -> Results:
+    """Open a results folder, complete or not; needs neither DOLFINx nor MPI.
+
+    Raises:
+        ResultsError: There are no readable results.
+    """
+    from postprocess.results import open_results as open_folder
+
+    return open_folder(Path(folder))

@@ -1,0 +1,127 @@
+"""`gapbeam check`: what a run will be, before it costs anything."""
+
+from __future__ import annotations
+
+import time
+from math import pi, sqrt
+
+import numpy as np
+from mpi4py import MPI
+from rich.console import Group
+from rich.table import Table
+
+from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case_reader import warnings
+from solver.condensation import CondensedOperator
+from solver.defaults import overhang_frequency
+from solver.integrators.schemes import make_integrator
+from solver.model import Model, build_model
+
+SOFT_ENOUGH = 1.0 / 3.0
+TRIALS = 5
+STEP_OVER_SOLVE = 1.3
+STEP_OVERHEAD = 1.0e-3  # s, of a step of a small model
+
+
+def describe(case: Case, comm: MPI.Comm) -> Group:
+    """Mesh and assemble a case and describe its run. Collective."""
+    model = build_model(case, comm)
+    steps = round(case.time.end / case.time.step)
+    condensed = CondensedOperator(model.system, *make_integrator(case.time.scheme).coefficients(model.system, case.time.step))
+    started = time.perf_counter()
+    for _ in range(TRIALS):
+        condensed.solve_free(np.zeros(model.system.operators.size))
+    solve = (time.perf_counter() - started) / TRIALS
+    per_step = solve * STEP_OVER_SOLVE + STEP_OVERHEAD
+    return Group(
+        _table("Model", _model_rows(model)),
+        _table("Computed defaults", [(d.key, f"{d.value:.4g} {d.unit}", d.reason) for d in model.defaults]),
+        _table("Dynamics", _dynamics_rows(model)),
+        _table(
+            "Run",
+            [
+                ("scheme", case.time.scheme.type, ""),
+                ("steps", f"{steps}", f"of {case.time.step:g} s up to {case.time.end:g} s"),
+                ("back-substitution", f"{1e3 * solve:.2f} ms", f"measured now, mean of {TRIALS}"),
+                ("march", _duration(steps * per_step), "estimated from it; output not counted"),
+            ],
+        ),
+        *(f"warning: {text}" for text in [*warnings(case), *_restraint_warnings(model)]),
+    )
+
+
+def _model_rows(model: Model) -> list[tuple[str, str, str]]:
+    contact, topology = model.system.contact, model.space.mesh.topology
+    cells = topology.index_map(topology.dim).size_global
+    areas = np.bincount(contact.faces, weights=contact.weights)
+    faces = ", ".join(f"{name} {1e6 * area:.5g} mm^2" for name, area in zip(contact.face_names, areas, strict=True))
+    return [
+        ("mesh", f"{cells} cells", f"{topology.cell_name()}, degree {model.case.mesh.degree}"),
+        ("degrees of freedom", f"{model.dofs}", ""),
+        ("contact points", f"{contact.size}", f"on {contact.interface.size} interface DOFs; {faces}"),
+    ]
+
+
+def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
+    case, law = model.case, model.law
+    contact_frequency = contact_mode(model)
+    rows = [
+        ("overhang, clamped", f"{overhang_frequency(case):.4g} Hz", "first bending frequency, Euler-Bernoulli"),
+        ("axial restraint", f"{restraint_frequency(case, case.restraint.axial):.3g} Hz", "rigid beam on it"),
+    ]
+    if case.mesh.dimension == 3:
+        frequency = restraint_frequency(case, case.restraint.lateral)
+        rows.append(("lateral restraint", f"{frequency:.3g} Hz", "rigid beam on it"))
+    rows.append(
+        (
+            "contact duration",
+            f"{0.5e6 / contact_frequency:.3g} us",
+            f"half a period of the supported part on {law.stiffness:.3g} Pa/m; "
+            f"{0.5 / contact_frequency / case.time.step:.2g} steps",
+        )
+    )
+    for load in case.load:
+        if isinstance(load, HarmonicForce | BaseMotion):
+            steps = 1.0 / (load.frequency * case.time.step)
+            rows.append((load.name, f"{load.frequency:g} Hz", f"{steps:.4g} steps per period"))
+    return rows
+
+
+def contact_mode(model: Model) -> float:
+    """Return the frequency of the supported part of the beam on the stiffness of one face, Hz."""
+    case = model.case
+    face = case.beam.width * case.support.length
+    mass = case.material.density * face * case.beam.thickness
+    return sqrt(model.law.stiffness * face / mass) / (2.0 * pi)
+
+
+def restraint_frequency(case: Case, stiffness: float) -> float:
+    """Return the frequency of the rigid beam on a restraint, Hz."""
+    beam = case.beam
+    return sqrt(stiffness / (case.material.density * beam.length * beam.width * beam.thickness)) / (2.0 * pi)
+
+
+def _restraint_warnings(model: Model) -> list[str]:
+    case = model.case
+    wanted = [load.frequency for load in case.load if isinstance(load, HarmonicForce | BaseMotion)]
+    lowest = min([overhang_frequency(case), *wanted])
+    names = ("axial", "lateral")[: case.mesh.dimension - 1]
+    return [
+        f"restraint.{name} gives {frequency:.3g} Hz, not soft against the lowest frequency of interest, "
+        f"{lowest:.3g} Hz; make it at least {(frequency / (SOFT_ENOUGH * lowest)) ** 2:.2g} times softer"
+        for name in names
+        if (frequency := restraint_frequency(case, getattr(case.restraint, name))) > SOFT_ENOUGH * lowest
+    ]
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.2g} s" if seconds < 10.0 else f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
+    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    for row in rows:
+        table.add_row(*row)
+    return table

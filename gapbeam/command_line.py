@@ -1,0 +1,120 @@
+"""The command `gapbeam`.
+
+Exit status: 0 done; 1 internal error; 2 a fault of the input; 3 energy was created; 4 not converged;
+130 interrupted.
+"""
+
+from __future__ import annotations
+
+import json
+import logging
+import sys
+from pathlib import Path
+from typing import Annotated, NoReturn
+
+import click
+import typer
+from rich.console import Console
+from rich.logging import RichHandler
+
+from gapbeam.ranks import abort_together, first_rank
+
+INPUT_FAULT = 2
+INTERRUPTED = 130
+
+app = typer.Typer(
+    name="gapbeam",
+    help="Dynamic contact of beams and tubes in supports with play.",
+    no_args_is_help=True,
+    add_completion=False,
+    pretty_exceptions_enable=False,
+    context_settings={"help_option_names": ["-h", "--help"]},
+)
+
+CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")]
+Overrides = Annotated[
+    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+]
+ResultsArgument = Annotated[Path, typer.Argument(metavar="RESULTS", help="results folder")]
+
+
+@app.command()
+def run(
+    case: CaseArgument,
+    override: Overrides = None,
+    output: Annotated[Path | None, typer.Option(help="results folder; by default results/<case>")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the results of an earlier run")] = False,
+) -> int:
+    """Run a case; also under mpirun."""
+    from gapbeam.api import run as run_file
+
+    outcome = run_file(case, override or [], output, overwrite)
+    if first_rank():
+        console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
+        word = "done" if outcome.exit_status == 0 else outcome.summary["status"]
+        console.print(f"{word}: {outcome.message}", markup=False)
+        console.print(f"results: {outcome.folder}", markup=False)
+    return outcome.exit_status
+
+
+@app.command()
+def check(case: CaseArgument, override: Overrides = None) -> int:
+    """Read and mesh a case, and tell what its run will be."""
+    from mpi4py import MPI
+
+    from gapbeam.check import describe
+    from meshes.rank_zero import on_rank_zero
+    from solver.case_reader import read_case
+
+    comm = MPI.COMM_WORLD
+    read = on_rank_zero(comm, lambda: read_case(case, override or []))
+    report = describe(read, comm)
+    if first_rank():
+        Console(soft_wrap=True).print(report)
+    return 0
+
+
+@app.command()
+def schema() -> int:
+    """Print the JSON schema of case files, for editors."""
+    from solver.case_reader import schema as case_schema
+
+    print(json.dumps(case_schema(), indent=2))
+    return 0
+
+
+def main(arguments: list[str] | None = None) -> NoReturn:
+    """Run the command line and leave with its exit status."""
+    talks = first_rank()
+    _log_to_terminal(talks)
+    sys.exit(_dispatch(arguments, talks))
+
+
+def _dispatch(arguments: list[str] | None, talks: bool) -> int:
+    try:
+        return abort_together(lambda: app(arguments, standalone_mode=False) or 0)
+    except click.exceptions.Exit as leaving:
+        return int(leaving.exit_code)
+    except click.ClickException as fault:
+        if talks:
+            fault.show()
+        return INPUT_FAULT
+    except (KeyboardInterrupt, click.Abort):
+        if talks:
+            print("gapbeam: interrupted", file=sys.stderr)
+        return INTERRUPTED
+    except Exception as error:
+        status = getattr(error, "exit_status", None)
+        if status is None:
+            raise
+        if talks:
+            print(f"gapbeam: {error}", file=sys.stderr)
+        return int(status)
+
+
+def _log_to_terminal(talks: bool) -> None:
+    logger = logging.getLogger("gapbeam")
+    logger.setLevel(logging.INFO if talks else logging.CRITICAL + 1)
+    logger.propagate = False
+    console = Console(stderr=True, soft_wrap=True, highlight=False)
+    logger.addHandler(RichHandler(console=console, show_path=False, show_time=False, markup=False))

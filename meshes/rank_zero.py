@@ -1,0 +1,52 @@
+"""Work that only rank 0 does, and that all ranks learn the outcome of."""
+
+from __future__ import annotations
+
+import pickle
+from collections.abc import Callable
+from typing import TypeVar
+
+from mpi4py import MPI
+
+Result = TypeVar("Result")
+
+
+def on_rank_zero(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
+    """Do the work on rank 0; return its result, or raise its error, on all ranks.
+
+    Args:
+        comm: Communicator of the ranks that take part.
+        work: Called on rank 0 only; it must not communicate. Its result is sent with pickle.
+
+    Returns:
+        What `work` returned, on all ranks.
+
+    Raises:
+        BaseException: what `work` raised, on all ranks. An error that pickle cannot carry arrives on the other
+            ranks as a RuntimeError with the same message.
+
+    Collective.
+    """
+    if comm.rank != 0:
+        message = pickle.loads(comm.bcast(None))
+        if message[0]:
+            result: Result = message[1]
+            return result
+        raise message[1]
+    try:
+        done = work()
+        message = pickle.dumps((True, done))
+    except BaseException as error:
+        comm.bcast(_failure(error))
+        raise
+    comm.bcast(message)
+    return done
+
+
+def _failure(error: BaseException) -> bytes:
+    try:
+        message = pickle.dumps((False, error))
+        pickle.loads(message)
+    except Exception:
+        message = pickle.dumps((False, RuntimeError(f"{type(error).__name__}: {error}")))
+    return message

@@ -1,0 +1,220 @@
+"""The results folder of a run: opened lazily, checked when read, readable also while the run goes on."""
+
+from __future__ import annotations
+
+import json
+import tomllib
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from postprocess.fields import Fields
+from postprocess.results_error import ResultsError
+from solver.output.records import (
+    CASE_FILE,
+    FIELDS_DATA_FILE,
+    FIELDS_FILE,
+    FORMAT_VERSION,
+    HISTORY,
+    HISTORY_FILE,
+    SUMMARY_FILE,
+)
+
+__all__ = ["Results", "ResultsError", "open_results"]
+
+
+@dataclass(frozen=True)
+class Results:
+    """What a run left behind; every file is read when it is first asked for.
+
+    Attributes:
+        folder: The results folder.
+    """
+
+    folder: Path
+
+    @cached_property
+    def history(self) -> xr.Dataset:
+        """The records of `history.h5` in SI units, all loaded; dimensions time, probe, face, load, component.
+
+        Of a run that goes on or was killed, the complete records.
+
+        Raises:
+            ResultsError: The file is missing, truncated, of another format, or its units are not ours.
+        """
+        path = self._existing(HISTORY_FILE)
+        try:
+            with xr.open_dataset(
+                path, engine="h5netcdf", decode_times=False, driver_kwds={"locking": False}
+            ) as stored:
+                history = stored.load()
+        except (OSError, RuntimeError, ValueError, KeyError) as fault:
+            raise ResultsError(
+                path,
+                found=f"a file that cannot be read ({str(fault).splitlines()[0]})",
+                expected="a closed HDF5 file",
+                remedy="if the run was killed while it wrote, resume or repeat it",
+            ) from fault
+        _check_version(path, history.attrs.get("format", FORMAT_VERSION))
+        return _checked(path, _complete_records(_named(history)))
+
+    @cached_property
+    def summary(self) -> dict[str, Any]:
+        """The contents of `summary.json`; empty while the file is not there (run killed or not yet that far).
+
+        Raises:
+            ResultsError: The file is truncated or of another format version.
+        """
+        path = self.folder / SUMMARY_FILE
+        if not path.is_file():
+            return {}
+        try:
+            summary = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as fault:
+            raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON object", "repeat the run") from fault
+        if not isinstance(summary, dict):
+            raise ResultsError(path, type(summary).__name__, "a JSON object", "repeat the run")
+        _check_version(path, summary.get("format", FORMAT_VERSION))
+        return summary
+
+    @cached_property
+    def case(self) -> dict[str, Any]:
+        """The case as run, with every default.
+
+        Raises:
+            ResultsError: `case.toml` is missing or cannot be read.
+        """
+        path = self._existing(CASE_FILE)
+        try:
+            return tomllib.loads(path.read_text(encoding="utf-8"))
+        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
+            raise ResultsError(path, f"text that is not TOML ({fault})", "the case as run", "repeat the run") from fault
+
+    @property
+    def status(self) -> str:
+        """How the run ended: "completed", "failed" or "running"; "unknown" without a summary."""
+        return str(self.summary.get("status", "unknown"))
+
+    @property
+    def title(self) -> str:
+        """The title of the case, or the name of the folder where it has none."""
+        return str(self.summary.get("title") or self.folder.name)
+
+    @property
+    def forcing_frequency(self) -> float | None:
+        """Frequency in Hz at which the forcing repeats; None without forcing or with incommensurate loads.
+
+        From the summary; without one, from the loads of the case when all harmonic ones share one frequency.
+        """
+        if "forcing" in self.summary:
+            forcing = self.summary["forcing"] or {}
+            if forcing.get("period"):
+                return 1.0 / float(forcing["period"])
+            return float(forcing["frequency"]) if forcing.get("frequency") else None
+        frequencies = {
+            float(load["frequency"])
+            for load in self.case.get("load", ())
+            if load.get("frequency") and load.get("amplitude")
+        }
+        return frequencies.pop() if len(frequencies) == 1 else None
+
+    def fields(self) -> Fields:
+        """The fields of `fields.xdmf`, to be read one time after the other.
+
+        Raises:
+            ResultsError: One of its two files is missing or cannot be read.
+        """
+        self._existing(FIELDS_DATA_FILE)
+        return Fields(self._existing(FIELDS_FILE))
+
+    def _existing(self, name: str) -> Path:
+        path = self.folder / name
+        if not path.is_file():
+            there = sorted(entry.name for entry in self.folder.iterdir())
+            raise ResultsError(
+                path,
+                found=f"no such file; in the folder: {', '.join(there) or 'nothing'}",
+                expected="the results folder of a run",
+                remedy="give the folder that `gapbeam run` named, or run the case first",
+            )
+        return path
+
+
+def open_results(folder: str | Path) -> Results:
+    """Open the results folder of a run, finished or not.
+
+    Args:
+        folder: `results/<name>`, as `gapbeam run` left it.
+
+    Returns:
+        Results whose files are read when asked for.
+
+    Raises:
+        ResultsError: There is no such folder, it holds no results, or its format version is not ours.
+    """
+    path = Path(folder)
+    if not path.is_dir():
+        raise ResultsError(
+            path,
+            found="a file" if path.exists() else "no such folder",
+            expected="the results folder of a run",
+            remedy="run the case first, or check the spelling",
+        )
+    results = Results(path)
+    if not (path / HISTORY_FILE).is_file() and not (path / SUMMARY_FILE).is_file():
+        results._existing(HISTORY_FILE)
+    _check_version(path / SUMMARY_FILE, results.summary.get("format", FORMAT_VERSION))
+    return results
+
+
+def _check_version(path: Path, version: object) -> None:
+    if str(version) != str(FORMAT_VERSION):
+        raise ResultsError(
+            path,
+            found=f"format version {version}",
+            expected=f"format version {FORMAT_VERSION}",
+            remedy="read it with the gapbeam that wrote it (named in the summary), or repeat the run with this one",
+        )
+
+
+def _named(history: xr.Dataset) -> xr.Dataset:
+    """Give the names along probe, face, load and component as str, whether stored as str or bytes."""
+    for dimension in ("probe", "face", "load", "component"):
+        if dimension in history.coords:
+            names = [
+                name.decode() if isinstance(name, bytes) else str(name) for name in history[dimension].values.tolist()
+            ]
+            history = history.assign_coords({dimension: np.array(names, dtype=object)})
+    return history
+
+
+def _complete_records(history: xr.Dataset) -> xr.Dataset:
+    """Drop what follows the first record whose time does not grow: space reserved but not yet written."""
+    if "time" not in history.coords:
+        return history
+    time = np.asarray(history["time"].values, dtype=float)
+    grows = np.concatenate([[True], np.diff(time) > 0.0])[: time.size] & np.isfinite(time)
+    stop = time.size if grows.all() else int(np.argmin(grows))
+    return history.isel(time=slice(0, stop))
+
+
+def _checked(path: Path, history: xr.Dataset) -> xr.Dataset:
+    if "time" not in history.coords or history.sizes["time"] == 0:
+        raise ResultsError(path, "no records", "at least one record along `time`", "look into run.log")
+    for record in HISTORY:
+        if record.name not in history:
+            continue
+        variable = history[record.name]
+        unit = variable.attrs.get("units", record.unit)
+        if str(unit) != record.unit or variable.dims != record.dims:
+            raise ResultsError(
+                path,
+                found=f"{record.name} in {unit} over {variable.dims}",
+                expected=f"{record.unit} over {record.dims}",
+                remedy="read it with the gapbeam that wrote it",
+            )
+    return history

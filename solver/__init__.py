@@ -1,0 +1,1 @@
+"""The mechanics: case files, elasticity, contact, time integration, analyses, outputs."""

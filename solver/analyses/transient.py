@@ -1,0 +1,140 @@
+"""The march in time: a generator of accepted steps, halved where the contact solve does not converge."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.condensation import CondensedOperator
+from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.errors import NotConverged
+from solver.integrators.schemes import Integrator
+from solver.system import MASS, STIFFNESS, VALUE, Array, Imaged, SemiDiscreteSystem, State, Step, imaged
+
+REFRESH_INTERVAL = 50  # steps; keeps the round-off in the images K u and K v from adding up
+
+
+class EffectiveOperators:
+    """The condensed operators of a step size and its halves, each made when first asked for and then kept."""
+
+    def __init__(self, system: SemiDiscreteSystem, scheme: Integrator) -> None:
+        self._system, self._scheme = system, scheme
+        self._kept: dict[float, CondensedOperator] = {}
+
+    def at(self, dt: float) -> CondensedOperator:
+        """Return the condensed operator of a step size. Collective."""
+        if dt not in self._kept:
+            self._kept[dt] = CondensedOperator(self._system, *self._scheme.coefficients(self._system, dt))
+        return self._kept[dt]
+
+
+@dataclass(frozen=True)
+class March:
+    """Everything that a march needs but its start."""
+
+    system: SemiDiscreteSystem
+    law: KelvinVoigt
+    scheme: Integrator
+    operators: EffectiveOperators
+    dt: float
+    steps: int
+    max_halvings: int = 6
+    max_iterations: int = 60
+
+
+def march(plan: March, start: State) -> Iterator[Step]:
+    """Yield the accepted steps from a start.
+
+    A step whose contact solve does not converge is halved, up to `max_halvings` times; the halves are yielded
+    as they are accepted, and `Step.completes` is true where a whole step ends.
+
+    Raises:
+        NotConverged: A step did not converge at the smallest size; says when, where and what to try.
+
+    Collective.
+    """
+    state = with_acceleration(plan, start) if plan.scheme.carries_acceleration else start
+    first = round(state.time / plan.dt)
+    for number in range(first, first + plan.steps):
+        for step in _whole_step(plan, state, plan.dt, 0):
+            if step.completes:
+                new = replace(step.new, time=(number + 1) * plan.dt)
+                due = (number + 1) % REFRESH_INTERVAL == 0 or number + 1 == first + plan.steps
+                step = replace(step, new=new, refreshed=refreshed(plan.system, new) if due else None)
+            yield step
+            state = step.refreshed or step.new
+
+
+def _whole_step(plan: March, state: State, dt: float, level: int) -> Iterator[Step]:
+    try:
+        step = plan.scheme.advance(
+            plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations
+        )
+    except NotConverged as failure:
+        if level >= plan.max_halvings:
+            raise _final(plan, failure, state.time, dt) from failure
+    else:
+        yield step
+        return
+    for half in (0, 1):
+        for step in _whole_step(plan, state, 0.5 * dt, level + 1):
+            yield replace(step, completes=step.completes and half == 1)
+            state = step.new
+
+
+def _final(plan: March, failure: NotConverged, time: float, dt: float) -> NotConverged:
+    contact = plan.system.contact
+    where = ""
+    if failure.worst_point is not None:
+        face = contact.face_names[contact.faces[failure.worst_point]]
+        place = ", ".join(f"{x:.4g}" for x in contact.positions[failure.worst_point])
+        where = f" at the {face}, point ({place}) m"
+    return NotConverged(
+        f"at t = {time:.6g} s with a step of {dt:.3g} s (halved {plan.max_halvings} times){where}: {failure}. "
+        "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping",
+        failure.residuals,
+        failure.worst_point,
+    )
+
+
+def with_acceleration(plan: March, state: State) -> State:
+    """Return the state with the acceleration that its balance demands, M a = f - C v - K u + G^T (w p)."""
+    system = plan.system
+    force = system.combine_loads(system.load_factors(state.time))
+    force -= system.mass_damping * state.v[MASS] + system.stiffness_damping * state.v[STIFFNESS]
+    static = force - state.u[STIFFNESS]
+    system.contact.interface.add(static, system.contact.resultant(system.contact.weights * state.pressure))
+    unbalanced, applied = (float(x) for x in system.dots([(static, static), (force, force)]))
+    if unbalanced <= ROUND_OFF_BALANCE**2 * applied:
+        return replace(state, a=np.zeros_like(state.u))
+    return replace(state, a=imaged(system.operators, system.operators.factor(1.0, 0.0).solve(static)))
+
+
+ROUND_OFF_BALANCE = 1.0e-6  # what is left of the balance of a seat by round-off in K u
+
+
+def refreshed(system: SemiDiscreteSystem, state: State) -> State:
+    """Return the state with images and penetrations formed anew. Collective."""
+
+    def again(x: Imaged) -> Imaged:
+        return imaged(system.operators, x[VALUE])
+
+    u = again(state.u)
+    return replace(
+        state,
+        u=u,
+        v=again(state.v),
+        a=again(state.a) if state.a is not None else None,
+        depth=system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators)),
+    )
+
+
+def image_drift(step: Step) -> float:
+    """Return how far the image K u had drifted when it was refreshed, relative to |K u|; local part."""
+    if step.refreshed is None:
+        return 0.0
+    kept, true = step.new.u[STIFFNESS], step.refreshed.u[STIFFNESS]
+    size: Array = np.abs(true)
+    return float(np.max(np.abs(kept - true), initial=0.0) / max(float(np.max(size, initial=0.0)), 1e-300))

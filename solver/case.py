@@ -1,0 +1,309 @@
+"""The case file as frozen pydantic models: what a run is asked to do.
+
+SI units throughout, frequencies in Hz. The beam axis is x, with x = 0 at the supported end; the bending
+direction is y in 2D and z in 3D; the beam rests on the base (below) under the gland (above).
+
+Reading, overriding and the reporting of faults are in `solver.case_reader`; contradictions between tables are
+found by `solver.case_consistency`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field, Strict
+
+Number = Annotated[float, Strict(), AllowInfNan(False)]
+Positive = Annotated[Number, Field(gt=0)]
+NonNegative = Annotated[Number, Field(ge=0)]
+Whole = Annotated[int, Strict()]
+Switch = Annotated[bool, Strict()]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)]
+Vector = tuple[Number, Number] | tuple[Number, Number, Number]
+
+
+class Table(BaseModel):
+    """A table of the case file: immutable, unknown keys refused, no text or switch taken for a number.
+
+    Descriptions read "what it is, unit; default where the default is derived": messages, the JSON schema, the
+    case file that a run leaves behind and docs/case-files.md are made from them.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+class Beam(Table):
+    """The outer dimensions of the beam."""
+
+    length: Positive = Field(description="length along x, m", examples=[0.51])
+    thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])
+    width: Positive = Field(
+        description="size across the bending plane, also in 2D: forces are whole forces, m", examples=[0.02]
+    )
+
+
+class Material(Table):
+    """Isotropic linear elasticity."""
+
+    young_modulus: Positive = Field(description="Young's modulus, Pa", examples=[2.1e11])
+    poisson_ratio: Number = Field(gt=-1.0, lt=0.5, description="Poisson ratio, no unit", examples=[0.3])
+    density: Positive = Field(description="mass density, kg/m^3", examples=[7919.0])
+
+
+class Damping(Table):
+    """Rayleigh damping C = mass M + stiffness K, by two frequencies and ratios or by its coefficients."""
+
+    frequencies: tuple[Positive, Positive] | None = Field(
+        default=None, description="two frequencies, Hz", examples=[[40.0, 300.0]]
+    )
+    ratios: tuple[NonNegative, NonNegative] | None = Field(
+        default=None,
+        description="fractions of critical damping at the two frequencies, no unit",
+        examples=[[0.01, 0.01]],
+    )
+    mass: NonNegative | None = Field(
+        default=None, description="coefficient of the mass matrix, 1/s", examples=[4.4]
+    )
+    stiffness: NonNegative | None = Field(
+        default=None, description="coefficient of the stiffness matrix, s", examples=[9.4e-6]
+    )
+
+
+class Support(Table):
+    """The support region 0 <= x <= length between base and gland."""
+
+    length: Positive = Field(description="length of the supported part from x = 0, m", examples=[0.05])
+    clearance: Number = Field(
+        description="pad thickness minus beam thickness, negative for an interference fit, m",
+        examples=[0.107e-3],
+    )
+
+
+class Restraint(Table):
+    """The weak tangential springs, spread over both contact faces, that keep the beam from sliding away."""
+
+    axial: Positive = Field(default=1.0e3, description="total stiffness along x, N/m")
+    lateral: Positive = Field(default=1.0e3, description="total stiffness across the bending plane (3D), N/m")
+
+
+class Mesh(Table):
+    """What gmsh builds, or a mesh file with the named physical groups body, base and gland."""
+
+    dimension: Literal[2, 3] = Field(
+        default=2, description="2 for a slice in the bending plane, 3 for the solid beam"
+    )
+    plane: Literal["stress", "strain"] = Field(default="stress", description="2D assumption")
+    cell: Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"] | None = Field(
+        default=None, description="cell shape; default quadrilateral in 2D, hexahedron in 3D"
+    )
+    degree: Literal[1, 2] = Field(default=2, description="polynomial degree of the displacement")
+    size: Positive | None = Field(
+        default=None, description="cell size far from the support, m; default thickness"
+    )
+    support_size: Positive | None = Field(
+        default=None, description="cell size along x in the support, m; default thickness/3"
+    )
+    edge_size: Positive | None = Field(
+        default=None, description="cell size at the edge of the base, m; default support_size/2"
+    )
+    cells_through_thickness: Whole | None = Field(
+        default=None, ge=1, le=200, description="number of cells in the bending direction; default 4"
+    )
+    cells_across_width: Whole | None = Field(
+        default=None, ge=1, le=200, description="number of cells across the bending plane in 3D; default 4"
+    )
+    file: str | None = Field(
+        default=None,
+        min_length=1,
+        description="a gmsh .msh file to use instead, its path relative to the case file",
+    )
+
+
+class Contact(Table):
+    """Unilateral contact at base and gland."""
+
+    formulation: Literal["penalty"] = Field(default="penalty", description="how the gap enters the equations")
+    stiffness: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="penalty stiffness per area, Pa/m; auto: from the load, the clearance and the modulus",
+    )
+    damping: NonNegative = Field(default=0.0, description="Kelvin-Voigt damping per area, Pa s/m")
+    tension: Literal["clipped", "adhesive"] = Field(
+        default="clipped",
+        description="may the damper pull the face while it separates? clipped never, adhesive yes",
+    )
+    quadrature_degree: Whole | None = Field(
+        default=None,
+        ge=1,
+        le=20,
+        description="quadrature degree on the contact faces; default 2*mesh.degree + 2",
+    )
+    touch_depth: Positive = Field(
+        default=1.0e-8,
+        description="depth over which the damped law is switched on (Newmark and generalized-alpha), m",
+    )
+
+
+class Gravity(Table):
+    """Body force density * acceleration; part of the static seat."""
+
+    type: Literal["gravity"] = Field(description="kind of load")
+    name: Name = Field(
+        default="gravity", description="name in results and messages, different for every load"
+    )
+    acceleration: NonNegative = Field(default=9.81, description="acceleration of gravity, m/s^2")
+    direction: Vector | None = Field(
+        default=None, description="vector of any length > 0, no unit; default downward, toward the base"
+    )
+
+
+class Ramped(Table):
+    """A harmonic load amplitude * sin(2 pi frequency t + phase), ramped smoothly from zero."""
+
+    amplitude: Number = Field(
+        description="amplitude, SI unit of the quantity: N, m/s^2, m/s or m", examples=[20.0]
+    )
+    frequency: Positive = Field(description="forcing frequency, Hz", examples=[20.0])
+    phase: Number = Field(default=0.0, description="phase at t = 0, degrees")
+    ramp: NonNegative = Field(
+        default=0.0, description="time over which the amplitude rises smoothly from 0, s"
+    )
+    direction: Vector | None = Field(
+        default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
+    )
+
+
+class HarmonicForce(Ramped):
+    """A harmonic force at a point."""
+
+    type: Literal["harmonic_force"] = Field(description="kind of load")
+    name: Name = Field(default="force", description="name in results and messages, different for every load")
+    point: Number | Vector = Field(
+        description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.15]
+    )
+
+
+class BaseMotion(Ramped):
+    """Harmonic motion of the support; the equations are solved in the moving frame."""
+
+    type: Literal["base_motion"] = Field(description="kind of load")
+    name: Name = Field(default="base", description="name in results and messages, different for every load")
+    quantity: Literal["acceleration", "velocity", "displacement"] = Field(
+        default="acceleration", description="what the amplitude is the amplitude of, in m/s^2, m/s or m"
+    )
+
+
+Load = Annotated[Gravity | HarmonicForce | BaseMotion, Field(discriminator="type")]
+
+
+class Probe(Table):
+    """A point whose motion is recorded."""
+
+    name: Name = Field(description="name in results, different for every probe", examples=["tip"])
+    point: Number | Vector = Field(
+        description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.51]
+    )
+
+
+class DiscreteGradient(Table):
+    """Midpoint rule with the discrete gradient of the contact potential: conserves energy at any step."""
+
+    type: Literal["discrete-gradient"] = Field(default="discrete-gradient", description="name of the scheme")
+
+
+class ImplicitMidpoint(Table):
+    """Midpoint rule with the contact pressure fully implicit: cheap, dissipates at impacts."""
+
+    type: Literal["implicit-midpoint"] = Field(description="name of the scheme")
+
+
+class Newmark(Table):
+    """Newmark (1959); creates energy with stiff contact."""
+
+    type: Literal["newmark"] = Field(description="name of the scheme")
+    beta: Number = Field(
+        default=0.25, gt=0, le=1, description="weight of the new acceleration in the displacement, no unit"
+    )
+    gamma: Number = Field(
+        default=0.5, ge=0.5, le=1, description="weight of the new acceleration in the velocity, no unit"
+    )
+
+
+class GeneralizedAlpha(Table):
+    """Generalized-alpha, Chung and Hulbert (1993)."""
+
+    type: Literal["generalized-alpha"] = Field(description="name of the scheme")
+    rho_inf: Number = Field(
+        default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit"
+    )
+
+
+Scheme = Annotated[
+    DiscreteGradient | ImplicitMidpoint | Newmark | GeneralizedAlpha, Field(discriminator="type")
+]
+
+
+def _named_scheme(value: object) -> object:
+    """Read a plain name, scheme = "newmark", as the table that holds only that type."""
+    return {"type": value} if isinstance(value, str) else value
+
+
+class Time(Table):
+    """Span, step and scheme."""
+
+    end: Positive = Field(description="end of the run, s", examples=[0.6])
+    step: Positive = Field(description="time step, s", examples=[1.0e-4])
+    scheme: Annotated[Scheme, BeforeValidator(_named_scheme)] = Field(
+        default=DiscreteGradient(),
+        description="time integration: a name, or a table with the type and its keys",
+    )
+    max_halvings: Whole = Field(
+        default=6, ge=0, le=20, description="how often a step that does not converge is halved"
+    )
+    max_iterations: Whole = Field(
+        default=60, ge=1, le=1000, description="largest number of contact iterations in one step"
+    )
+
+
+class Gates(Table):
+    """Limits on the energy that the algorithm creates or loses, relative to the energy exchanged so far."""
+
+    impact_loss: NonNegative = Field(
+        default=0.008, description="largest algorithmic loss in one impact, no unit"
+    )
+    impact_growth: NonNegative = Field(
+        default=0.0025, description="largest algorithmic growth in one impact, no unit"
+    )
+    total_growth: Positive = Field(default=0.05, description="cumulative growth that ends the run, no unit")
+    accept_energy_growth: Switch = Field(
+        default=False, description="go on, and end with status 0, in spite of growth"
+    )
+
+
+class Output(Table):
+    """What is written, and how often."""
+
+    history_interval: Positive | None = Field(
+        default=None, description="time between history records, s; default step"
+    )
+    fields_interval: Positive | None = Field(
+        default=None, description="time between XDMF fields, s; default end/100"
+    )
+
+
+class Case(Table):
+    """A whole case."""
+
+    title: str = Field("", max_length=200, description="one line that says what the case shows")
+    beam: Beam
+    material: Material
+    damping: Damping = Damping()
+    support: Support
+    restraint: Restraint = Restraint()
+    mesh: Mesh = Mesh()
+    contact: Contact = Contact()
+    load: tuple[Load, ...] = Field(default=(), description="loads acting together")
+    probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")
+    time: Time
+    gates: Gates = Gates()
+    output: Output = Output()

@@ -1,0 +1,112 @@
+"""The tables and keys that a case file may hold, read off the models in `solver.case`."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import cache
+from typing import NamedTuple, get_args, get_origin
+
+from pydantic import BaseModel
+
+from solver.case import Case
+from solver.case_faults import Key
+
+
+class Table(NamedTuple):
+    """A table of the case file: its header, its model, and its type where several share the header."""
+
+    header: str
+    model: type[BaseModel]
+    kind: str
+
+    def __str__(self) -> str:
+        return f'{self.header} of type "{self.kind}"' if self.kind else self.header
+
+
+@cache
+def tables() -> tuple[Table, ...]:
+    """Return all tables in the order of the case file, those inside another table right after it."""
+    return tuple(_tables_in(Case, ()))
+
+
+def _tables_in(model: type[BaseModel], inside: Key) -> Iterator[Table]:
+    for name, field in model.model_fields.items():
+        for inner in models_in(field.annotation):
+            yield Table(header((*inside, name), {}), inner, type_name(inner))
+            yield from _tables_in(inner, (*inside, name))
+
+
+def models_in(annotation: object) -> list[type[BaseModel]]:
+    """Return the models that an annotation may hold, through unions, tuples and Annotated."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in models_in(part)]
+
+
+def type_name(model: type[BaseModel]) -> str:
+    """Return the value of `type` that selects this model, or "" where there is no such key."""
+    return str(get_args(model.model_fields["type"].annotation)[0]) if "type" in model.model_fields else ""
+
+
+def is_array(name: object) -> bool:
+    """Whether a name is that of an array of tables, [[load]] or [[probe]]."""
+    return name in Case.model_fields and get_origin(Case.model_fields[str(name)].annotation) is tuple
+
+
+def candidates(key: Key, data: object) -> list[type[BaseModel]]:
+    """Return the models that the table at a key may have: several where the type in a union is not known.
+
+    Args:
+        key: The way to the table; () is the whole case.
+        data: The case file as read: it says of what type a load or scheme is.
+    """
+    models: list[type[BaseModel]] = [Case]
+    for part in key:
+        data = _inside(data, part)
+        if isinstance(part, str):
+            fields = [model.model_fields[part] for model in models if part in model.model_fields]
+            models = list(dict.fromkeys(inner for field in fields for inner in models_in(field.annotation)))
+        chosen = data if isinstance(data, str) else _inside(data, "type")
+        models = [model for model in models if len(models) > 1 and type_name(model) == chosen] or models
+    return models
+
+
+def value_at(key: Key, data: object) -> object:
+    """Return the value at a key, or None where there is nothing."""
+    for part in key:
+        data = _inside(data, part)
+    return data
+
+
+def _inside(data: object, part: str | int) -> object:
+    if isinstance(data, Mapping):
+        return data.get(part)
+    if isinstance(data, list | tuple) and isinstance(part, int) and 0 <= part < len(data):
+        return data[part]
+    return None
+
+
+def label(key: Key, data: object) -> str:
+    """Return a key as a person names it: [support] clearance, [[load]] number 2 (name "shaker") amplitude."""
+    if not key:
+        return "the whole case"
+    value = value_at(key, data)
+    is_table = isinstance(value, Mapping) or (value is None and bool(candidates(key, data)))
+    if is_table or isinstance(key[-1], int):
+        return header(key, data)
+    if isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
+        return f"[[{key[-1]}]]"
+    return f"{header(key[:-1], data)} {key[-1]}".strip()
+
+
+def header(key: Key, data: object) -> str:
+    """Return the header of the table at a key, with the number and name of an entry of an array of tables."""
+    if not key:
+        return ""
+    if len(key) == 1:
+        return f"[[{key[0]}]]" if is_array(key[0]) else f"[{key[0]}]"
+    if isinstance(key[1], int):
+        name = value_at((*key[:2], "name"), data)
+        named = f' (name "{name:.40}")' if isinstance(name, str) else ""
+        return " ".join([f"[[{key[0]}]] number {key[1] + 1}{named}", *map(str, key[2:])])
+    return f"[{'.'.join(map(str, key))}]"

@@ -1,0 +1,156 @@
+"""From the bytes of a case file to its tables, with a fault that helps where that fails."""
+
+from __future__ import annotations
+
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from solver.case_faults import CaseError, Fault
+from solver.case_near_misses import near
+from solver.case_words import either
+
+LARGEST = 1_000_000
+"""The largest case file that is read, bytes."""
+
+EXPECTED = (
+    ("overwrite a value", "every key at most once in its table"),
+    ("twice", "every table at most once; only [[load]] and [[probe]] may be repeated"),
+    ("immutable namespace", "every table written in one place"),
+    ("Expected '='", "key = value"),
+    ("Invalid statement", "key = value, a table [name], or a comment that starts with #"),
+    ("Invalid value", 'a value: a number, "text" in quotes, true, false or a list [1.0, 2.0]'),
+    ("after a statement", "nothing behind the value but a comment that starts with #"),
+    ("Unclosed array", "a ] at the end of the list"),
+    ("Unclosed inline table", "a } at the end of the table"),
+    ("Unterminated string", "a quote at the end of the text"),
+    ("Expected ']", "a table [name] or an entry [[name]] closed by as many brackets as it was opened"),
+    ("Illegal character '\\n'", "a quote at the end of the text, on the same line"),
+    ("backslash", "text in 'single quotes' where it holds a backslash"),
+    ("Unescaped '\\\\'", "text in 'single quotes' where it holds a backslash"),
+)
+"""What tomllib says, and what it would have liked."""
+
+HINTS = (
+    (r"[“”„‘’]", 'straight quotes: "text"'),
+    (r"[−–—]", "a plain minus sign: -"),
+    (r"^\s*(//|;|%|/\*|!)", "# at the start of a comment"),
+    (r"^\s*\[\[[^\]]*\][^\]]*$", "two brackets at both ends: [[name]]"),
+    (r"^\s*\[[^\[\]=]*$", "a closing bracket: [name]"),
+    (r"==", "a single ="),
+    (r"^\s*[\w.-]+\s*:", "= instead of :"),
+    (r"^[^=#]*[^\s=#][^=#]*$", "an = between key and value"),
+    (r"=\s*(#|$)", "a value behind the ="),
+    (r"=\s*(True|False|TRUE|FALSE)\b", "true and false in small letters"),
+    (r"=\s*[+-]?\d+,\d", "a decimal point: 0.1 instead of 0,1"),
+    (r"=\s*[+-]?\.\d", "a digit before the decimal point: 0.5 instead of .5"),
+    (r"=\s*[+-]?\d+\.(?!\d)", "a digit behind the decimal point: 2.0 instead of 2."),
+    (r"=\s*[+-]?0\d", "a number without zeros in front"),
+    (r"=\s*[+-]?[\d._]+\s*([*/^]|\*\*)", "the result itself: a case file does not calculate"),
+    (
+        r"=\s*[+-]?[\d._]+([eE][+-]?\d+)?\s*[A-Za-zµμ%°]",
+        "the number alone: all values are in SI units, Hz and degrees",
+    ),
+    (r"=\s*[A-Za-z_]", 'text in quotes: "text"'),
+    (r"\\", "'single quotes' around text that holds a backslash"),
+)
+"""A pattern in the line where tomllib stopped, and what to try."""
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a case file.
+
+    Raises:
+        CaseError: no such file, not a file, too large, not text.
+    """
+    try:
+        if path.is_dir():
+            raise _unreadable(path, "a folder", "the path of a case file", _cases_in(path))
+        if not path.exists():
+            raise _unreadable(path, "no such file", "the path of a case file", _similar(path))
+        if not path.is_file():
+            raise _unreadable(path, "a device or pipe", "the path of a case file")
+        size = path.stat().st_size
+        if size > LARGEST:
+            raise _unreadable(
+                path, f"{size} bytes", f"a case file, of at most {LARGEST} bytes", "is it a mesh or a result?"
+            )
+        content = path.read_bytes()
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise _unreadable(
+            path, f"a file that cannot be read: {reason}", "a case file that may be read"
+        ) from error
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        found = f"the byte 0x{content[error.start]:02x}, which is not UTF-8"
+        hint = (
+            "save it as UTF-8 text in the editor"
+            if b"\0" not in content
+            else "is it a mesh, a result or UTF-16 text?"
+        )
+        raise _unreadable(path, found, "a text file in UTF-8", hint, f":{line}") from error
+
+
+def parse(text: str, source: str) -> dict[str, Any]:
+    """Return the tables of a case file.
+
+    Raises:
+        CaseError: The text is not TOML.
+    """
+    try:
+        return tomllib.loads(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(source, [_syntax_fault(text, source, str(error))]) from error
+    except RecursionError as error:
+        fault = Fault((), "lists or tables nested too deep", "at most a list in a table", where=source)
+        raise CaseError(source, [fault]) from error
+    except ValueError as error:  # a number with thousands of digits
+        fault = Fault((), f"a value that cannot be read: {error}", "a number of a few digits", where=source)
+        raise CaseError(source, [fault]) from error
+
+
+def _syntax_fault(text: str, source: str, message: str) -> Fault:
+    lines = text.replace("\r\n", "\n").split("\n")
+    place = re.search(r"\(at line (\d+), column (\d+)\)", message)
+    number, column = (int(place[1]), int(place[2])) if place else (_last_line(lines), 0)
+    line = lines[number - 1].strip()
+    expected = next((words for part, words in EXPECTED if part in message), "")
+    if not expected:
+        expected = f"a line of TOML; the reader says: {re.sub(r' *[(]at .*[)]$', '', message)}"
+    hint = next((words for pattern, words in HINTS if re.search(pattern, line)), "")
+    if "twice" in message or "overwrite" in message:
+        hint = "keep one of them"
+    where = f"{source}:{number}: line {number}" + (f", column {column}" if column else ", at the end")
+    return Fault(
+        (),
+        "".join(c if c.isprintable() else " " for c in line[:100]) or "an empty line",
+        expected,
+        hint,
+        where=where,
+    )
+
+
+def _last_line(lines: list[str]) -> int:
+    return max((number for number, line in enumerate(lines, 1) if line.strip()), default=1)
+
+
+def _unreadable(path: Path, found: str, expected: str, hint: str = "", line: str = "") -> CaseError:
+    return CaseError(str(path), [Fault((), found, expected, hint, where=f"{path}{line}")])
+
+
+def _similar(path: Path) -> str:
+    """Return a hint at the case file that was probably meant."""
+    if not path.parent.is_dir():
+        return f"there is no folder {path.parent} either; the current folder is {Path.cwd()}"
+    names = [file.name for file in path.parent.glob("*.toml")]
+    close = near(path.name, names) or near(f"{path.name}.toml", names)
+    return f"did you mean {path.parent / close}?" if close else _cases_in(path.parent)
+
+
+def _cases_in(folder: Path) -> str:
+    names = sorted(str(file) for file in folder.glob("*.toml"))[:8]
+    return f"one of its case files: {either(names)}" if names else f"there is no case file in {folder}"

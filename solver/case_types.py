@@ -1,0 +1,140 @@
+"""Faults of single keys: unknown, missing, of the wrong type, out of range. pydantic finds them; here they get words."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from pydantic import BaseModel, TypeAdapter, ValidationError
+
+from solver.case import Case
+from solver.case_faults import Fault, Key
+from solver.case_hints import hint_for
+from solver.case_keys import candidates, header, is_array, type_name, value_at
+from solver.case_near_misses import meant, near
+from solver.case_words import either, example, shown, toml_value, wanted
+
+_ADAPTERS: dict[str, TypeAdapter[Any]] = {
+    name: TypeAdapter(field.rebuild_annotation()) for name, field in Case.model_fields.items()
+}
+
+
+def check_types(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
+    """Check every key by itself.
+
+    Returns:
+        The tables that are intact, arrays of tables as {number: entry}; and the faults.
+    """
+    try:
+        return numbered(dict(Case.model_validate(data))), []
+    except ValidationError as error:
+        keys = dict.fromkeys(_key(detail["loc"], data) for detail in error.errors(include_url=False))
+    return _intact(data, keys), [_fault(key, data) for key in _without_echoes(keys, data)]
+
+
+def numbered(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return tables with every array of tables as {number: entry}."""
+    return {name: dict(enumerate(t)) if isinstance(t, tuple) else t for name, t in tables.items()}
+
+
+def _intact(data: Mapping[str, Any], faulty: Iterable[Key]) -> dict[str, Any]:
+    """Return the tables and entries without a faulty key, as models."""
+    broken = {key[:size] for key in faulty for size in (1, 2)}
+    whole = {name: value for name, value in data.items() if (name,) not in broken and name in _ADAPTERS}
+    tables = numbered({name: _ADAPTERS[name].validate_python(value) for name, value in whole.items()})
+    for name, field in Case.model_fields.items():
+        if name in data and is_array(name) and (name,) in broken and isinstance(data[name], list):
+            sound = {i: [entry] for i, entry in enumerate(data[name]) if (name, i) not in broken}
+            tables[name] = {i: _ADAPTERS[name].validate_python(entry)[0] for i, entry in sound.items()}
+        elif name not in data and not field.is_required():
+            tables |= numbered({name: field.get_default()})
+    return tables
+
+
+def _key(location: tuple[int | str, ...], data: Mapping[str, Any]) -> Key:
+    """Return the key that pydantic's location speaks of, without union members and items of lists."""
+    key: Key = ()
+    for part in location:
+        models = candidates(key, data)
+        if isinstance(part, int) and not (len(key) == 1 and is_array(key[0])):
+            break
+        if isinstance(part, str) and part in map(type_name, models):
+            continue
+        key = (*key, part)
+        if not candidates(key, data):
+            break
+    return key
+
+
+def _without_echoes(keys: Iterable[Key], data: Mapping[str, Any]) -> list[Key]:
+    """Leave out each missing key that an unknown one beside it was meant to be: that is one mistake."""
+    keys = list(keys)
+    missing = {key for key in keys if _is_missing(key, data)}
+    unknown = {key for key in keys if _is_unknown(key, data)}
+    meanings = {(*key[:-1], near(key[-1], [str(m[-1]) for m in missing if m[:-1] == key[:-1]])) for key in unknown}
+    return [key for key in keys if key not in missing & meanings]
+
+
+def _is_missing(key: Key, data: Mapping[str, Any]) -> bool:
+    table = value_at(key[:-1], data)
+    return isinstance(table, Mapping) and key[-1] not in table
+
+
+def _is_unknown(key: Key, data: Mapping[str, Any]) -> bool:
+    return isinstance(key[-1], str) and not any(key[-1] in model.model_fields for model in candidates(key[:-1], data))
+
+
+def _fault(key: Key, data: Mapping[str, Any]) -> Fault:
+    value, name = value_at(key, data), str(key[-1])
+    models, owners = candidates(key, data), candidates(key[:-1], data)
+    if len(models) > 1 or (models and type_name(models[0]) and not isinstance(key[-1], int)):
+        return _union_fault(key, value, models)
+    if _is_unknown(key, data):
+        return _unknown_key(key, value, owners[0])
+    if models and not _is_missing(key, data):
+        return _not_a_table(key, value, models[0])
+    if models:
+        keys = [field for field, info in models[0].model_fields.items() if info.is_required()]
+        hint = f"add {header(key, data)} with {', '.join(example(models[0], field) for field in keys)}"
+        return Fault(key, "no such table", f"{header(key, data)} with {', '.join(keys)}", hint)
+    if _is_missing(key, data):
+        line = example(owners[0], name)
+        return Fault(key, "nothing: the key is missing", wanted(owners[0], name), f"add {line}" if line else "")
+    return Fault(key, shown(value), wanted(owners[0], name), hint_for(owners[0], name, value))
+
+
+def _unknown_key(key: Key, value: object, owner: type[BaseModel]) -> Fault:
+    name = str(key[-1])
+    known = [f"{header((field,), {})}" if owner is Case and field != "title" else field for field in owner.model_fields]
+    found = f"the unknown {'table' if isinstance(value, Mapping) else 'key'} `{name:.40}`"
+    return Fault(key, found, f"one of {', '.join(known)}", meant(name, owner))
+
+
+def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Fault:
+    """Return the fault of a table whose `type` is missing or unknown."""
+    names = [type_name(model) for model in models]
+    known = either(map(toml_value, names))
+    chosen = value.get("type") if isinstance(value, Mapping) else value
+    if isinstance(value, Mapping):
+        if "type" not in value:
+            close = near("type", value)
+            hint = f"did you mean `type` by `{close}`?" if close else f"add type = {toml_value(names[0])}"
+            return Fault((*key, "type"), "nothing: the key is missing", f"type = {known}", hint)
+        key = (*key, "type")
+    elif isinstance(key[-1], int):
+        return Fault(key, shown(value), f"a table with type = {known}")
+    close = near(chosen, names)
+    hint = f"did you mean {toml_value(close)}?" if close else ""
+    return Fault(key, shown(chosen), known, hint)
+
+
+def _not_a_table(key: Key, value: object, model: type[BaseModel]) -> Fault:
+    name = str(key[0])
+    if len(key) == 1 and is_array(name):
+        double = f"write [[{name}]], with two brackets, above each entry"
+        return Fault(key, shown(value), f"entries that start with [[{name}]]", double)
+    if isinstance(value, list) and len(key) == 1:
+        return Fault(key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once")
+    line = next(filter(None, (example(model, field) for field in model.model_fields)), "")
+    place = f"[{name}]" if len(key) == 1 else f"[[{name}]]"
+    return Fault(key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}")

@@ -1,0 +1,95 @@
+"""Defaults that are computed, each with the reason that is printed beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi, sqrt
+
+from solver.case import BaseMotion, Case, Gravity, HarmonicForce
+
+WANTED_RATIO = 0.01  # penetration over clearance
+SOFTEST = 0.05  # of E/h
+STIFFEST_CONSERVING = 10.0  # of E/h, for schemes that cannot create energy
+STIFFEST_OTHERS = 1.0
+CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
+
+
+@dataclass(frozen=True)
+class Default:
+    """A computed value: key, value, unit and why."""
+
+    key: str
+    value: float
+    unit: str
+    reason: str
+
+
+def overhang_frequency(case: Case) -> float:
+    """Return the first bending frequency of the overhang clamped at the support, Hz (Euler-Bernoulli)."""
+    free = case.beam.length - case.support.length
+    radius = case.beam.thickness / sqrt(12.0)
+    speed = sqrt(case.material.young_modulus / case.material.density)
+    return CLAMPED_ROOT**2 * radius * speed / (2.0 * pi * free * free)
+
+
+def support_reaction(case: Case) -> float:
+    """Return the force couple at the support by statics of the rigid beam under all load amplitudes, N.
+
+    Every load is turned into its moment about the edge of the base, divided by the support length.
+    """
+    beam, edge = case.beam, case.support.length
+    mass = case.material.density * beam.length * beam.thickness * beam.width
+    lever = abs(0.5 * beam.length - edge)
+    moment = 0.0
+    for load in case.load:
+        if isinstance(load, Gravity):
+            moment += mass * load.acceleration * lever
+        elif isinstance(load, HarmonicForce):
+            x = load.point if isinstance(load.point, float | int) else load.point[0]
+            moment += abs(load.amplitude) * abs(float(x) - edge)
+        elif isinstance(load, BaseMotion):
+            power = {"acceleration": 0, "velocity": 1, "displacement": 2}[load.quantity]
+            moment += mass * abs(load.amplitude) * (2.0 * pi * load.frequency) ** power * lever
+    return moment / edge
+
+
+def contact_stiffness(case: Case, cell_length: float) -> Default:
+    """Return the penalty stiffness per area, given or computed.
+
+    eps = max(100 p / |clearance|, 0.05 E / h), at most 10 E / h (E / h for schemes that can create energy), with
+    p the support reaction spread over the width and one cell of length h. The first term aims at a penetration
+    of 1 % of the clearance, the second keeps the contact about as stiff as the body below it.
+
+    Args:
+        case: The case.
+        cell_length: Length h of the facets of the contact faces along the beam, m.
+    """
+    if case.contact.stiffness != "auto":
+        return Default("contact.stiffness", case.contact.stiffness, "Pa/m", "given in the case")
+    body = case.material.young_modulus / cell_length
+    pressure = support_reaction(case) / (case.beam.width * cell_length)
+    clearance = abs(case.support.clearance)
+    wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
+    conserving = case.time.scheme.type in ("discrete-gradient", "implicit-midpoint")
+    limit = (STIFFEST_CONSERVING if conserving else STIFFEST_OTHERS) * body
+    value = min(max(wanted, SOFTEST * body), limit)
+    if value == limit:
+        why = f"{limit / body:g} E/h: the stiffest that the scheme {case.time.scheme.type} is trusted with"
+    elif value == wanted:
+        why = f"penetration of {WANTED_RATIO:.0%} of the clearance under the estimated pressure {pressure:.3g} Pa"
+    else:
+        why = f"{SOFTEST:g} E/h: as stiff as the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
+    return Default("contact.stiffness", value, "Pa/m", f"{why} (E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m)")
+
+
+def rayleigh(case: Case) -> tuple[float, float]:
+    """Return the coefficients (of M in 1/s, of K in s) of Rayleigh damping.
+
+    zeta(w) = (mass / w + stiffness w) / 2 at two frequencies, or as given.
+    """
+    damping = case.damping
+    if damping.frequencies is None or damping.ratios is None:
+        return damping.mass or 0.0, damping.stiffness or 0.0
+    (first, second), (low, high) = ((2.0 * pi * f for f in damping.frequencies), damping.ratios)
+    scale = 2.0 / (second * second - first * first)
+    return scale * first * second * (low * second - high * first), scale * (high * second - low * first)

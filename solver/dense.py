@@ -1,0 +1,63 @@
+"""Dense operators for systems of a few DOFs: oscillators, rods, reduced models."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import cho_factor, cho_solve
+
+from solver.system import Array, Factor, Interface
+
+
+@dataclass(frozen=True)
+class DenseFactor:
+    """Cholesky factor of a dense effective operator."""
+
+    cholesky: tuple[Array, bool]
+
+    def solve(self, right_side: Array) -> Array:
+        """Return A^-1 b, (n,)."""
+        return np.asarray(cho_solve(self.cholesky, right_side))
+
+    def solve_units(self, interface: Interface) -> Array:
+        """Return A^-1 e_j for every interface DOF, (n, interface.size)."""
+        units = np.zeros((len(self.cholesky[0]), interface.size))
+        units[interface.owned, interface.slots] = 1.0
+        return np.asfortranarray(cho_solve(self.cholesky, units))
+
+
+class DenseOperators:
+    """M and K as dense symmetric arrays on one rank.
+
+    Args:
+        mass: M, (n, n), kg.
+        stiffness: K without the restraint, (n, n), N/m.
+        restraint: What a weak restraint adds to K, (n, n), N/m.
+    """
+
+    def __init__(self, mass: Array, stiffness: Array, restraint: Array | None = None) -> None:
+        self.mass = np.atleast_2d(mass)
+        self.restraint = np.zeros_like(self.mass) if restraint is None else np.atleast_2d(restraint)
+        self.stiffness = np.atleast_2d(stiffness) + self.restraint
+        self.size = len(self.mass)
+
+    def apply_mass(self, x: Array) -> Array:
+        """Return M x."""
+        return np.asarray(self.mass @ x)
+
+    def apply_stiffness(self, x: Array) -> Array:
+        """Return K x."""
+        return np.asarray(self.stiffness @ x)
+
+    def apply_restraint(self, x: Array) -> Array:
+        """Return the part of K x that the restraint adds."""
+        return np.asarray(self.restraint @ x)
+
+    def factor(self, mass: float, stiffness: float) -> Factor:
+        """Factor mass M + stiffness K, which must be positive definite."""
+        return DenseFactor(cho_factor(mass * self.mass + stiffness * self.stiffness))
+
+    def sum(self, local: Array) -> Array:
+        """Return the array: there is one rank."""
+        return local

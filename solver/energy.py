@@ -1,0 +1,133 @@
+"""The energy ledger of a run.
+
+    (T + V + Psi)(t) - (T + V + Psi)(0) = W - D_structural - D_contact - D_algorithmic + residual
+
+Every term on the right but the residual is accumulated from what a step did; the left side is measured on the
+state. The residual is therefore an independent check: of the linear solver, of the contact solve and of the
+bookkeeping. The algorithmic dissipation is what the scheme itself took (positive) or created (negative).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, State, Step
+
+
+@dataclass(frozen=True)
+class Ledger:
+    """Energies at one time, and works and losses since t = 0, all in J.
+
+    Attributes:
+        kinetic: T = v M v / 2, relative to the support.
+        strain: V = u K u / 2, with the energy of the restraint.
+        contact: Psi, the potential of the contact stiffness.
+        start: T + V + Psi at t = 0.
+        load_work: Work of each load.
+        structural: Loss in Rayleigh damping.
+        contact_loss: Loss in contact damping.
+        algorithmic: Loss by the scheme; negative: created.
+        exchanged: What created energy is measured against: the sum of |work of the loads that are not static|
+            over all steps, plus the largest kinetic energy so far.
+    """
+
+    kinetic: float
+    strain: float
+    contact: float
+    start: float
+    load_work: Array
+    structural: float = 0.0
+    contact_loss: float = 0.0
+    algorithmic: float = 0.0
+    exchanged: float = 0.0
+    largest_kinetic: float = 0.0
+    absolute_work: float = 0.0
+
+    @property
+    def total(self) -> float:
+        """T + V + Psi."""
+        return self.kinetic + self.strain + self.contact
+
+    @property
+    def residual(self) -> float:
+        """What is left of the balance."""
+        gained = float(np.sum(self.load_work)) - self.structural - self.contact_loss - self.algorithmic
+        return (self.total - self.start) - gained
+
+    @property
+    def created(self) -> float:
+        """Energy that came from nowhere: algorithmic growth and residual."""
+        return self.residual - self.algorithmic
+
+
+def open_ledger(system: SemiDiscreteSystem, law: KelvinVoigt, state: State) -> Ledger:
+    """Return the ledger at the start of a run. Collective."""
+    kinetic, strain = _kinetic_and_strain(system, state)
+    contact = _contact_energy(system, law, state)
+    return Ledger(kinetic, strain, contact, kinetic + strain + contact, np.zeros(len(system.loads)))
+
+
+def restate(system: SemiDiscreteSystem, law: KelvinVoigt, ledger: Ledger, state: State) -> Ledger:
+    """Return the ledger with its energies measured anew on a state. Collective."""
+    kinetic, strain = _kinetic_and_strain(system, state)
+    return replace(ledger, kinetic=kinetic, strain=strain, contact=_contact_energy(system, law, state))
+
+
+def enter_step(system: SemiDiscreteSystem, law: KelvinVoigt, ledger: Ledger, step: Step) -> Ledger:
+    """Return the ledger after a step. Collective."""
+    old, new, stage = step.old, step.new, step.stage
+    moved = new.u[VALUE] - old.u[VALUE]
+    damping_force = (
+        system.mass_damping * stage.velocity[MASS] + system.stiffness_damping * stage.velocity[STIFFNESS]
+    )
+    pairs = [
+        (new.v[VALUE], new.v[MASS]),
+        (new.u[VALUE], new.u[STIFFNESS]),
+        (moved, damping_force),
+        (moved, stage.inertia_and_elastic),
+        *((moved, load.pattern) for load in system.loads),
+    ]
+    kinetic, strain, structural, inner, *load_work = system.dots(pairs)
+    kinetic, strain = 0.5 * kinetic, 0.5 * strain
+    works = stage.load_factors * np.array(load_work)
+    weights, deeper = system.contact.weights, new.depth - old.depth
+    contact = _contact_energy(system, law, new)
+    elastic_work = float(weights @ (stage.elastic_pressure * deeper))
+    contact_loss = float(weights @ ((stage.pressure - stage.elastic_pressure) * deeper))
+    algorithmic = (
+        (inner - (kinetic - ledger.kinetic) - (strain - ledger.strain)) + elastic_work - (contact - ledger.contact)
+    )
+    driven = np.array([not load.static for load in system.loads], dtype=bool)
+    largest = max(ledger.largest_kinetic, float(kinetic))
+    absolute = ledger.absolute_work + (abs(float(np.sum(works[driven]))) if len(works) else 0.0)
+    return replace(
+        ledger,
+        kinetic=float(kinetic),
+        strain=float(strain),
+        contact=contact,
+        load_work=ledger.load_work + works,
+        structural=ledger.structural + float(structural),
+        contact_loss=ledger.contact_loss + contact_loss,
+        algorithmic=ledger.algorithmic + float(algorithmic),
+        largest_kinetic=largest,
+        absolute_work=absolute,
+        exchanged=absolute + largest,
+    )
+
+
+def restraint_energy(system: SemiDiscreteSystem, state: State) -> float:
+    """Return the energy in the weak restraint, J. Collective."""
+    u = state.u[VALUE]
+    return 0.5 * float(system.dots([(u, system.operators.apply_restraint(u))])[0])
+
+
+def _kinetic_and_strain(system: SemiDiscreteSystem, state: State) -> tuple[float, float]:
+    doubled = system.dots([(state.v[VALUE], state.v[MASS]), (state.u[VALUE], state.u[STIFFNESS])])
+    return 0.5 * float(doubled[0]), 0.5 * float(doubled[1])
+
+
+def _contact_energy(system: SemiDiscreteSystem, law: KelvinVoigt, state: State) -> float:
+    return float(system.contact.weights @ law.potential(state.depth))

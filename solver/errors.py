@@ -1,0 +1,38 @@
+"""What can end a run, with the exit status that the command line gives it."""
+
+from __future__ import annotations
+
+
+class RunError(Exception):
+    """A run that cannot be trusted or cannot go on; the message says when, where and what to try."""
+
+    exit_status = 1
+
+
+class NotConverged(RunError):  # noqa: N818 - the field's word
+    """The contact solve of a step, or the static seat, did not reach its tolerance."""
+
+    exit_status = 4
+
+    def __init__(self, message: str, residuals: tuple[float, ...] = (), worst_point: int | None = None) -> None:
+        super().__init__(message)
+        self.residuals = residuals
+        self.worst_point = worst_point
+
+
+class EnergyCreated(RunError):  # noqa: N818
+    """The scheme created more energy than the gates of the case allow."""
+
+    exit_status = 3
+
+
+class NotFinite(RunError):  # noqa: N818
+    """A NaN or an infinity appeared in the state."""
+
+    exit_status = 4
+
+
+class UserError(RunError):
+    """A fault of the input that shows only after reading the case: found, expected, what to try."""
+
+    exit_status = 2

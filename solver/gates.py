@@ -1,0 +1,94 @@
+"""Gates on the energy ledger: a run that creates energy does not pass.
+
+* Each impact (a face closing and opening again): the algorithmic loss or growth during it, relative to the
+  kinetic and strain energy at its start, shall lie within the gates. Violations are counted and warned about.
+* The whole run: created energy above `total_growth` of the energy exchanged ends the run; above `impact_growth`
+  at the end, the run has failed.
+
+Source: the default limits are those that CalculiX documents for contact.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from solver.case import Gates
+from solver.energy import Ledger
+from solver.errors import EnergyCreated, NotFinite
+from solver.system import Array, ContactOperator, Step
+
+FLOOR = 1.0e-9  # of the energy stored in the seat: below it round-off is no energy
+
+
+@dataclass
+class EnergyGates:
+    """Watches a ledger from step to step.
+
+    Attributes:
+        limits: The gates of the case.
+        contact: To tell the faces apart.
+        impacts: Impacts that ended so far.
+        largest_growth: Largest relative algorithmic growth in one impact.
+        largest_loss: Largest relative algorithmic loss in one impact.
+        violations: Impacts outside the gates.
+    """
+
+    limits: Gates
+    contact: ContactOperator
+    impacts: int = 0
+    largest_growth: float = 0.0
+    largest_loss: float = 0.0
+    violations: int = 0
+    _open: dict[int, bool] = field(default_factory=dict)
+    _entry: dict[int, tuple[float, float]] = field(default_factory=dict)
+
+    def check(self, step: Step, ledger: Ledger) -> None:
+        """Pass a step, or raise.
+
+        Raises:
+            NotFinite: The energy is not a number.
+            EnergyCreated: More energy was created than `total_growth` allows, unless the case accepts it.
+        """
+        if not np.isfinite(ledger.total):
+            raise NotFinite(
+                f"at t = {step.new.time:.6g} s the energy is not finite; try a smaller time.step or the "
+                "scheme discrete-gradient"
+            )
+        self._watch_impacts(step.new.pressure, ledger)
+        growth = self.growth(ledger)
+        if growth > self.limits.total_growth and not self.limits.accept_energy_growth:
+            raise EnergyCreated(
+                f"at t = {step.new.time:.6g} s the scheme has created {ledger.created:.3g} J, {growth:.1%} of the "
+                f"energy exchanged (allowed: {self.limits.total_growth:.1%}); the results are not to be trusted. "
+                "Use the scheme discrete-gradient, a smaller time.step or a softer contact.stiffness; "
+                "gates.accept_energy_growth = true goes on in spite of it"
+            )
+
+    def growth(self, ledger: Ledger) -> float:
+        """Return created energy relative to the energy exchanged."""
+        scale = max(ledger.exchanged, FLOOR * abs(ledger.start))
+        return ledger.created / scale if scale > 0.0 else 0.0
+
+    def failed(self, ledger: Ledger) -> bool:
+        """Return whether the whole run has created energy beyond the gate of an impact."""
+        return self.growth(ledger) > self.limits.impact_growth
+
+    def _watch_impacts(self, pressure: Array, ledger: Ledger) -> None:
+        for face in range(len(self.contact.face_names)):
+            is_open = not bool(np.any(pressure[self.contact.faces == face] > 0.0))
+            was_open = self._open.get(face, is_open)
+            if was_open and not is_open:
+                self._entry[face] = (ledger.created, ledger.kinetic + ledger.strain)
+            elif is_open and not was_open and face in self._entry:
+                self._judge(*self._entry.pop(face), ledger)
+            self._open[face] = is_open
+
+    def _judge(self, created_before: float, energy: float, ledger: Ledger) -> None:
+        self.impacts += 1
+        change = (ledger.created - created_before) / max(energy, FLOOR * abs(ledger.start), 1e-300)
+        self.largest_growth = max(self.largest_growth, change)
+        self.largest_loss = max(self.largest_loss, -change)
+        if change > self.limits.impact_growth or -change > self.limits.impact_loss:
+            self.violations += 1

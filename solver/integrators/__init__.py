@@ -1,0 +1,1 @@
+"""Time integration schemes, one per file."""

@@ -1,0 +1,101 @@
+"""The midpoint rule, with the contact pressure as a discrete gradient or fully implicit.
+
+    M (v1 - v0)/dt + C vm + K um = f(tm) + G^T (w p),   um = (u0 + u1)/2,   vm = (v0 + v1)/2 = (u1 - u0)/dt
+
+Unknown is vm:  (2/dt M + C + dt/2 K) vm = f + G^T (w p) + 2/dt M v0 - K u0. Second order; no algorithmic damping.
+
+* Discrete gradient: p does exactly the work that the contact potential loses, so energy is conserved at any step.
+* Contact-implicit: p is the law at t1; a convex potential then only loses energy (Kane et al. 1999).
+
+Source: Simo and Tarnow (1992); Gonzalez (1996); Kane, Repetto, Ortiz and Marsden (1999).
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable
+from dataclasses import dataclass
+
+from solver.condensation import CondensedOperator
+from solver.contact.kelvin_voigt import KelvinVoigt, StagePressure
+from solver.contact.solve import solve_contact
+from solver.integrators.effective import image_of_solution
+from solver.system import MASS, STIFFNESS, Array, SemiDiscreteSystem, Stage, State, Step
+
+PressureOverStep = Callable[[Array, Array, float], StagePressure]
+
+
+@dataclass(frozen=True)
+class Midpoint:
+    """Midpoint rule; `implicit` takes the contact pressure at the end of the step."""
+
+    implicit: bool = False
+    carries_acceleration = False
+
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
+        """Return (c_m, c_k) of the effective operator."""
+        return 2.0 / dt + system.mass_damping, 0.5 * dt + system.stiffness_damping
+
+    def advance(
+        self,
+        system: SemiDiscreteSystem,
+        condensed: CondensedOperator,
+        law: KelvinVoigt,
+        old: State,
+        dt: float,
+        max_iterations: int = 60,
+    ) -> Step:
+        """Advance by one step.
+
+        Args:
+            system: The system.
+            condensed: Its effective operator for this step size.
+            law: The contact law.
+            old: State at t0.
+            dt: Step, s.
+            max_iterations: Limit of the contact solve.
+
+        Returns:
+            The step; its stage pressure is the mean over the step.
+
+        Raises:
+            NotConverged: The contact solve failed; nothing has changed.
+
+        Collective.
+        """
+        pressure_over_step: PressureOverStep = law.implicit if self.implicit else law.discrete_gradient
+        contact, operators = system.contact, system.operators
+        factors = system.load_factors(old.time + 0.5 * dt)
+        right_side = system.combine_loads(factors) + (2.0 / dt) * old.v[MASS] - old.u[STIFFNESS]
+        started = time.perf_counter()
+        free = condensed.solve_free(right_side)
+        solved = time.perf_counter()
+        free_depth = old.depth - dt * (contact.gap_matrix @ contact.interface.trace(free, operators))
+        solution = solve_contact(
+            condensed,
+            dt,
+            free_depth,
+            contact.weights,
+            lambda depth: pressure_over_step(old.depth, depth, dt),
+            law.stiffness,
+            contact.weights * old.pressure,
+            max_iterations,
+        )
+        middle_velocity = image_of_solution(system, condensed, free, right_side, solution.forces)
+        new = State(
+            time=old.time + dt,
+            u=old.u + dt * middle_velocity,
+            v=2.0 * middle_velocity - old.v,
+            depth=solution.depth,
+            pressure=solution.forces / contact.weights,
+        )
+        stage = Stage(
+            load_factors=factors,
+            inertia_and_elastic=(new.v[MASS] - old.v[MASS]) / dt + 0.5 * (new.u[STIFFNESS] + old.u[STIFFNESS]),
+            velocity=middle_velocity,
+            pressure=new.pressure,
+            elastic_pressure=solution.law.elastic,
+        )
+        return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})
+
+

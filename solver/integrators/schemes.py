@@ -1,0 +1,45 @@
+"""From the scheme of a case to the scheme that marches it."""
+
+from __future__ import annotations
+
+from typing import Protocol
+
+from solver.case import DiscreteGradient, ImplicitMidpoint, Newmark, Scheme
+from solver.condensation import CondensedOperator
+from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.integrators.generalized_alpha import GeneralizedAlpha
+from solver.integrators.midpoint import Midpoint
+from solver.system import SemiDiscreteSystem, State, Step
+
+
+class Integrator(Protocol):
+    """One time integration scheme."""
+
+    @property
+    def carries_acceleration(self) -> bool:
+        """Whether its state holds an acceleration."""
+
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
+        """Return (c_m, c_k) of the effective operator c_m M + c_k K."""
+
+    def advance(
+        self,
+        system: SemiDiscreteSystem,
+        condensed: CondensedOperator,
+        law: KelvinVoigt,
+        old: State,
+        dt: float,
+        max_iterations: int = 60,
+    ) -> Step:
+        """Advance by one step. Collective."""
+
+
+def make_integrator(scheme: Scheme) -> Integrator:
+    """Return the integrator that a case asks for."""
+    if isinstance(scheme, DiscreteGradient):
+        return Midpoint()
+    if isinstance(scheme, ImplicitMidpoint):
+        return Midpoint(implicit=True)
+    if isinstance(scheme, Newmark):
+        return GeneralizedAlpha.newmark(scheme.beta, scheme.gamma)
+    return GeneralizedAlpha.from_spectral_radius(scheme.rho_inf)

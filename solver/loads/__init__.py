@@ -1,0 +1,1 @@
+"""Loads: a spatial pattern times a function of time."""

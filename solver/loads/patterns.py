@@ -1,0 +1,74 @@
+"""From the loads of a case to patterns times functions of time.
+
+* gravity: f = M g e, with the consistent mass matrix; it also acts on the seat.
+* harmonic_force: f = N(x_p)^T e s(t), s in N.
+* base_motion: the equations are solved in the frame of the support, where f = -M e a_b(t); a_b is the given
+  acceleration, or the first or second derivative of the given velocity or displacement, ramp included.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from solver.case import BaseMotion, Case, Gravity, HarmonicForce
+from solver.loads.harmonic import Harmonic
+from solver.points import point_row
+from solver.system import Array, Load, Operators
+
+DERIVATIVES = {"acceleration": 0, "velocity": 1, "displacement": 2}
+
+
+def make_loads(case: Case, space: Any, operators: Operators) -> tuple[Load, ...]:
+    """Build the loads of a case on a vector space. Collective."""
+    dimension = space.mesh.geometry.dim
+    return tuple(_make(load, dimension, space, operators) for load in case.load)
+
+
+def _make(load: Gravity | HarmonicForce | BaseMotion, dimension: int, space: Any, operators: Operators) -> Load:
+    if isinstance(load, Gravity):
+        down = unit_direction(load.direction, dimension, -1.0)
+        return Load(load.name, _inertia(operators, down), _constant(load.acceleration), static=True)
+    up = unit_direction(load.direction, dimension, 1.0)
+    harmonic = Harmonic(load.amplitude, load.frequency, load.phase, load.ramp)
+    if isinstance(load, HarmonicForce):
+        row = point_row(space, axis_point(load.point), f"[[load]] {load.name}")
+        return Load(load.name, row.force(up, operators.size), harmonic.value)
+    derivative = DERIVATIVES[load.quantity]
+
+    def mean(start: float, end: float) -> float:
+        return harmonic.mean(start, end, derivative)
+
+    return Load(
+        load.name,
+        _inertia(operators, -up),
+        lambda time: harmonic.value(time, derivative),
+        frame_direction=np.pad(up, (0, 3 - dimension)),
+        frame_mean=mean,
+    )
+
+
+def unit_direction(direction: tuple[float, ...] | None, dimension: int, sign: float) -> Array:
+    """Return a unit vector; by default along the bending axis, upward for sign 1, downward for -1."""
+    if direction is None:
+        unit = np.zeros(dimension)
+        unit[-1] = sign
+        return unit
+    given = np.array(direction, dtype=float)
+    return np.asarray(given / np.linalg.norm(given))
+
+
+def axis_point(point: float | tuple[float, ...]) -> Array:
+    """Return a point as (3,): a number is a place on the beam axis."""
+    given = np.atleast_1d(np.array(point, dtype=float))
+    return np.pad(given, (0, 3 - len(given)))
+
+
+def _constant(value: float) -> Any:
+    return lambda _time: value
+
+
+def _inertia(operators: Operators, direction: Array) -> Array:
+    """Return M e for a uniform unit acceleration e, (n,), kg."""
+    return operators.apply_mass(np.tile(direction, operators.size // len(direction)))

@@ -1,0 +1,126 @@
+"""summary.json: the figures of a run, its gates, its costs."""
+
+from __future__ import annotations
+
+import json
+import math
+import platform
+import resource
+from importlib import metadata
+from pathlib import Path
+from typing import Any
+
+import dolfinx
+import numpy as np
+import petsc4py
+from mpi4py import MPI
+
+from solver.analyses.static import Seat
+from solver.energy import Ledger
+from solver.gates import EnergyGates
+from solver.model import Model
+from solver.output.folder import write_beside
+from solver.output.records import FORMAT_VERSION, SUMMARY_FILE
+
+
+def versions() -> dict[str, str]:
+    """Return the versions of everything that results depend on."""
+    own = {"gapbeam": _installed("gapbeam"), "python": platform.python_version()}
+    return own | {
+        "dolfinx": dolfinx.__version__,
+        "petsc4py": petsc4py.__version__,
+        "numpy": np.__version__,
+        "gmsh": _installed("gmsh"),
+        "mpi": MPI.Get_library_version().split("\n")[0].split(",")[0].strip("\x00 "),
+    }
+
+
+def _installed(name: str) -> str:
+    try:
+        return metadata.version(name)
+    except metadata.PackageNotFoundError:
+        return "source tree"
+
+
+def describe_model(model: Model) -> dict[str, Any]:
+    """Return the size of a model. Collective."""
+    contact = model.system.contact
+    topology = model.space.mesh.topology
+    return {
+        "dimension": model.case.mesh.dimension,
+        "cell": topology.cell_name(),
+        "cells": topology.index_map(topology.dim).size_global,
+        "degree": model.case.mesh.degree,
+        "dofs": model.dofs,
+        "contact_points": contact.size,
+        "interface_dofs": contact.interface.size,
+        "ranks": model.space.mesh.comm.size,
+        "rayleigh": {"mass": model.system.mass_damping, "stiffness": model.system.stiffness_damping},
+    }
+
+
+def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
+    """Return reactions and penetration of the seat."""
+    contact, state = model.system.contact, seat.state
+    forces = contact.weights * state.pressure
+    total = np.bincount(contact.faces, weights=forces, minlength=len(contact.face_names))
+    reactions = {f"{name}_force": float(f) for name, f in zip(contact.face_names, total, strict=True)}
+    return reactions | {
+        "largest_penetration": float(np.max(state.depth)),
+        "iterations": seat.iterations,
+        "last_update": seat.last_update,
+    }
+
+
+def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
+    """Return the ledger at the end and what the gates saw."""
+    exchanged = ledger.exchanged
+    return {
+        "kinetic": ledger.kinetic,
+        "strain": ledger.strain,
+        "contact": ledger.contact,
+        "load_work": [float(x) for x in ledger.load_work],
+        "structural_dissipation": ledger.structural,
+        "contact_dissipation": ledger.contact_loss,
+        "algorithmic_dissipation": ledger.algorithmic,
+        "residual": ledger.residual,
+        "exchanged": exchanged,
+        "absolute_work": ledger.absolute_work,
+        "relative_residual": ledger.residual / exchanged if exchanged > 0.0 else 0.0,
+        "created": ledger.created,
+        "relative_growth": gates.growth(ledger),
+    }
+
+
+def describe_gates(gates: EnergyGates) -> dict[str, Any]:
+    """Return what the impact gates saw."""
+    return {
+        "impacts": gates.impacts,
+        "violations": gates.violations,
+        "largest_growth": gates.largest_growth,
+        "largest_loss": gates.largest_loss,
+        "limits": gates.limits.model_dump(),
+    }
+
+
+def peak_memory(comm: MPI.Comm) -> list[int]:
+    """Return the largest resident memory of every rank, bytes. Collective."""
+    return list(comm.allgather(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024))
+
+
+def write_summary(folder: Path, summary: dict[str, Any]) -> None:
+    """Write summary.json; numbers that are not finite become null."""
+    text = json.dumps(_finite(summary | {"format": FORMAT_VERSION}), indent=2, allow_nan=False)
+    write_beside(folder / SUMMARY_FILE, text + "\n")
+
+
+def _finite(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {key: _finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(entry) for entry in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value

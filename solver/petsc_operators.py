@@ -1,0 +1,146 @@
+"""Distributed operators of a finite element model: PETSc matrices, MUMPS factors."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from petsc4py import PETSc
+
+from solver.elasticity import ElasticForms
+from solver.errors import RunError
+from solver.system import Array, Factor, Interface
+
+SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
+
+
+class PetscFactor:
+    """MUMPS Cholesky factor of an effective operator."""
+
+    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
+        self._matrix = matrix
+        self._preconditioner = PETSc.PC().create(matrix.comm)
+        self._preconditioner.setOptionsPrefix(prefix)
+        self._preconditioner.setOperators(matrix)
+        self._preconditioner.setType("cholesky")
+        self._preconditioner.setFactorSolverType("mumps")
+        self._preconditioner.setFromOptions()
+        self._preconditioner.setUp()
+        self._solution, self._right_side = matrix.createVecs()
+
+    def solve(self, right_side: Array) -> Array:
+        """Return A^-1 b. Collective."""
+        self._right_side.array[:] = right_side
+        self._preconditioner.apply(self._right_side, self._solution)
+        return np.array(self._solution.array_r)
+
+    def solve_units(self, interface: Interface) -> Array:
+        """Return A^-1 e_j for every interface DOF, (n, interface.size), column-major. Collective."""
+        matrix = self._matrix
+        local, total = matrix.getLocalSize()[0], matrix.getSize()[0]
+        columns = np.empty((local, interface.size), order="F")
+        factored = self._preconditioner.getFactorMatrix()
+        for first in range(0, interface.size, SOLVE_BLOCK):
+            count = min(SOLVE_BLOCK, interface.size - first)
+            units, solved = (
+                PETSc.Mat().createDense(((local, total), (PETSc.DECIDE, count)), comm=matrix.comm) for _ in "bx"
+            )
+            units.setUp()
+            solved.setUp()
+            mine = (interface.slots >= first) & (interface.slots < first + count)
+            units.getDenseArray()[interface.owned[mine], interface.slots[mine] - first] = 1.0
+            for dense in (units, solved):
+                dense.assemble()
+            factored.matSolve(units, solved)
+            columns[:, first : first + count] = solved.getDenseArray()
+            units.destroy()
+            solved.destroy()
+        return columns
+
+
+class PetscOperators:
+    """M, K and restraint of a finite element model.
+
+    Args:
+        forms: The UFL forms.
+        space: The vector space they live on.
+
+    Collective to make and to use.
+    """
+
+    def __init__(self, forms: ElasticForms, space: fem.FunctionSpace) -> None:
+        self._comm = space.mesh.comm
+        self._mass = _assemble(forms.mass)
+        self._restraint = _assemble(forms.restraint)
+        self._stiffness = _assemble(forms.stiffness)
+        self._stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        self._components = space.dofmap.index_map_bs
+        self.size = self._mass.getLocalSize()[0]
+        # Every component has the same mass matrix: products with one of them cost a ninth (3D) of the whole.
+        first, last = self._mass.getOwnershipRange()
+        rows = PETSc.IS().createStride(self.size // self._components, first, self._components, comm=self._comm)
+        self._component_mass = self._mass.createSubMatrix(rows, rows)
+        self._component_in, self._component_out = self._component_mass.createVecs()
+        self._vector_in, self._vector_out = self._stiffness.createVecs()
+
+    def apply_mass(self, x: Array) -> Array:
+        """Return M x. Collective."""
+        result = np.empty((self.size // self._components, self._components))
+        for component in range(self._components):
+            self._component_in.array[:] = x[component :: self._components]
+            self._component_mass.mult(self._component_in, self._component_out)
+            result[:, component] = self._component_out.array_r
+        return result.reshape(-1)
+
+    def apply_stiffness(self, x: Array) -> Array:
+        """Return K x. Collective."""
+        return self._product(self._stiffness, x)
+
+    def apply_restraint(self, x: Array) -> Array:
+        """Return the part of K x that the restraint adds. Collective."""
+        return self._product(self._restraint, x)
+
+    def factor(self, mass: float, stiffness: float) -> Factor:
+        """Factor mass M + stiffness K by MUMPS (options prefix gapbeam_effective_).
+
+        Raises:
+            RunError: The factorization failed, from lack of memory or because the operator is singular.
+
+        Collective.
+        """
+        effective = self._stiffness.copy()
+        effective.scale(stiffness)
+        if mass != 0.0:
+            effective.axpy(mass, self._mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        effective.setOption(PETSc.Mat.Option.SPD, True)
+        try:
+            return PetscFactor(effective, "gapbeam_effective_")
+        except PETSc.Error as error:
+            raise RunError(
+                f"the effective operator with {effective.getSize()[0]} DOFs could not be factored ({error}); "
+                "a coarser mesh needs less memory"
+            ) from error
+
+    def sum(self, local: Array) -> Array:
+        """Sum a small array over all ranks, to the same bits on every rank. Collective."""
+        if self._comm.size == 1:
+            return local
+        total = np.empty_like(local, order="C")
+        # Not Allreduce: its result may differ in the last bit between ranks, and decisions are taken on it.
+        self._comm.Reduce(np.ascontiguousarray(local), total)
+        self._comm.Bcast(total)
+        return total
+
+    def _product(self, matrix: PETSc.Mat, x: Array) -> Array:
+        self._vector_in.array[:] = x
+        matrix.mult(self._vector_in, self._vector_out)
+        return np.array(self._vector_out.array_r)
+
+
+def _assemble(form: Any) -> PETSc.Mat:
+    matrix = fem_petsc.assemble_matrix(fem.form(form))
+    matrix.assemble()
+    matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    return matrix

@@ -1,0 +1,240 @@
+"""The semi-discrete system, the one noun of gapbeam.
+
+    M a + C v + K u = sum_k s_k(t) f_k + G^T (w p),    C = c_M M + c_K K,    g = g0 + G u
+
+G (m x n) takes degrees of freedom to the gap at m contact points, w (m) are areas, p the contact pressure.
+Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
+never know which. Vectors are numpy arrays of the part that this rank owns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.int64]
+
+
+class Factor(Protocol):
+    """A factored effective operator A = c_m M + c_k K."""
+
+    def solve(self, right_side: Array) -> Array:
+        """Return A^-1 b; both arrays hold the owned part (n,). Collective."""
+
+    def solve_units(self, interface: Interface) -> Array:
+        """Return A^-1 e_j for every interface DOF j: (n, interface.size), column-major. Collective."""
+
+
+class Operators(Protocol):
+    """M and K of a model, in whatever form they are kept."""
+
+    size: int
+
+    def apply_mass(self, x: Array) -> Array:
+        """Return M x (n,). Collective."""
+
+    def apply_stiffness(self, x: Array) -> Array:
+        """Return K x (n,). Collective."""
+
+    def apply_restraint(self, x: Array) -> Array:
+        """Return the part of K x that the weak restraint adds (n,). Collective."""
+
+    def factor(self, mass: float, stiffness: float) -> Factor:
+        """Factor A = mass M + stiffness K. Collective."""
+
+    def sum(self, local: Array) -> Array:
+        """Sum a small array over all ranks. Collective."""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """The DOFs that gaps depend on, replicated on all ranks.
+
+    Attributes:
+        size: Number of interface DOFs, over all ranks.
+        owned: Position in the owned vector of those that this rank owns.
+        slots: Their numbers 0 ... size-1.
+    """
+
+    size: int
+    owned: Indices
+    slots: Indices
+
+    def trace(self, x: Array, operators: Operators) -> Array:
+        """Return the interface values (size,) of a vector on every rank. Collective."""
+        values = np.zeros(self.size)
+        values[self.slots] = x[self.owned]
+        return operators.sum(values)
+
+    def add(self, x: Array, values: Array) -> None:
+        """Add interface values (size,) to a vector in place; local."""
+        x[self.owned] += values[self.slots]
+
+
+@dataclass(frozen=True)
+class ContactOperator:
+    """G, w and g0 at the m contact points, replicated on all ranks.
+
+    Attributes:
+        interface: The DOFs that G touches.
+        gap_matrix: G on the interface DOFs, (m, interface.size).
+        weights: Area that belongs to each point, (m,), m^2.
+        initial_gap: Gap of the undeformed body, (m,), m.
+        faces: Index of the face of each point, (m,).
+        face_names: Names of the faces.
+        positions: Coordinates of the points, (m, 3), m.
+    """
+
+    interface: Interface
+    gap_matrix: csr_matrix
+    weights: Array
+    initial_gap: Array
+    faces: Indices
+    face_names: tuple[str, ...]
+    positions: Array
+
+    @property
+    def size(self) -> int:
+        """Number of contact points m."""
+        return len(self.weights)
+
+    def depth(self, interface_values: Array) -> Array:
+        """Return the penetration d = -(g0 + G u), (m,), m; negative where the gap is open."""
+        return -(self.initial_gap + self.gap_matrix @ interface_values)
+
+    def resultant(self, forces: Array) -> Array:
+        """Return G^T f on the interface DOFs for point forces f = w p, (interface.size,), N."""
+        return np.asarray(self.gap_matrix.T @ forces)
+
+
+@dataclass(frozen=True)
+class Load:
+    """A spatial pattern times a function of time, with the motion of the frame where it is an inertia load.
+
+    Attributes:
+        name: Name in the case file.
+        pattern: Nodal forces per unit factor, (n,), N.
+        factor: s(t).
+        static: Whether it acts on the seat before t = 0.
+        frame_direction: Direction of a base motion with acceleration s(t), (3,), or None for other loads.
+        frame_mean: Mean of s over an interval (start, end), for base motion.
+    """
+
+    name: str
+    pattern: Array
+    factor: Callable[[float], float]
+    static: bool = False
+    frame_direction: Array | None = None
+    frame_mean: Callable[[float, float], float] | None = None
+
+
+@dataclass(frozen=True)
+class SemiDiscreteSystem:
+    """M a + C v + K u = f(t) + G^T (w p), with C = mass_damping M + stiffness_damping K."""
+
+    operators: Operators
+    contact: ContactOperator
+    loads: tuple[Load, ...] = ()
+    mass_damping: float = 0.0
+    stiffness_damping: float = 0.0
+
+    def load_factors(self, time: float) -> Array:
+        """Return s_k(t) of all loads."""
+        return np.array([load.factor(time) for load in self.loads])
+
+    def combine_loads(self, factors: Array) -> Array:
+        """Return sum_k s_k f_k, (n,), N."""
+        total = np.zeros(self.operators.size)
+        for load, factor in zip(self.loads, factors, strict=True):
+            if factor != 0.0:
+                total += factor * load.pattern
+        return total
+
+    def dots(self, pairs: Sequence[tuple[Array, Array]]) -> Array:
+        """Return several scalar products with a single reduction. Collective."""
+        return self.operators.sum(np.array([x @ y for x, y in pairs]))
+
+
+# An imaged vector: rows x, M x and K x, shape (3, n). Linear combinations of imaged vectors are imaged vectors,
+# so that a time step never needs a product with K: K x follows from the equation that x solves.
+Imaged = Array
+VALUE, MASS, STIFFNESS = 0, 1, 2
+
+
+def imaged(operators: Operators, x: Array) -> Imaged:
+    """Return (x, M x, K x), (3, n), by two products. Collective."""
+    return np.stack([x, operators.apply_mass(x), operators.apply_stiffness(x)])
+
+
+@dataclass(frozen=True)
+class State:
+    """The motion at one time.
+
+    Attributes:
+        time: t, s.
+        u: Displacement and its images, (3, n).
+        v: Velocity and its images, (3, n).
+        a: Acceleration and its images, (3, n), for the schemes that carry one.
+        depth: Penetration at the contact points, (m,), m.
+        pressure: Contact pressure that acted last, (m,), Pa.
+    """
+
+    time: float
+    u: Imaged
+    v: Imaged
+    depth: Array
+    pressure: Array
+    a: Imaged | None = None
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The balance that a step satisfied: what the energy ledger needs to know.
+
+    Attributes:
+        load_factors: s_k in the balance.
+        inertia_and_elastic: M a + K u as they stood in the balance, (n,), N.
+        velocity: Velocity in the damping term, with images, (3, n).
+        pressure: Contact pressure in the balance, (m,), Pa.
+        elastic_pressure: Its part that derives from the contact potential, (m,), Pa.
+    """
+
+    load_factors: Array
+    inertia_and_elastic: Array
+    velocity: Imaged
+    pressure: Array
+    elastic_pressure: Array
+
+
+@dataclass(frozen=True)
+class Step:
+    """One accepted step.
+
+    Attributes:
+        old: State at its start.
+        new: State at its end.
+        stage: The balance that held.
+        iterations: Iterations of the contact solve.
+        completes: False for a part of a halved step that leaves a rest to do.
+        refreshed: `new` with its images formed anew by products with M and K, when that was due.
+        timings: Wall time of parts of the step, s.
+    """
+
+    old: State
+    new: State
+    stage: Stage
+    iterations: int
+    completes: bool = True
+    refreshed: State | None = None
+    timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def size(self) -> float:
+        """Step size, s."""
+        return self.new.time - self.old.time

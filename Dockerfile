@@ -8,7 +8,7 @@ COPY environment/packages.txt /usr/share/gapbeam/
 RUN apt-get update \
  && sed 's/#.*//' /usr/share/gapbeam/packages.txt \
   | DEBIAN_FRONTEND=noninteractive xargs apt-get install -y --no-install-recommends \
- && rm -rf /var/lib/apt/lists/*
+ && apt-get clean && rm -rf /var/lib/apt/lists/*
 
 # for a PyPI mirror or a proxy with a certificate of its own: --build-arg
 ARG PIP_INDEX_URL
@@ -23,7 +23,7 @@ ENV PATH=/opt/gapbeam/bin:$PATH \
     USER=gapbeam \
     OMP_NUM_THREADS=1 \
     OPENBLAS_NUM_THREADS=1 \
-    OMPI_MCA_btl=self,sm \
+    OMPI_MCA_btl=^tcp \
     PRTE_MCA_rmaps_default_mapping_policy=:oversubscribe \
     PRTE_MCA_hwloc_default_binding_policy=none \
     PYVISTA_OFF_SCREEN=true \

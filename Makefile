@@ -8,7 +8,7 @@ help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
 
 demo: ## run cases/demo.toml and draw it
-	$(run) gapbeam run cases/demo.toml
+	$(run) gapbeam run cases/demo.toml --overwrite
 	$(run) gapbeam plot results/demo
 	$(run) gapbeam render results/demo
 	@echo "The pictures are in results/demo:" && find results/demo -name '*.png' -o -name '*.mp4' | sort

@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.table import Table
 
 from solver.case import BaseMotion, Case, HarmonicForce
-from solver.case_reader import warnings
+from solver.case_warnings import warnings
 from solver.condensation import CondensedOperator
 from solver.defaults import overhang_frequency
 from solver.integrators.schemes import make_integrator

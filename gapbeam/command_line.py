@@ -77,7 +77,7 @@ def check(case: CaseArgument, override: Overrides = None) -> int:
 @app.command()
 def schema() -> int:
     """Print the JSON schema of case files, for editors."""
-    from solver.case_reader import schema as case_schema
+    from solver.case_schema import schema as case_schema
 
     print(json.dumps(case_schema(), indent=2))
     return 0

@@ -8,6 +8,7 @@ from meshes.compat import mesh_from_gmsh
 from meshes.errors import MeshError
 from meshes.geometry import BeamGeometry
 from meshes.gmsh_session import gmsh_errors, gmsh_session
+from meshes.groups import FACES
 from meshes.rank_zero import on_rank_zero
 from meshes.sizing import BeamSizing
 from meshes.tagged import TaggedMesh
@@ -19,8 +20,8 @@ MOST_CELLS = 2_000_000
 def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> TaggedMesh:
     """Build and distribute the mesh of a beam.
 
-    Facets end exactly at the edge of the support, and every point of the geometry is a vertex. Quadrilaterals and
-    hexahedra form layers; triangles and tetrahedra are unstructured. Two builds give the same mesh.
+    Facets end exactly at the edge of the support, and every point of the geometry is a vertex. Quadrilaterals
+    and hexahedra form layers; triangles and tetrahedra are unstructured. Two builds give the same mesh.
 
     Args:
         comm: Communicator over which the mesh is distributed.
@@ -45,7 +46,7 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
     """Mesh the beam in the current gmsh model; returns the tags of its facet groups."""
     import gmsh
 
-    from meshes.faces import FACES, name_faces
+    from meshes.faces import check_faces, name_faces
     from meshes.structured import beam_layers, draw_structured
     from meshes.unstructured import draw_unstructured, expected_cells
 
@@ -67,7 +68,8 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
         gmsh.model.mesh.generate(geometry.dimension)
         gmsh.model.mesh.affineTransform([unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0])
         gmsh.model.mesh.renumberNodes()
-    return FACES
+        check_faces(geometry.dimension)
+    return dict(FACES)
 
 
 def _refuse_too_many(count: float) -> None:

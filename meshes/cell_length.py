@@ -46,7 +46,7 @@ class CellLength:
 
     def ending_at(self, breakpoints: npt.ArrayLike) -> CellLength:
         """The same, no longer at a breakpoint than the distance to the next one."""
-        x = np.asarray(breakpoints, dtype=np.float64).tolist()
+        x = [float(end) for end in np.asarray(breakpoints, dtype=np.float64)]
         return self.with_sources([(end, b - a) for a, b in pairwise(x) for end in (a, b)])
 
     def with_sources(self, sources: list[tuple[float, float]]) -> CellLength:

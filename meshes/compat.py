@@ -2,12 +2,15 @@
 
 from __future__ import annotations
 
+import importlib
 import inspect
 from types import ModuleType
 from typing import Any
 
 from dolfinx.mesh import GhostMode, Mesh, MeshTags, create_cell_partitioner
 from mpi4py import MPI
+
+from meshes.slices import slices
 
 
 def mesh_from_gmsh(comm: MPI.Comm, dimension: int) -> tuple[Mesh, MeshTags, MeshTags]:
@@ -24,25 +27,33 @@ def mesh_from_gmsh(comm: MPI.Comm, dimension: int) -> tuple[Mesh, MeshTags, Mesh
 
     read = _reader().model_to_mesh
     options: dict[str, Any] = {"partitioner": _partitioner()}
-    if "ghost_mode" in inspect.signature(read).parameters:  # after 0.11 the reader hands it to the partitioner
+    if (
+        "ghost_mode" in inspect.signature(read).parameters
+    ):  # after 0.11 the reader hands it to the partitioner
         options = {"ghost_mode": GhostMode.shared_facet}
     # the fields after the third differ between the releases
     mesh, cells, facets = read(gmsh.model, comm, 0, gdim=dimension, **options)[:3]
     return mesh, cells, facets
 
 
+def geometry_order(mesh: Mesh) -> int:
+    """Polynomial order of the cells' shape; 0.11 warns about the name that 0.9 knows."""
+    geometry = mesh.geometry
+    element = geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap
+    return int(element.degree)
+
+
 def _reader() -> ModuleType:
     """The gmsh reader: dolfinx.io.gmshio in 0.9, dolfinx.io.gmsh from 0.10."""
     try:
-        from dolfinx.io import gmsh as reader
-    except ImportError:
-        from dolfinx.io import gmshio as reader
-    return reader
+        return importlib.import_module("dolfinx.io.gmsh")
+    except ModuleNotFoundError:
+        return importlib.import_module("dolfinx.io.gmshio")
 
 
 def _partitioner() -> Any:
-    """The default partitioner; from 0.10 it may want the largest number of cells at a facet too."""
+    """Slices across the beam; from 0.10 the largest number of cells at a facet may be wanted, too."""
     try:
-        return create_cell_partitioner(GhostMode.shared_facet)
+        return create_cell_partitioner(slices, GhostMode.shared_facet)
     except TypeError:
-        return create_cell_partitioner(GhostMode.shared_facet, 2)
+        return create_cell_partitioner(slices, GhostMode.shared_facet, 2)

@@ -13,6 +13,8 @@ class MeshError(ValueError):
         hint: what to try; may be empty.
     """
 
+    exit_status = 2
+
     def __init__(self, where: str, *, found: str, expected: str, hint: str = "") -> None:
         self.where = where
         self.found = found

@@ -1,15 +1,12 @@
-"""Names of the groups of a beam, and the physical groups of a gmsh model that gapbeam drew."""
+"""The physical groups of a gmsh model that gapbeam drew."""
 
 from __future__ import annotations
 
 import gmsh
 
+from meshes.errors import MeshError
 from meshes.geometry import BeamGeometry
-
-BODY = "body"
-CONTACT_FACES = ("base", "gland")
-FACES = {"base": 1, "gland": 2, "end": 3, "tip": 4}
-"""Facet groups and their tags: below and above in the support, x = 0, x = length."""
+from meshes.groups import BODY, FACES
 
 _BODY_TAG = 1
 _NEAR = 1.0e-6
@@ -34,6 +31,19 @@ def name_faces(geometry: BeamGeometry, unit: float) -> None:
     )
     for name, tags in entities.items():
         gmsh.model.addPhysicalGroup(dimension - 1, tags, FACES[name], name)
+
+
+def check_faces(dimension: int) -> None:
+    """Make sure that gmsh meshed the body and every face: reading an empty group would leave ranks waiting.
+
+    Raises:
+        MeshError: a group has no elements.
+    """
+    for dim, tag in gmsh.model.getPhysicalGroups():
+        entities = gmsh.model.getEntitiesForPhysicalGroup(dim, tag)
+        if not any(len(tags) for entity in entities for tags in gmsh.model.mesh.getElements(dim, entity)[1]):
+            name = gmsh.model.getPhysicalName(dim, tag)
+            raise MeshError(f"mesh of dimension {dimension}", found=f"no elements in {name}", expected="some")
 
 
 def _face_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> str | None:

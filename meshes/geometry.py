@@ -1,7 +1,7 @@
 """The beam that is meshed: its outer dimensions, where it is supported, and points that become mesh nodes.
 
-Frame: the beam axis is x, 0 <= x <= length, with the supported end at x = 0. The bending direction is y in 2D and
-z in 3D, across the thickness; y is across the width in 3D. The axis of the beam is where these are zero.
+Frame: the beam axis is x, 0 <= x <= length, with the supported end at x = 0. The bending direction is y in 2D
+and z in 3D, across the thickness; y is across the width in 3D. The axis of the beam is where these are zero.
 """
 
 from __future__ import annotations
@@ -56,7 +56,7 @@ class BeamGeometry:
                 found=f"{self.support_length:g} m",
                 expected=f"at most the length of the beam, {self.length:g} m",
             )
-        # within rounding the support ends with the beam, and points lie on faces and on the planes of other points
+        # coordinates that are the same up to rounding become the same: faces, the end of the support, points
         planes = [list(pair) for pair in zip(self.lower, self.upper, strict=True)]
         object.__setattr__(self, "support_length", self._same(self.support_length, planes[0]))
         planes[0].append(self.support_length)

@@ -10,12 +10,12 @@ import numpy.typing as npt
 from meshes.cell_length import CellLength
 from meshes.errors import MeshError
 
-Positions = npt.NDArray[np.float64]
+Positions = npt.NDArray[np.floating]
 
 LARGEST_RATIO = 1.4
 """Largest ratio of neighboring layers that `structured_partition` accepts where two segments meet."""
 
-MOST_LAYERS = 100_000
+MOST_LAYERS = 20_000
 """More layers than this in one direction are a mistake in a size."""
 
 _SLACK = 0.1
@@ -26,10 +26,10 @@ _SAMPLES = 16
 def structured_partition(breakpoints: npt.ArrayLike, cell_length: CellLength) -> Positions:
     """Divide an interval into layers.
 
-    Each segment between two breakpoints gets the number of layers N = integral of dx/h(x), rounded up (a tenth
-    of a layer is rounded down), with equal parts of that integral in each. A segment shorter than h makes its
-    neighborhood finer, and where the lengths on both sides of a breakpoint differ by more than LARGEST_RATIO the
-    longer side is refined.
+    Each segment between two breakpoints gets the number of layers N = integral of dx/h(x), rounded up (but a
+    tenth of a layer is rounded down), with equal parts of that integral in each. A segment shorter than h
+    makes its neighborhood finer, and where the lengths on both sides of a breakpoint differ by more than
+    LARGEST_RATIO the longer side is refined.
 
     Args:
         breakpoints: Positions that become layer boundaries, at least two, increasing, in m.
@@ -42,7 +42,8 @@ def structured_partition(breakpoints: npt.ArrayLike, cell_length: CellLength) ->
         MeshError: more than MOST_LAYERS layers.
     """
     breaks = np.asarray(breakpoints, dtype=np.float64)
-    if (breaks[-1] - breaks[0]) / cell_length.smallest > 1000 * MOST_LAYERS:
+    roughly = np.mean(1 / cell_length(np.linspace(breaks[0], breaks[-1], 1001))) * (breaks[-1] - breaks[0])
+    if roughly > MOST_LAYERS:
         raise _too_many(cell_length.smallest, breaks)
     wanted = cell_length.ending_at(breaks)
     layers = breaks
@@ -91,7 +92,7 @@ def _segment(low: float, high: float, wanted: CellLength) -> Positions:
     count = max(1, int(np.ceil(layers[-1] - _SLACK)))
     boundaries = np.interp(np.linspace(0, layers[-1], count + 1), layers, x)
     boundaries[[0, -1]] = low, high
-    return boundaries
+    return np.asarray(boundaries, dtype=np.float64)
 
 
 def _jumps(segments: list[Positions]) -> list[tuple[float, float]]:

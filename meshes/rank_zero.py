@@ -22,8 +22,8 @@ def on_rank_zero(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
         What `work` returned, on all ranks.
 
     Raises:
-        BaseException: what `work` raised, on all ranks. An error that pickle cannot carry arrives on the other
-            ranks as a RuntimeError with the same message.
+        BaseException: what `work` raised, on all ranks. An error that pickle cannot carry arrives on the
+            other ranks as a RuntimeError with the same message.
 
     Collective.
     """

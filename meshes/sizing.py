@@ -30,10 +30,10 @@ class BeamSizing:
         cell: quadrilateral (default) or triangle in 2D, hexahedron (default) or tetrahedron in 3D.
         size: cell length along x far from the support; default the thickness.
         support_size: the same within the support; default a third of the thickness, at most `size`.
-        edge_size: the same at x = 0 and at the edge of the base; default half of the smaller of the two above,
-            never larger than these.
-        cells_through_thickness: default 4 layers of quadrilaterals or hexahedra. Triangles and tetrahedra follow the
-            length along x, but are no longer than the thickness divided by this number, by default 2.
+        edge_size: the same at x = 0 and at the edge of the base; default half of the smaller of the two
+            above, never larger than these.
+        cells_through_thickness: default 4 layers of quadrilaterals or hexahedra. Triangles and tetrahedra
+            follow the length along x, but are no longer than the thickness divided by this number, default 2.
         cells_across_width: the same across the width; no limit by default for tetrahedra.
     """
 
@@ -73,7 +73,7 @@ class BeamSizing:
         )
 
     def layers(self, geometry: BeamGeometry) -> tuple[int, ...]:
-        """Number of structured cells in each direction after x: thickness in 2D, width and thickness in 3D."""
+        """Number of structured cells in the directions after x: (thickness) or (width, thickness)."""
         through = self._count("cells_through_thickness", self.cells_through_thickness)
         if geometry.dimension == 2:
             return (through,)

@@ -32,14 +32,14 @@ def draw_structured(geometry: BeamGeometry, layers: list[Positions], unit: float
         unit: What one unit of the gmsh model stands for, in m.
     """
     corner = [axis[0] / unit for axis in layers] + [0.0]
-    entity = (0, gmsh.model.geo.addPoint(*corner[:3]))
+    section = (0, gmsh.model.geo.addPoint(*corner[:3]))
     for axis in reversed(range(1, geometry.dimension)):
-        entity, _ = _extrude(entity, axis, layers[axis] / unit)
+        _, section = _extrude(section, axis, layers[axis] / unit)
     along = layers[0]
     edge = int(np.searchsorted(along, geometry.support_length))
     for part in (along[: edge + 1], along[edge:]):
         if len(part) > 1:
-            entity, _ = _extrude(entity, 0, part / unit)
+            section, _ = _extrude(section, 0, part / unit)
     gmsh.model.geo.synchronize()
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from bisect import bisect_right
 from collections.abc import Callable
+from itertools import pairwise
 
 import gmsh
 import numpy as np
@@ -11,9 +12,6 @@ import numpy as np
 from meshes.cell_length import CellLength
 from meshes.geometry import BeamGeometry
 from meshes.partition import structured_partition
-
-_DELAUNAY_3D = 1
-_FRONTAL_2D = 6
 
 
 def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: float) -> None:
@@ -29,7 +27,7 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
     sides = [(high - low) / unit for low, high in zip(geometry.lower, geometry.upper, strict=True)]
     ends = [0.0, geometry.support_length / unit, geometry.length / unit]
     blocks = []
-    for start, stop in zip(ends[:-1], ends[1:], strict=True):
+    for start, stop in pairwise(ends):
         if stop == start:
             continue
         if geometry.dimension == 2:
@@ -43,10 +41,6 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
     if len(blocks) + len(points) > 1:
         kernel.fragment(blocks, points)
     kernel.synchronize()
-    for option in ("ExtendFromBoundary", "FromPoints", "FromCurvature"):
-        gmsh.option.setNumber(f"Mesh.MeshSize{option}", 0)
-    gmsh.option.setNumber("Mesh.Algorithm", _FRONTAL_2D)
-    gmsh.option.setNumber("Mesh.Algorithm3D", _DELAUNAY_3D)
     gmsh.model.mesh.setSizeCallback(_size_callback(geometry, cell_length, unit))
 
 
@@ -65,9 +59,9 @@ def _size_callback(
     """The wanted length in the units of the model, tabulated: gmsh asks for it very often."""
     breaks = geometry.breakpoints(0)
     x = structured_partition(breaks, cell_length)
-    fine = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in zip(x[:-1], x[1:], strict=True)]))
-    positions = (fine / unit).tolist()
-    lengths = (cell_length.ending_at(breaks)(fine) / unit).tolist()
+    fine = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in pairwise(x)]))
+    positions = [float(position) for position in fine / unit]
+    lengths = [float(length) for length in cell_length.ending_at(breaks)(fine) / unit]
     last = len(positions) - 2
 
     def wanted(_dim: int, _tag: int, x: float, _y: float, _z: float, _length: float) -> float:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
@@ -14,7 +14,7 @@ from postprocess.periodicity import TOLERANCE, Periodicity, Section, periodicity
 from postprocess.results import Results
 from postprocess.signals import Signal, SignalError, SignalWarning, component_name, probe_name, probe_signal
 from postprocess.smoothing import POINTS, RATE, Sampling, smooth
-from postprocess.spectra import Spectrum, Window, spectrum
+from postprocess.spectra import Spectrum, Window, default_periods, spectrum
 
 Acceleration = Literal["absolute", "relative"]
 
@@ -50,7 +50,7 @@ class Options:
 
 @dataclass(frozen=True)
 class SignalAnalysis:
-    """One signal and what was found in it; None where the record is too short for it or there is no forcing."""
+    """One signal and what was found in it; None where the record or the forcing does not allow it."""
 
     signal: Signal
     peaks: Peaks
@@ -136,6 +136,8 @@ def analyze(results: Results, options: Options | None = None) -> Analysis:
     if found is not None and found.transient is not None:
         steady = found.transient
     else:
+        if found is not None:
+            notes.append("no settled cycle: the amplitudes of the harmonics depend on the span")
         steady = float(displacement.time[0] + 0.5 * np.ptp(displacement.time))
     smoothed: Signal | None = None
     with warnings.catch_warnings(record=True) as caught:
@@ -144,18 +146,46 @@ def analyze(results: Results, options: Options | None = None) -> Analysis:
             smoothed = smooth(acceleration, options.rate, options.points, options.sampling)
         except SignalError as fault:
             notes.append(f"not smoothed: {fault}")
+        signals = (displacement, velocity, acceleration, smoothed)
+        options = replace(options, periods=options.periods or _common_periods(signals, frequency, steady))
         parts = [
             None if signal is None else _analyzed(signal, frequency, steady, options, notes)
-            for signal in (displacement, velocity, acceleration, smoothed)
+            for signal in signals
         ]
     notes += [str(one.message) for one in caught if issubclass(one.category, SignalWarning)]
-    return Analysis(probe, component, frequency, *parts, found, section, tuple(dict.fromkeys(notes)))
+    return Analysis(
+        probe,
+        component,
+        frequency,
+        parts[0],
+        parts[1],
+        parts[2],
+        parts[3],
+        found,
+        section,
+        tuple(dict.fromkeys(notes)),
+    )
+
+
+def _common_periods(signals: tuple[Signal | None, ...], frequency: float | None, steady: float) -> int | None:
+    """One number of periods for all spectra, so that they can be compared; None where one has none."""
+    if frequency is None:
+        return None
+    try:
+        return (
+            min(default_periods(signal, frequency, steady) for signal in signals if signal is not None)
+            or None
+        )
+    except SignalError:
+        return None
 
 
 def _analyzed(
     signal: Signal, frequency: float | None, steady: float, options: Options, notes: list[str]
 ) -> SignalAnalysis:
-    per_period, lines, table = None, None, ()
+    per_period: PeriodPeaks | None = None
+    lines: Spectrum | None = None
+    table: tuple[Harmonic, ...] = ()
     if frequency is not None:
         try:
             per_period = peaks_per_period(signal, frequency)

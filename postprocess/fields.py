@@ -9,11 +9,13 @@ from functools import cached_property
 from pathlib import Path
 from types import TracebackType
 
+import h5py
 import numpy as np
 from meshio import CellBlock, ReadError
 from meshio.xdmf import TimeSeriesReader
 
-from postprocess.results_error import ResultsError
+from postprocess.errors import ResultsError
+from solver.output.records import FIELDS_DATA_FILE
 
 FloatArray = np.ndarray
 
@@ -54,6 +56,9 @@ class Fields:
         self._open = ExitStack()
         try:
             self._reader = self._open.enter_context(TimeSeriesReader(path))
+            # opened here, since a run that goes on holds a lock on the file that h5py would respect
+            data_path = path.resolve().with_name(FIELDS_DATA_FILE)
+            self._reader.hdf5_files[data_path] = h5py.File(data_path, "r", locking=False)
             points, self.cells = self._reader.read_points_cells()
         except (OSError, ReadError, SyntaxError, KeyError, ValueError) as fault:
             self._open.close()
@@ -109,7 +114,10 @@ class Fields:
             raise self._unreadable(fault) from fault
         if not np.isfinite(frame.displacement).all() or not np.isfinite(frame.contact_pressure).all():
             raise self._unreadable(ValueError(f"values that are not finite at t = {frame.time:g} s"))
-        if frame.displacement.shape != self.points.shape or frame.contact_pressure.shape != self.points.shape[:1]:
+        if (
+            frame.displacement.shape != self.points.shape
+            or frame.contact_pressure.shape != self.points.shape[:1]
+        ):
             raise self._unreadable(ValueError(f"fields that do not fit the mesh at t = {frame.time:g} s"))
         return frame
 

@@ -1,4 +1,4 @@
-"""The table of harmonics: what a spectrum shows at multiples and simple fractions of the forcing frequency."""
+"""The table of harmonics: what a spectrum shows at multiples and fractions of the forcing frequency."""
 
 from __future__ import annotations
 
@@ -50,13 +50,18 @@ def harmonics(spectrum: Spectrum, highest: int = 10) -> tuple[Harmonic, ...]:
         if line.denominator == 1 and line < spectrum.frequency.size:
             k = int(line)
             rows.append(
-                Harmonic(order, float(spectrum.frequency[k]), float(spectrum.amplitude[k]), float(spectrum.phase[k]))
+                Harmonic(
+                    order,
+                    float(spectrum.frequency[k]),
+                    float(spectrum.amplitude[k]),
+                    float(spectrum.phase[k]),
+                )
             )
     return tuple(rows)
 
 
 def distortion(table: tuple[Harmonic, ...]) -> float:
-    """Root of the summed squares of the harmonics above the first, over the first; inf where the first is 0."""
+    """Root of the sum of squares of the higher harmonics over the first; inf where the first is 0."""
     first = sum(row.amplitude for row in table if row.order == 1)
     higher = float(np.sqrt(sum(row.amplitude**2 for row in table if row.order > 1)))
     return higher / first if first > 0.0 else float("inf")

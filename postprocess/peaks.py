@@ -31,7 +31,7 @@ class Peaks:
 
     @property
     def peak_to_peak(self) -> float:
-        """maximum - minimum."""
+        """Maximum minus minimum."""
         return self.maximum - self.minimum
 
 
@@ -57,8 +57,8 @@ class PeriodPeaks:
 
     @property
     def peak_to_peak(self) -> FloatArray:
-        """maximum - minimum of every period, (k,)."""
-        return self.maximum - self.minimum
+        """Maximum minus minimum of every period, (k,)."""
+        return np.asarray(self.maximum - self.minimum)
 
 
 def peaks(signal: Signal) -> Peaks:
@@ -93,7 +93,9 @@ def peaks_per_period(signal: Signal, forcing_frequency: float) -> PeriodPeaks:
     first = int(np.ceil((signal.time[0] - margin) / period - _PHASE_SLACK))
     stop = int(np.floor((signal.time[-1] + margin) / period + _PHASE_SLACK))
     if stop <= first:
-        raise SignalError(f"{signal.name}: {signal.duration:g} s hold no whole forcing period of {period:g} s")
+        raise SignalError(
+            f"{signal.name}: {signal.duration:g} s hold no whole forcing period of {period:g} s"
+        )
     rows = [peaks(_part(signal, index == j)) for j in range(first, stop)]
     number = np.arange(first, stop)
     return PeriodPeaks(

@@ -1,7 +1,7 @@
 """Poincaré section and period of a forced response.
 
-The response is cut into forcing periods. It has period p where every one of the last 3 p periods repeats the one p
-before it, all along the period and not at one phase only.
+The response is cut into forcing periods. It has period p where every one of the last 3 p periods repeats the
+one p before it, all along the period and not at one phase only.
 """
 
 from __future__ import annotations
@@ -31,9 +31,10 @@ class Periodicity:
     Attributes:
         period: Cycle length in forcing periods; None where no cycle was found.
         residual: Largest difference between a period and the one p before it, over the last 3 p periods, as a
-            fraction of the range of the motion; of the best p tried where no cycle was found, inf where none could be.
-        remaining: Estimated distance from the cycle, same fraction: residual q/(1-q), where the residual shrinks by q
-            from cycle to cycle.
+            fraction of the range of the motion; of the best p tried where no cycle was found, inf where none
+            could be.
+        remaining: Estimated distance from the cycle, same fraction: residual q/(1-q), where the residual
+            shrinks by q from cycle to cycle.
         repeats: How often the cycle repeated in a row up to the end.
         transient: s, where the cycle starts; None without a cycle.
         longest: Longest cycle that the record could show.
@@ -81,20 +82,26 @@ def poincare_section(
         SignalError: No such time in the record.
     """
     start, end = displacement.time[0] * forcing_frequency, displacement.time[-1] * forcing_frequency
-    time = (np.arange(np.ceil(start - phase - 1e-6), np.floor(end - phase + 1e-6) + 1) + phase) / forcing_frequency
+    time = (
+        np.arange(np.ceil(start - phase - 1e-6), np.floor(end - phase + 1e-6) + 1) + phase
+    ) / forcing_frequency
     if time.size == 0:
         raise SignalError(f"{displacement.name}: the record is shorter than a forcing period")
     return Section(time, _at(displacement, time), _at(velocity, time))
 
 
 def periodicity(
-    signals: tuple[Signal, ...], forcing_frequency: float, tolerance: float = TOLERANCE, longest: int = LONGEST
+    signals: tuple[Signal, ...],
+    forcing_frequency: float,
+    tolerance: float = TOLERANCE,
+    longest: int = LONGEST,
 ) -> Periodicity:
     """Find the shortest cycle of 1, 2, 3, ... forcing periods in which a response has settled.
 
-    For a cycle of p periods, e_j = max |x(t) - x(t - p/f)| over period j and over all signals, each divided by its
-    range in the last 4 p periods. Period p is reported if e_j <= tolerance in the last 3 p periods and the estimated
-    rest of the transient is within tolerance too: a response that creeps is not called periodic.
+    For a cycle of p periods, e_j = max |x(t) - x(t - p/f)| over period j and over all signals, each divided
+    by its range in the last 4 p periods. Period p is reported if e_j <= tolerance in the last 3 p periods and
+    the estimated rest of the transient is within tolerance too: a response that creeps is not called
+    periodic.
 
     Args:
         signals: At the same times, for example displacement and velocity of a probe.
@@ -130,7 +137,7 @@ def periodicity(
     remaining = _remaining(_differences(waves, best), best, tolerance)
     if best_residual <= tolerance:
         verdict = (
-            f"not settled: the last cycles of {best} forcing periods differ by {_percent(best_residual)} only, "
+            f"not settled: the last cycles of {best} forcing periods differ by {_percent(best_residual)}, "
             f"but the rest of the transient may be {_percent(remaining)} of the range; run longer"
         )
     else:
@@ -142,7 +149,13 @@ def periodicity(
 
 
 def _found(
-    difference: FloatArray, p: int, remaining: float, tried: int, tolerance: float, signal: Signal, frequency: float
+    difference: FloatArray,
+    p: int,
+    remaining: float,
+    tried: int,
+    tolerance: float,
+    signal: Signal,
+    frequency: float,
 ) -> Periodicity:
     outside = np.flatnonzero(difference > tolerance)
     first = int(outside[-1]) + 1 if outside.size else 0  # difference[first:] is within tolerance
@@ -194,7 +207,7 @@ def _remaining(difference: FloatArray, p: int, tolerance: float) -> float:
 
 def _at(signal: Signal, time: FloatArray) -> FloatArray:
     if signal.time.size < 4:
-        return np.interp(time, signal.time, signal.values)
+        return np.asarray(np.interp(time, signal.time, signal.values))
     return np.asarray(CubicSpline(signal.time, signal.values)(np.clip(time, signal.time[0], signal.time[-1])))
 
 

@@ -12,8 +12,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from postprocess.errors import ResultsError
 from postprocess.fields import Fields
-from postprocess.results_error import ResultsError
 from solver.output.records import (
     CASE_FILE,
     FIELDS_DATA_FILE,
@@ -75,7 +75,9 @@ class Results:
         try:
             summary = json.loads(path.read_text(encoding="utf-8"))
         except ValueError as fault:
-            raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON object", "repeat the run") from fault
+            raise ResultsError(
+                path, f"text that is not JSON ({fault})", "a JSON object", "repeat the run"
+            ) from fault
         if not isinstance(summary, dict):
             raise ResultsError(path, type(summary).__name__, "a JSON object", "repeat the run")
         _check_version(path, summary.get("format", FORMAT_VERSION))
@@ -92,7 +94,9 @@ class Results:
         try:
             return tomllib.loads(path.read_text(encoding="utf-8"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-            raise ResultsError(path, f"text that is not TOML ({fault})", "the case as run", "repeat the run") from fault
+            raise ResultsError(
+                path, f"text that is not TOML ({fault})", "the case as run", "repeat the run"
+            ) from fault
 
     @property
     def status(self) -> str:
@@ -134,10 +138,11 @@ class Results:
     def _existing(self, name: str) -> Path:
         path = self.folder / name
         if not path.is_file():
-            there = sorted(entry.name for entry in self.folder.iterdir())
+            there = ", ".join(sorted(entry.name for entry in self.folder.iterdir())) or "nothing"
+            reason = f"; the run failed: {self.summary.get('message')}" if self.status == "failed" else ""
             raise ResultsError(
                 path,
-                found=f"no such file; in the folder: {', '.join(there) or 'nothing'}",
+                found=f"no such file, in the folder: {there}{reason}",
                 expected="the results folder of a run",
                 remedy="give the folder that `gapbeam run` named, or run the case first",
             )
@@ -177,7 +182,7 @@ def _check_version(path: Path, version: object) -> None:
             path,
             found=f"format version {version}",
             expected=f"format version {FORMAT_VERSION}",
-            remedy="read it with the gapbeam that wrote it (named in the summary), or repeat the run with this one",
+            remedy="read it with the gapbeam that wrote it (see the summary), or repeat the run",
         )
 
 
@@ -186,7 +191,8 @@ def _named(history: xr.Dataset) -> xr.Dataset:
     for dimension in ("probe", "face", "load", "component"):
         if dimension in history.coords:
             names = [
-                name.decode() if isinstance(name, bytes) else str(name) for name in history[dimension].values.tolist()
+                name.decode() if isinstance(name, bytes) else str(name)
+                for name in history[dimension].values.tolist()
             ]
             history = history.assign_coords({dimension: np.array(names, dtype=object)})
     return history

@@ -20,6 +20,8 @@ _UNEVEN = 1.0e-3
 class SignalError(ValueError):
     """A signal that is not there, not finite, or cannot carry what is asked of it."""
 
+    exit_status = 2
+
 
 class SignalWarning(UserWarning):
     """A signal from which a number was computed that should be read with care."""
@@ -48,7 +50,9 @@ class Signal:
 
     def __post_init__(self) -> None:
         if self.time.ndim != 1 or self.time.shape != self.values.shape:
-            raise SignalError(f"{self.name}: times {self.time.shape} and values {self.values.shape} differ in shape")
+            raise SignalError(
+                f"{self.name}: times {self.time.shape} and values {self.values.shape} differ in shape"
+            )
         if self.time.size == 0:
             raise SignalError(f"{self.name}: the record holds no value")
         bad = ~np.isfinite(self.values) | ~np.isfinite(self.time)
@@ -62,11 +66,13 @@ class Signal:
 
     @property
     def interval(self) -> float:
-        """Sampling interval in s.
+        """Sampling interval in s; of a single mean, the time it is the mean of.
 
         Raises:
             SignalError: Fewer than two values, or the intervals differ by more than 0.1 %.
         """
+        if self.time.size == 1 and self.width > 0.0:
+            return self.width
         if self.time.size < 2:
             raise SignalError(f"{self.name}: one value has no sampling interval; record more of them")
         interval = float(self.time[-1] - self.time[0]) / (self.time.size - 1)
@@ -98,8 +104,8 @@ def probe_signal(
 ) -> Signal:
     """Pick one component of the motion of one probe.
 
-    A record of interval means (the accelerations) is placed at the middle of its intervals, and its first entry,
-    which no interval precedes, is left out. A last interval of other length is left out too.
+    A record of interval means (the accelerations) is placed at the middle of its intervals, and its first
+    entry, which no interval precedes, is left out. A last interval of other length is left out too.
 
     Args:
         history: The history of a run, `Results.history`.
@@ -127,6 +133,26 @@ def probe_signal(
     width = float(time[-1] - time[0]) / (time.size - 1)
     middle = 0.5 * (time[1:] + time[:-1])
     return Signal(middle, values[1:], str(variable.attrs.get("units", "")), name, width)
+
+
+def face_signal(history: xr.Dataset, quantity: str, face: str) -> Signal:
+    """Pick a record of a contact face.
+
+    Args:
+        history: The history of a run, `Results.history`.
+        quantity: "contact_force", "penetration", ...
+        face: "base" or "gland".
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    variable = history[quantity].sel(face=face)
+    return Signal(
+        np.asarray(history["time"].values, dtype=float),
+        np.asarray(variable.values, dtype=float),
+        str(variable.attrs.get("units", "")),
+        f"{quantity} at the {face}",
+    )
 
 
 def probe_name(history: xr.Dataset, probe: str | None = None) -> str:

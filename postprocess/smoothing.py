@@ -1,7 +1,7 @@
 """The moving average that takes the collision response out of a signal, at a stated sampling rate.
 
-Li, Jin, Han, Cao and He (2013), section 4.2, smooth the measured acceleration by five points; their sampling rate is
-not printed. What n points do depends on the rate, so the rate is always part of the request here.
+Li, Jin, Han, Cao and He (2013), section 4.2, smooth the measured acceleration by five points; their sampling
+rate is not printed. What n points do depends on the rate, so the rate is always part of the request here.
 """
 
 from __future__ import annotations
@@ -32,8 +32,9 @@ def smooth(signal: Signal, rate: float = RATE, points: int = POINTS, sampling: S
         signal: Evenly sampled, at `rate` or faster.
         rate: Sampling rate in Hz.
         points: n, number of points averaged.
-        sampling: "mean": every sample is the mean over the sampling interval, so that the result is the mean over
-            n/rate seconds; "pick": every sample is the value at its instant, as of a converter without filter.
+        sampling: "mean": every sample is the mean over the sampling interval, so that the result is the mean
+            over n/rate seconds; "pick": every sample is the value at its instant, as of a converter without
+            filter.
 
     Returns:
         The smoothed signal at the sampling rate; shorter by n - 1 samples, each at the middle of its n.
@@ -41,15 +42,16 @@ def smooth(signal: Signal, rate: float = RATE, points: int = POINTS, sampling: S
     Raises:
         SignalError: The signal is too short or sampled more slowly than `rate`.
     """
-    return moving_average(resample(signal, rate, sampling), points)
+    averaged = moving_average(resample(signal, rate, sampling), points)
+    return replace(averaged, name=f"smoothed {signal.name}")
 
 
 def resample(signal: Signal, rate: float = RATE, sampling: Sampling = "mean") -> Signal:
     """Sample a signal at a lower rate.
 
     "mean": sample j is the mean over j/rate <= t <= (j+1)/rate, placed at the middle: exact for the piecewise
-    constant (interval means) or piecewise linear (instants) signal that the record describes. "pick": the value at
-    the first time + j/rate, linear between the values of the record.
+    constant (interval means) or piecewise linear (instants) signal that the record describes. "pick": the
+    value at the first time + j/rate, linear between the values of the record.
 
     Args:
         signal: Evenly sampled, at `rate` or faster.
@@ -130,7 +132,7 @@ def moving_average_response(frequency: FloatArray, rate: float = RATE, points: i
 def _integral_of_steps(signal: Signal, at: FloatArray) -> FloatArray:
     step = signal.interval
     edges = signal.time[0] + (np.arange(signal.time.size + 1) - 0.5) * step
-    return np.interp(at, edges, np.concatenate([[0.0], np.cumsum(signal.values) * step]))
+    return np.asarray(np.interp(at, edges, np.concatenate([[0.0], np.cumsum(signal.values) * step])))
 
 
 def _integral_of_lines(signal: Signal, at: FloatArray) -> FloatArray:
@@ -145,8 +147,8 @@ def _warn_of_folding(signal: Signal, rate: float) -> None:
     share = float(np.sqrt(power[above].sum() / power.sum())) if power.sum() > 0.0 else 0.0
     if share > _FOLDED:
         warnings.warn(
-            f"{signal.name}: picked at {rate:g} Hz, {100 * share:.0f} % of the rms lie above {rate / 2:g} Hz and are "
-            "folded into the band below; take the mean over the sampling interval, or a higher rate",
+            f"{signal.name}: picked at {rate:g} Hz, {100 * share:.0f} % of the rms lie above {rate / 2:g} Hz "
+            "and are folded into the band below; take the mean over the sampling interval, or a higher rate",
             SignalWarning,
             stacklevel=3,
         )

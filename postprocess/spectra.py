@@ -19,6 +19,8 @@ FloatArray = np.ndarray
 CYCLE = 12
 
 _WHOLE = 1.0e-6
+# Fraction of a period by which a span may be short: half a sampling interval at its ends.
+_SLACK = 0.02
 _TOP = 0.9
 _ALIASED = 0.01
 _SCIPY = {"rectangular": "boxcar"}
@@ -72,24 +74,25 @@ def spectrum(
     Args:
         signal: Evenly sampled. Means over an interval h show lines times |sin(pi f h)/(pi f h)|.
         forcing_frequency: Hz; None takes the whole record, without periods.
-        periods: How many of the last periods; by default the most of 12, 24, 36, ... since `after`; of fewer than
-            12 the most of 6 or, failing that, all whole ones.
+        periods: How many of the last periods; by default `default_periods` of what follows `after`.
         window: Default rectangular over whole periods, hann without.
-        after: s; by default only what follows is transformed (the transient is left out). Ignored with `periods`.
+        after: s, where the transient ends; -inf where that is not known.
 
     Raises:
         SignalError: Fewer than one period or eight values, or more periods than there are.
 
     Warns:
-        SignalWarning: Too short for subharmonics, periods that are no whole number of intervals, content near half
-            the sampling rate. The same texts are in `Spectrum.warnings`.
+        SignalWarning: Too short for subharmonics, periods that are no whole number of intervals, content near
+            half the sampling rate. The same texts are in `Spectrum.warnings`.
 
     Source: Harris (1978), Proc. IEEE 66, 51, for the windows and their coherent gain.
     """
     notes: list[str] = []
     if forcing_frequency is None:
         span, count = signal, None
-        notes.append(f"{signal.name}: no forcing period; the span is no whole number of periods and lines leak")
+        notes.append(
+            f"{signal.name}: no forcing period; the span is no whole number of periods and lines leak"
+        )
     else:
         span, count = _whole_periods(signal, forcing_frequency, periods, after, notes)
     size, interval = span.time.size, span.interval
@@ -127,6 +130,18 @@ def whole_periods(signal: Signal, forcing_frequency: float) -> int:
     return int(np.floor(signal.duration * forcing_frequency + _WHOLE))
 
 
+def default_periods(signal: Signal, forcing_frequency: float, after: float = -np.inf) -> int:
+    """Choose the number of periods for a spectrum.
+
+    The most of 12, 24, 36, ... that follow `after`; where 12 do not, the most of 12, 6 or, failing that, all
+    whole periods of the whole signal.
+    """
+    settled, available = _since(signal, forcing_frequency, after), whole_periods(signal, forcing_frequency)
+    if settled >= CYCLE:
+        return settled // CYCLE * CYCLE
+    return next((count for count in (CYCLE, CYCLE // 2) if available >= count), available)
+
+
 def _whole_periods(
     signal: Signal, forcing_frequency: float, periods: int | None, after: float, notes: list[str]
 ) -> tuple[Signal, int]:
@@ -137,16 +152,22 @@ def _whole_periods(
             f"{signal.name}: {signal.duration:g} s hold {available} whole forcing periods of "
             f"{1 / forcing_frequency:g} s, asked for {periods or 'one at least'}"
         )
-    if periods is None:
-        steady = signal.duration - max(0.0, after - float(signal.time[0]))
-        settled = int(np.floor(steady * forcing_frequency + _WHOLE))
-        periods = _default_periods(settled if settled >= CYCLE else min(available, CYCLE))
+    periods = periods or default_periods(signal, forcing_frequency, after)
+    if periods > _since(signal, forcing_frequency, after):
+        notes.append(
+            f"{signal.name}: the last {periods} forcing periods begin before {after:.4g} s: "
+            "the spectrum holds some of the transient; run longer"
+        )
     if periods % 6:
-        notes.append(f"{signal.name}: {periods} periods are not a multiple of 6: subharmonics 1/2 or 1/3 fall between lines")
+        notes.append(
+            f"{signal.name}: {periods} periods, no multiple of 6: subharmonics 1/2 or 1/3 fall between lines"
+        )
     exact = periods / (forcing_frequency * signal.interval)
     size = round(exact)
     if abs(exact - size) <= _WHOLE * max(1.0, 1e-3 * size):
-        return Signal(signal.time[-size:], signal.values[-size:], signal.unit, signal.name, signal.width), periods
+        return Signal(
+            signal.time[-size:], signal.values[-size:], signal.unit, signal.name, signal.width
+        ), periods
     notes.append(
         f"{signal.name}: {periods} forcing periods are {exact:.3f} sampling intervals; "
         "interpolated by a cubic spline to a whole number (choose a step that divides the period)"
@@ -160,11 +181,10 @@ def _whole_periods(
     return Signal(time, values, signal.unit, signal.name, signal.width), periods
 
 
-def _default_periods(available: int) -> int:
-    for unit in (CYCLE, 6):
-        if available >= unit:
-            return available // unit * unit
-    return available
+def _since(signal: Signal, forcing_frequency: float, after: float) -> int:
+    """Whole forcing periods of a signal since a time."""
+    left = signal.duration - max(0.0, after - float(signal.time[0]))
+    return min(int(np.floor(left * forcing_frequency + _SLACK)), whole_periods(signal, forcing_frequency))
 
 
 def _note_aliasing(signal: Signal, frequency: FloatArray, amplitude: FloatArray, notes: list[str]) -> None:
@@ -173,5 +193,5 @@ def _note_aliasing(signal: Signal, frequency: FloatArray, amplitude: FloatArray,
     if largest > 0.0 and top > _ALIASED * largest:
         notes.append(
             f"{signal.name}: lines of {100 * top / largest:.2g} % of the largest near half the sampling rate "
-            f"({frequency[-1]:g} Hz): content above it is folded in; record more often"
+            f"({frequency[-1]:g} Hz): content above it is folded in; sample more often"
         )

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 from typing import Any
 
+import numpy as np
+
 from postprocess.analysis import Analysis, SignalAnalysis
 from postprocess.display_units import shown
 from postprocess.harmonics import Harmonic, distortion
@@ -21,7 +23,9 @@ def as_text(analysis: Analysis, title: str = "") -> str:
     if analysis.probe is not None:
         lines.append(f"probe {analysis.probe}, direction {analysis.component}")
     if analysis.forcing_frequency is not None:
-        lines.append(f"forcing {analysis.forcing_frequency:g} Hz, period {1e3 / analysis.forcing_frequency:g} ms")
+        lines.append(
+            f"forcing every {1e3 / analysis.forcing_frequency:g} ms, {analysis.forcing_frequency:g} Hz"
+        )
     if analysis.signals:
         lines += ["", *_peak_rows(analysis)]
     if analysis.periodicity is not None:
@@ -66,14 +70,18 @@ def _peak_rows(analysis: Analysis) -> list[str]:
             f"  {f'{name}, {unit}':24}{factor * found.minimum:12.5g}{found.time_of_minimum:10.4f}"
             f"{factor * found.maximum:12.5g}{found.time_of_maximum:10.4f}{factor * found.peak_to_peak:14.5g}"
         )
-    with_periods = [(name, one) for name, one in analysis.signals.items() if one.per_period is not None]
+    with_periods = [
+        (name, shown(one.signal.unit)[0], one.per_period, shown(one.signal.unit)[1])
+        for name, one in analysis.signals.items()
+        if one.per_period is not None
+    ]
     if with_periods:
-        rows += ["", "Peak to peak per forcing period: median of the last half of the periods, smallest and largest"]
-    for name, one in with_periods:
-        unit, factor = shown(one.signal.unit)
-        values = sorted(one.per_period.peak_to_peak[-max(1, len(one.per_period.period) // 2) :] * factor)  # type: ignore[union-attr]
+        rows += ["", "Peak to peak in a forcing period, over the last half of the periods"]
+        rows.append(f"  {'':24}{'median':>12}{'smallest':>12}{'largest':>12}")
+    for name, unit, table, factor in with_periods:
+        values = factor * table.peak_to_peak[-max(1, table.period.size // 2) :]
         rows.append(
-            f"  {f'{name}, {unit}':24}{values[len(values) // 2]:12.5g}{values[0]:12.5g}{values[-1]:12.5g}"
+            f"  {f'{name}, {unit}':24}{np.median(values):12.5g}{values.min():12.5g}{values.max():12.5g}"
         )
     return rows
 
@@ -87,7 +95,8 @@ def _harmonic_rows(analysis: Analysis) -> list[str]:
     for order in orders:
         frequency = float(order) * (analysis.forcing_frequency or 0.0)
         cells = "".join(
-            f"{_cell(by_order[name].get(order), shown(one.signal.unit)[1]):>28}" for name, one in columns.items()
+            f"{_cell(by_order[name].get(order), shown(one.signal.unit)[1]):>28}"
+            for name, one in columns.items()
         )
         rows.append(f"  {order!s:>6}{frequency:10.5g}{cells}")
     rest = "".join(f"{distortion(one.harmonics):28.4g}" for one in columns.values())

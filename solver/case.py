@@ -160,9 +160,7 @@ class Gravity(Table):
 class Ramped(Table):
     """A harmonic load amplitude * sin(2 pi frequency t + phase), ramped smoothly from zero."""
 
-    amplitude: Number = Field(
-        description="amplitude, SI unit of the quantity: N, m/s^2, m/s or m", examples=[20.0]
-    )
+    amplitude: Number = Field(description="amplitude, in the unit of the quantity", examples=[20.0])
     frequency: Positive = Field(description="forcing frequency, Hz", examples=[20.0])
     phase: Number = Field(default=0.0, description="phase at t = 0, degrees")
     ramp: NonNegative = Field(
@@ -178,6 +176,7 @@ class HarmonicForce(Ramped):
 
     type: Literal["harmonic_force"] = Field(description="kind of load")
     name: Name = Field(default="force", description="name in results and messages, different for every load")
+    amplitude: Number = Field(description="amplitude of the force, N", examples=[20.0])
     point: Number | Vector = Field(
         description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.15]
     )
@@ -188,8 +187,9 @@ class BaseMotion(Ramped):
 
     type: Literal["base_motion"] = Field(description="kind of load")
     name: Name = Field(default="base", description="name in results and messages, different for every load")
+    amplitude: Number = Field(description="amplitude of the quantity, m/s^2, m/s or m", examples=[20.0])
     quantity: Literal["acceleration", "velocity", "displacement"] = Field(
-        default="acceleration", description="what the amplitude is the amplitude of, in m/s^2, m/s or m"
+        default="acceleration", description="what the amplitude is the amplitude of"
     )
 
 

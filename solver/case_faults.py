@@ -34,6 +34,8 @@ class Fault:
 class CaseError(Exception):
     """A case that cannot be run, with all its faults; `str()` is the whole message."""
 
+    exit_status = 2
+
     def __init__(self, source: str, faults: Sequence[Fault]) -> None:
         super().__init__(source, faults)
         self.source = source

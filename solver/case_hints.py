@@ -23,10 +23,9 @@ _NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S*
 
 def hint_for(model: type[BaseModel], name: str, value: object) -> str:
     """Return what to write instead of a value that was refused."""
-    choices = [
-        value for option in options(model, name) for value in option.get("enum", [option.get("const")])
-    ]
-    types = {option.get("type") for option in options(model, name)}
+    allowed = options(model, name)
+    types = {option.get("type") for option in allowed}
+    choices = [choice for option in allowed for choice in option.get("enum", [option.get("const")])]
     numeric = bool(types & {"number", "integer"})
     names = [choice for choice in choices if isinstance(choice, str)]
     match value:
@@ -42,12 +41,14 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
             return "a finite number"
         case float() if "integer" in types and value.is_integer():
             return f"a whole number without decimal point: {name} = {int(value)}"
-        case int() | float() if types == {"string"} and not choices and not isinstance(value, bool):
+        case int() | float() if types == {"string"} and not names and not isinstance(value, bool):
             return f'quotes: {name} = "{value}"'
         case int() | float() if value < 0 and numeric and not isinstance(value, bool):
             return "no minus sign"
         case list() | tuple() if len(value) == 1 and numeric:
             return f"the number without brackets: {name} = {toml_value(value[0])}"
+        case list() | tuple() if "array" in types and any(isinstance(item, str) for item in value):
+            return "numbers without quotes"
     line = example(model, name)
     return f"for example {line}" if line else ""
 

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import NamedTuple, get_args, get_origin
+from typing import Any, NamedTuple, get_args, get_origin
 
 from pydantic import BaseModel
 
 from solver.case import Case
 from solver.case_faults import Key
+from solver.case_words import printable
 
 
 class Table(NamedTuple):
@@ -51,6 +52,11 @@ def type_name(model: type[BaseModel]) -> str:
 def is_array(name: object) -> bool:
     """Whether a name is that of an array of tables, [[load]] or [[probe]]."""
     return name in Case.model_fields and get_origin(Case.model_fields[str(name)].annotation) is tuple
+
+
+def numbered(tables: Mapping[str, Any]) -> dict[str, Any]:
+    """Return tables with every array of tables as {number: entry}."""
+    return {name: dict(enumerate(t)) if isinstance(t, tuple) else t for name, t in tables.items()}
 
 
 def candidates(key: Key, data: object) -> list[type[BaseModel]]:
@@ -95,8 +101,8 @@ def label(key: Key, data: object) -> str:
     if is_table or isinstance(key[-1], int):
         return header(key, data)
     if isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
-        return f"[[{key[-1]}]]"
-    return f"{header(key[:-1], data)} {key[-1]}".strip()
+        return f"[[{printable(key[-1])}]]"
+    return f"{header(key[:-1], data)} {printable(key[-1])}".strip()
 
 
 def header(key: Key, data: object) -> str:
@@ -104,9 +110,9 @@ def header(key: Key, data: object) -> str:
     if not key:
         return ""
     if len(key) == 1:
-        return f"[[{key[0]}]]" if is_array(key[0]) else f"[{key[0]}]"
+        return f"[[{key[0]}]]" if is_array(key[0]) else f"[{printable(key[0])}]"
     if isinstance(key[1], int):
         name = value_at((*key[:2], "name"), data)
-        named = f' (name "{name:.40}")' if isinstance(name, str) else ""
-        return " ".join([f"[[{key[0]}]] number {key[1] + 1}{named}", *map(str, key[2:])])
-    return f"[{'.'.join(map(str, key))}]"
+        named = f' (name "{printable(name)}")' if isinstance(name, str) else ""
+        return " ".join([f"[[{key[0]}]] number {key[1] + 1}{named}", *map(printable, key[2:])])
+    return f"[{'.'.join(map(printable, key))}]"

@@ -55,14 +55,14 @@ def near(word: object, known: Iterable[str]) -> str | None:
     return _same(word, names) or _close(word, names)
 
 
-def meant(name: str, model: type[BaseModel] | None) -> str:
+def meant(name: str, model: type[BaseModel]) -> str:
     """Return a hint for an unknown key: a near miss in its table, or the table where it belongs; "" if none.
 
     Args:
         name: The key as written.
-        model: The table it was found in; None where that table is unknown itself.
+        model: The table it was found in.
     """
-    own = list(model.model_fields) if model else []
+    own = list(model.model_fields)
     every = sorted({key for table in tables() for key in table.model.model_fields})
     word = _same(name, own) or (None if _same(name, every) else _close(name, own))
     if word:
@@ -85,6 +85,9 @@ def _same(word: object, known: list[str]) -> str | None:
 
 def _close(word: object, known: list[str]) -> str | None:
     plain = {_plain(name): name for name in known}
+    begins = [name for name in known if len(_plain(word)) > 2 and _plain(name).startswith(_plain(word))]
+    if len(begins) == 1:
+        return begins[0]
     close = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
     return plain[close[0]] if close else None
 

@@ -10,7 +10,7 @@ from typing import Any
 from solver.case_faults import Fault, Key
 from solver.case_keys import candidates, is_array
 from solver.case_near_misses import near
-from solver.case_words import either, shown
+from solver.case_words import either, printable, shown
 
 Overrides = Mapping[str, object] | Sequence[str]
 
@@ -102,14 +102,14 @@ def _entry(data: Mapping[str, Any], parts: Sequence[str], name: str) -> int | Fa
     names = [_name_of(array, number, data) for number in range(len(entries))]
     if wanted in names:
         return names.index(wanted)
-    if wanted.isdecimal() and int(wanted[:9]) < len(entries):
+    if wanted.isdecimal() and len(wanted) < 9 and int(wanted) < len(entries):
         return int(wanted)
     known = [str(entry) for entry in names if entry is not None]
     close = near(wanted, known)
     numbers = f"a number from 0 to {len(entries) - 1}" if len(entries) > 1 else "0"
     return _misplaced(
         name,
-        f"[[{array}]] {wanted}, which is not in the case file",
+        f"[[{array}]] {printable(wanted)}, which is not in the case file",
         either([numbers, *known]),
         f"did you mean {'.'.join([array, close, *parts[2:]])}?" if close else "",
     )
@@ -124,4 +124,4 @@ def _name_of(array: str, number: int, data: Mapping[str, Any]) -> object:
 
 
 def _misplaced(name: str, found: str, expected: str, hint: str = "") -> Fault:
-    return Fault((), found, expected, hint, where=f"--set {name}")
+    return Fault((), found, expected, hint, where=f"--set {printable(name)}")

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import os
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -13,10 +13,12 @@ from solver.case_faults import CaseError, Fault, Key
 from solver.case_keys import label
 from solver.case_lines import key_lines, line_of
 from solver.case_overrides import Overrides, override
+from solver.case_schema import schema
 from solver.case_syntax import parse, read_text
 from solver.case_types import check_types
 from solver.case_warnings import warnings
-from solver.case_writer import case_to_toml, schema
+from solver.case_words import printable
+from solver.case_writer import case_to_toml
 
 __all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "schema", "warnings"]
 
@@ -33,7 +35,7 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
         The case; the path of a mesh file, relative to the case file, is absolute in it.
 
     Raises:
-        CaseError: The file cannot be read, or holds faults: all of them.
+        CaseError: The file cannot be read, or the case has faults: all of them.
     """
     path = Path(path)
     text = read_text(path)
@@ -41,9 +43,12 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
     typed, faults = override(data, overrides)
     _find_mesh_file(data, path)
     tables, wrong = check_types(data)
-    faults += [_placed(fault, data, path, text, typed) for fault in [*wrong, *contradictions(tables)]]
+    wrong += contradictions(tables)
+    if wrong:
+        places = _Places(path, data, key_lines(text), typed)
+        faults += sorted((places.put(fault) for fault in wrong), key=places.order)
     if faults:
-        raise CaseError(str(path), sorted(faults, key=_order))
+        raise CaseError(str(path), faults)
     return Case.model_validate(data)
 
 
@@ -52,3 +57,37 @@ def _find_mesh_file(data: dict[str, Any], path: Path) -> None:
     mesh = data.get("mesh")
     if isinstance(mesh, dict) and isinstance(mesh.get("file"), str) and mesh["file"]:
         mesh["file"] = os.path.normpath(path.absolute().parent / mesh["file"])
+
+
+@dataclass(frozen=True)
+class _Places:
+    """Where the keys of a case stand: on which line of the file, or on the command line."""
+
+    path: Path
+    data: dict[str, Any]
+    lines: dict[Key, int]
+    typed: dict[Key, str]
+
+    def order(self, fault: Fault) -> int:
+        """Return the line of a fault, 0 for one from the command line."""
+        return 0 if self._typed(fault.key) else line_of(fault.key, self.lines) or 0
+
+    def put(self, fault: Fault) -> Fault:
+        """Return the fault with its place in words, and with every override that takes part in it."""
+        own = self._typed(fault.key)
+        line = line_of(fault.key, self.lines)
+        if own:
+            place = f"--set {printable(own)}"
+        else:
+            place = f"{self.path}{f':{line}' if line else ''}: {label(fault.key, self.data)}"
+        others = dict.fromkeys(self._typed(key) for key in fault.related)
+        places = [place, *(f"--set {printable(name)}" for name in others if name and name != own)]
+        return replace(fault, where=" with ".join(places))
+
+    def _typed(self, key: Key) -> str:
+        """Return the override of a key, of a table around it, or of a key in it where the file lacks it."""
+        around = [self.typed[key[:size]] for size in range(len(key), 0, -1) if key[:size] in self.typed]
+        below = [
+            name for other, name in self.typed.items() if key not in self.lines and other[: len(key)] == key
+        ]
+        return next(iter([*around, *below]), "")

@@ -9,10 +9,11 @@ from typing import Any
 
 from solver.case_faults import CaseError, Fault
 from solver.case_near_misses import near
-from solver.case_words import either
+from solver.case_words import either, printable
 
 LARGEST = 1_000_000
 """The largest case file that is read, bytes."""
+LONGEST_LINE = 300
 
 EXPECTED = (
     ("overwrite a value", "every key at most once in its table"),
@@ -27,6 +28,8 @@ EXPECTED = (
     ("Unterminated string", "a quote at the end of the text"),
     ("Expected ']", "a table [name] or an entry [[name]] closed by as many brackets as it was opened"),
     ("Illegal character '\\n'", "a quote at the end of the text, on the same line"),
+    ('Expected "', "a quote at the end of the text"),
+    ("key part", "a key of letters, digits, _ and -"),
     ("backslash", "text in 'single quotes' where it holds a backslash"),
     ("Unescaped '\\\\'", "text in 'single quotes' where it holds a backslash"),
 )
@@ -38,7 +41,14 @@ HINTS = (
     (r"^\s*(//|;|%|/\*|!)", "# at the start of a comment"),
     (r"^\s*\[\[[^\]]*\][^\]]*$", "two brackets at both ends: [[name]]"),
     (r"^\s*\[[^\[\]=]*$", "a closing bracket: [name]"),
+    (r"^\s*\[[^\[\]]*\]\]", "as many brackets before the name as behind it"),
+    (r"^\s*\[\s*\]", "a name between the brackets"),
     (r"==", "a single ="),
+    (r"=.*//", "# instead of // before a comment"),
+    (r"=\s*\(", "square brackets around a list: [1.0, 2.0]"),
+    (r"=\s*\[[^\],]*[^\],\s]\s+[^\],\s]", "a comma between the items of a list"),
+    (r"^\s*[A-Za-z_]\w*( +\w+)+\s*=", "_ instead of blanks in the key"),
+    (r"[;,]$", "nothing at the end of the line"),
     (r"^\s*[\w.-]+\s*:", "= instead of :"),
     (r"^[^=#]*[^\s=#][^=#]*$", "an = between key and value"),
     (r"=\s*(#|$)", "a value behind the ="),
@@ -87,11 +97,8 @@ def read_text(path: Path) -> str:
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
         found = f"the byte 0x{content[error.start]:02x}, which is not UTF-8"
-        hint = (
-            "save it as UTF-8 text in the editor"
-            if b"\0" not in content
-            else "is it a mesh, a result or UTF-16 text?"
-        )
+        binary = b"\0" in content
+        hint = "is it a mesh, a result or UTF-16 text?" if binary else "save it as UTF-8 text in the editor"
         raise _unreadable(path, found, "a text file in UTF-8", hint, f":{line}") from error
 
 
@@ -109,33 +116,34 @@ def parse(text: str, source: str) -> dict[str, Any]:
         fault = Fault((), "lists or tables nested too deep", "at most a list in a table", where=source)
         raise CaseError(source, [fault]) from error
     except ValueError as error:  # a number with thousands of digits
-        fault = Fault((), f"a value that cannot be read: {error}", "a number of a few digits", where=source)
+        fault = Fault((), "a whole number of thousands of digits", "a number of a few digits", where=source)
         raise CaseError(source, [fault]) from error
 
 
 def _syntax_fault(text: str, source: str, message: str) -> Fault:
     lines = text.replace("\r\n", "\n").split("\n")
     place = re.search(r"\(at line (\d+), column (\d+)\)", message)
-    number, column = (int(place[1]), int(place[2])) if place else (_last_line(lines), 0)
+    number, column = (int(place[1]), int(place[2])) if place else (_last(lines, r"\S") or 1, 0)
+    if "Unclosed array" in message:  # noticed later than it was opened
+        number, column = _last(lines[:number], r"=\s*\[[^\]]*$") or number, 0
     line = lines[number - 1].strip()
     expected = next((words for part, words in EXPECTED if part in message), "")
     if not expected:
         expected = f"a line of TOML; the reader says: {re.sub(r' *[(]at .*[)]$', '', message)}"
-    hint = next((words for pattern, words in HINTS if re.search(pattern, line)), "")
+    hint = next((words for pattern, words in HINTS if re.search(pattern, line[:LONGEST_LINE])), "")
     if "twice" in message or "overwrite" in message:
-        hint = "keep one of them"
-    where = f"{source}:{number}: line {number}" + (f", column {column}" if column else ", at the end")
-    return Fault(
-        (),
-        "".join(c if c.isprintable() else " " for c in line[:100]) or "an empty line",
-        expected,
-        hint,
-        where=where,
+        head = line[:LONGEST_LINE].partition("=")[0].strip()
+        other = _last(lines[: number - 1], rf"^\s*{re.escape(head)}\s*(=|#|$)")
+        hint = f"keep one of lines {other} and {number}" if other else "keep one of them"
+    where = f"{source}:{number}: line {number}" + (f", column {column}" if column else "")
+    return Fault((), printable(line, 100) or "an empty line", expected, hint, where=where)
+
+
+def _last(lines: list[str], pattern: str) -> int | None:
+    """Return the number of the last line that holds a pattern."""
+    return next(
+        (n for n in range(len(lines), 0, -1) if re.search(pattern, lines[n - 1][:LONGEST_LINE])), None
     )
-
-
-def _last_line(lines: list[str]) -> int:
-    return max((number for number, line in enumerate(lines, 1) if line.strip()), default=1)
 
 
 def _unreadable(path: Path, found: str, expected: str, hint: str = "", line: str = "") -> CaseError:

@@ -1,4 +1,4 @@
-"""Faults of single keys: unknown, missing, of the wrong type, out of range. pydantic finds them; here they get words."""
+"""Faults of single keys, put in words: unknown, missing, of the wrong type, out of range."""
 
 from __future__ import annotations
 
@@ -10,10 +10,11 @@ from pydantic import BaseModel, TypeAdapter, ValidationError
 from solver.case import Case
 from solver.case_faults import Fault, Key
 from solver.case_hints import hint_for
-from solver.case_keys import candidates, header, is_array, type_name, value_at
+from solver.case_keys import candidates, header, is_array, numbered, type_name, value_at
 from solver.case_near_misses import meant, near
-from solver.case_words import either, example, shown, toml_value, wanted
+from solver.case_words import either, example, printable, shown, toml_value, wanted
 
+MOST_FAULTS = 100
 _ADAPTERS: dict[str, TypeAdapter[Any]] = {
     name: TypeAdapter(field.rebuild_annotation()) for name, field in Case.model_fields.items()
 }
@@ -29,12 +30,8 @@ def check_types(data: Mapping[str, Any]) -> tuple[dict[str, Any], list[Fault]]:
         return numbered(dict(Case.model_validate(data))), []
     except ValidationError as error:
         keys = dict.fromkeys(_key(detail["loc"], data) for detail in error.errors(include_url=False))
-    return _intact(data, keys), [_fault(key, data) for key in _without_echoes(keys, data)]
-
-
-def numbered(tables: Mapping[str, Any]) -> dict[str, Any]:
-    """Return tables with every array of tables as {number: entry}."""
-    return {name: dict(enumerate(t)) if isinstance(t, tuple) else t for name, t in tables.items()}
+    told = _without_echoes(list(keys)[:MOST_FAULTS], data)
+    return _intact(data, keys), [_fault(key, data) for key in told]
 
 
 def _intact(data: Mapping[str, Any], faulty: Iterable[Key]) -> dict[str, Any]:
@@ -66,13 +63,13 @@ def _key(location: tuple[int | str, ...], data: Mapping[str, Any]) -> Key:
     return key
 
 
-def _without_echoes(keys: Iterable[Key], data: Mapping[str, Any]) -> list[Key]:
+def _without_echoes(keys: list[Key], data: Mapping[str, Any]) -> list[Key]:
     """Leave out each missing key that an unknown one beside it was meant to be: that is one mistake."""
-    keys = list(keys)
-    missing = {key for key in keys if _is_missing(key, data)}
-    unknown = {key for key in keys if _is_unknown(key, data)}
-    meanings = {(*key[:-1], near(key[-1], [str(m[-1]) for m in missing if m[:-1] == key[:-1]])) for key in unknown}
-    return [key for key in keys if key not in missing & meanings]
+    missing = [key for key in keys if _is_missing(key, data)]
+    meant_here = set()
+    for *table, name in (key for key in keys if _is_unknown(key, data)):
+        meant_here.add((*table, near(name, [str(key[-1]) for key in missing if list(key[:-1]) == table])))
+    return [key for key in keys if key not in missing or key not in meant_here]
 
 
 def _is_missing(key: Key, data: Mapping[str, Any]) -> bool:
@@ -81,13 +78,15 @@ def _is_missing(key: Key, data: Mapping[str, Any]) -> bool:
 
 
 def _is_unknown(key: Key, data: Mapping[str, Any]) -> bool:
-    return isinstance(key[-1], str) and not any(key[-1] in model.model_fields for model in candidates(key[:-1], data))
+    return isinstance(key[-1], str) and not any(
+        key[-1] in model.model_fields for model in candidates(key[:-1], data)
+    )
 
 
 def _fault(key: Key, data: Mapping[str, Any]) -> Fault:
     value, name = value_at(key, data), str(key[-1])
     models, owners = candidates(key, data), candidates(key[:-1], data)
-    if len(models) > 1 or (models and type_name(models[0]) and not isinstance(key[-1], int)):
+    if len(models) > 1 and not is_array(name):
         return _union_fault(key, value, models)
     if _is_unknown(key, data):
         return _unknown_key(key, value, owners[0])
@@ -99,15 +98,21 @@ def _fault(key: Key, data: Mapping[str, Any]) -> Fault:
         return Fault(key, "no such table", f"{header(key, data)} with {', '.join(keys)}", hint)
     if _is_missing(key, data):
         line = example(owners[0], name)
-        return Fault(key, "nothing: the key is missing", wanted(owners[0], name), f"add {line}" if line else "")
+        return Fault(
+            key, "nothing: the key is missing", wanted(owners[0], name), f"add {line}" if line else ""
+        )
     return Fault(key, shown(value), wanted(owners[0], name), hint_for(owners[0], name, value))
 
 
 def _unknown_key(key: Key, value: object, owner: type[BaseModel]) -> Fault:
     name = str(key[-1])
-    known = [f"{header((field,), {})}" if owner is Case and field != "title" else field for field in owner.model_fields]
-    found = f"the unknown {'table' if isinstance(value, Mapping) else 'key'} `{name:.40}`"
-    return Fault(key, found, f"one of {', '.join(known)}", meant(name, owner))
+    known = [
+        f"{header((field,), {})}" if owner is Case and field != "title" else field
+        for field in owner.model_fields
+    ]
+    found = f"the unknown {'table' if isinstance(value, Mapping) else 'key'} `{printable(name)}`"
+    related = ((*key[:-1], "type"),) if type_name(owner) else ()
+    return Fault(key, found, f"one of {', '.join(known)}", meant(name, owner), related)
 
 
 def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Fault:
@@ -118,7 +123,12 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
     if isinstance(value, Mapping):
         if "type" not in value:
             close = near("type", value)
-            hint = f"did you mean `type` by `{close}`?" if close else f"add type = {toml_value(names[0])}"
+            alike = max(models, key=lambda model: len(set(value) & set(model.model_fields)))
+            hint = (
+                f"did you mean `type` by `{close}`?"
+                if close
+                else f"add type = {toml_value(type_name(alike))}"
+            )
             return Fault((*key, "type"), "nothing: the key is missing", f"type = {known}", hint)
         key = (*key, "type")
     elif isinstance(key[-1], int):
@@ -134,7 +144,11 @@ def _not_a_table(key: Key, value: object, model: type[BaseModel]) -> Fault:
         double = f"write [[{name}]], with two brackets, above each entry"
         return Fault(key, shown(value), f"entries that start with [[{name}]]", double)
     if isinstance(value, list) and len(key) == 1:
-        return Fault(key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once")
+        return Fault(
+            key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once"
+        )
     line = next(filter(None, (example(model, field) for field in model.model_fields)), "")
     place = f"[{name}]" if len(key) == 1 else f"[[{name}]]"
-    return Fault(key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}")
+    return Fault(
+        key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}"
+    )

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import datetime
+import json
 from collections.abc import Iterable, Mapping
 from functools import cache
 from typing import Any
@@ -22,7 +23,7 @@ def toml_value(value: object) -> str:
         case bool():
             return "true" if value else "false"
         case str():
-            return f'"{value}"'
+            return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007f")
         case list() | tuple():
             return "[" + ", ".join(map(toml_value, value)) + "]"
         case float() if float(f"{value:g}") == value and "e" in f"{value:g}":
@@ -31,30 +32,36 @@ def toml_value(value: object) -> str:
             return str(value)
 
 
+def printable(text: object, longest: int = 60) -> str:
+    """Return a text for one line of a message: not too long, without control characters."""
+    cut = str(text)[:longest] + "..." * (len(str(text)) > longest)
+    return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in cut)
+
+
 def shown(value: object) -> str:
     """Return a value as it would stand in a case file, with its kind, short enough for one line."""
     match value:
         case bool():
             return f"{toml_value(value)} (a switch)"
         case float():
-            return f"{value:.10g}"
+            text = f"{value:.10g}"
+            return text if set(text) & set(".en") else f"{text}.0"
         case int():
             return str(value) if abs(value) < 10**25 else "a number of more than 25 digits"
         case str():
-            printable = "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in value[:60])
-            return f'"{printable}{"..." if len(value) > 60 else ""}" (text in quotes)'
+            return f'"{printable(value)}" (text in quotes)'
         case list() | tuple():
             items = [_shown_inside(item) for item in value[:4]] + ["..."] * (len(value) > 4)
             return f"[{', '.join(items)}]"
         case Mapping():
-            keys = [f"{key!s:.30}" for key in list(value)[:6]] + ["..."] * (len(value) > 6)
+            keys = [printable(key) for key in list(value)[:6]] + ["..."] * (len(value) > 6)
             return f"a table with {', '.join(keys)}" if keys else "an empty table"
         case datetime.date() | datetime.time():
             return f"{value} (a date or time)"
         case None:
             return "nothing"
         case _:
-            return f"{value!r:.60}"
+            return printable(repr(value))
 
 
 def _shown_inside(item: object) -> str:
@@ -65,7 +72,7 @@ def _shown_inside(item: object) -> str:
         case list() | tuple():
             return "[...]"
         case str():
-            return f'"{item:.20}"'
+            return f'"{printable(item, 20)}"'
         case _:
             return shown(item)
 

@@ -24,6 +24,7 @@ class CondensedOperator:
         stiffness: c_k.
         compliance: A^-1 on the interface DOFs, (n_i, n_i).
         delassus: D = G A^-1 G^T, (m, m).
+        largest_compliance: The largest entry of its diagonal.
         seconds: Wall time of the factorization and of the Delassus operator.
     """
 
@@ -41,6 +42,7 @@ class CondensedOperator:
         self.compliance = 0.5 * (block + block.T)
         gap = system.contact.gap_matrix
         self.delassus = np.ascontiguousarray(gap @ (gap @ self.compliance).T)
+        self.largest_compliance = float(np.max(np.diagonal(self.delassus), initial=0.0))
         self.seconds = {"factorization": factored - started, "delassus": time.perf_counter() - factored}
 
     def solve_free(self, right_side: Array) -> Array:

@@ -19,7 +19,7 @@ from solver.energy import Ledger
 from solver.errors import EnergyCreated, NotFinite
 from solver.system import Array, ContactOperator, Step
 
-FLOOR = 1.0e-9  # of the energy stored in the seat: below it round-off is no energy
+FLOOR = 1.0e-6  # of the energy stored in the seat: below it lies the round-off of u K u
 
 
 @dataclass

@@ -7,8 +7,10 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from meshes.beam import BeamGeometry, BeamSizing, build_beam
-from meshes.files import read_mesh
+from meshes.build import build_beam
+
+from meshes.geometry import BeamGeometry
+from meshes.sizing import BeamSizing
 from meshes.tagged import TaggedMesh
 from solver.case import Case, HarmonicForce
 
@@ -29,6 +31,8 @@ def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
         points=tuple(_coordinates(point, mesh.dimension) for point in points),
     )
     if mesh.file is not None:
+        from meshes.files import read_mesh
+
         return read_mesh(comm, Path(mesh.file), geometry)
     sizing = BeamSizing(
         cell=mesh.cell or DEFAULT_CELLS[mesh.dimension],

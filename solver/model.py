@@ -86,7 +86,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     width = case.beam.width if dimension == 2 else 1.0
     element = basix.ufl.element("Lagrange", mesh.basix_cell(), case.mesh.degree, shape=(dimension,))
     space = fem.functionspace(mesh, element)
-    faces = {name: tagged.facets.find(tagged.groups[name]) for name in ("base", "gland")}
+    faces = {name: tagged.facets_of(name) for name in ("base", "gland")}
     measure = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)
     contact = contact_operator(space, faces, case.support.clearance, width, facet_quadrature(case))
     area = float(contact.weights.sum()) / width
@@ -103,7 +103,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     system = SemiDiscreteSystem(
         operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping
     )
-    stiffness = contact_stiffness(case, tagged.support_cell_length())
+    stiffness = contact_stiffness(case, (tagged.facet_counts["base"] and area / 2 / tagged.facet_counts["base"]) ** (1 / (dimension - 1)))
     probes = {
         probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe
     }

@@ -15,7 +15,8 @@ from meshes.rank_zero import on_rank_zero
 from solver.analyses.static import Seat, find_seat
 from solver.analyses.transient import EffectiveOperators, March, image_drift, march
 from solver.case import BaseMotion, Case, HarmonicForce
-from solver.case_reader import case_to_toml, warnings
+from solver.case_warnings import warnings
+from solver.case_writer import case_to_toml
 from solver.energy import Ledger, enter_step, open_ledger, restate
 from solver.errors import RunError
 from solver.gates import EnergyGates
@@ -59,6 +60,7 @@ class _Tally:
     back_substitution: float = 0.0
     advance: float = 0.0
     drift: float = 0.0
+    elastic_force: float = 0.0
 
 
 @dataclass
@@ -229,7 +231,8 @@ def _take(run: _Run, step: Step) -> None:
     run.ledger = enter_step(model.system, model.law, run.ledger, step)
     if step.refreshed is not None:
         run.ledger = restate(model.system, model.law, run.ledger, step.refreshed)
-        tally.drift = max(tally.drift, image_drift(step))
+        drift, force = image_drift(step)
+        tally.drift, tally.elastic_force = max(tally.drift, drift), max(tally.elastic_force, force)
     run.recorder.see(step)
     tally.steps += 1
     tally.halved += 0 if step.completes and step.size > 0.75 * model.case.time.step else 1
@@ -279,7 +282,7 @@ def _conclude(run: _Run) -> None:
         "parts_of_halved_steps": tally.halved,
         "iterations_mean": tally.iterations / count,
         "iterations_max": tally.most_iterations,
-        "image_drift": tally.drift,
+        "image_drift": tally.drift / tally.elastic_force if tally.elastic_force > 0.0 else 0.0,
     }
     faces = run.model.system.contact.face_names
     deepest = float(np.max(run.recorder.deepest))

@@ -1,7 +1,8 @@
 # Where the environment is kept and whether it is ready. Sourced on every call: keep it quick.
 # shellcheck shell=bash
 
-cache=${XDG_CACHE_HOME:-$HOME/.cache}/gapbeam
+cache=${XDG_CACHE_HOME:-${HOME:?is not set; set it, or XDG_CACHE_HOME}/.cache}/gapbeam
+[[ $cache == /* ]] || cache=$PWD/$cache
 
 say() { printf 'gapbeam: %s\n' "$*" >&2; }
 
@@ -22,14 +23,15 @@ project_table() { awk '/^\[/ { keep = /^\[(build-system|project|tool\.setuptools
 # Everything that an environment follows from, in one word.
 fingerprint() {
   {
-    cat "$here"/*.txt "$here"/steps/*.sh /etc/os-release
+    cat "$here"/{*.txt,dpkg.cfg,steps/*.sh,steps/*.py} /etc/os-release
     project_table
     printf '%s\n' "$project" "$wish" "$suite" "$MACHTYPE" "$(type -P python3)"
   } | digest
 }
 
-# ready STAMP: read what an earlier set-up left: the way, the root file system (or nothing), the venv, the checkout's metadata.
+# ready STAMP: read what an earlier set-up left: the way, the root file system (or nothing), the venv, the checkout's
+# metadata, the version of Open MPI (or nothing).
 ready() {
-  [[ -f $1 ]] && { read -r way && read -r root && read -r venv && read -r checkout; } <"$1" || return 1
+  [[ -f $1 ]] && { read -r way && read -r root && read -r venv && read -r checkout && read -r mpi; } <"$1" || return 1
   [[ -e $venv/complete && -d $checkout && ( -z $root || -d $root ) ]]
 }

@@ -2,16 +2,18 @@
 # shellcheck shell=bash
 
 use_host() {
-  local candidate version
+  local candidate said
+  reason="there is none"
   for candidate in "$(type -P python3)" /usr/bin/python3; do
-    if [[ -x $candidate ]] && version=$("$candidate" "$here/steps/dolfinx_version.py" 2>/dev/null); then
+    [[ -x $candidate ]] || continue
+    if said=$("$candidate" "$here/steps/dolfinx_version.py" 2>&1); then
       way=host
       python=$candidate
-      say "using DOLFINx $version of $python"
+      say "using DOLFINx ${said##*$'\n'} of $python"
       return 0
     fi
+    reason="$candidate: ${said##*$'\n'}"
   done
-  reason="no DOLFINx >= 0.9 with real PETSc, petsc4py, slepc4py and mpi4py in it"
   return 1
 }
 
@@ -26,7 +28,7 @@ use_apt() {
   else
     say "installing Debian's DOLFINx and the rest of environment/packages*.txt (about 2 minutes, once)"
     # shellcheck disable=SC2046  # one word a package
-    if install $(all_packages); then
+    if apt_install $(all_packages); then
       way=apt
       python=/usr/bin/python3
       return 0

@@ -1,4 +1,4 @@
-"""Make a checkout look installed: the metadata that `importlib.metadata` reads, and the list of what it needs.
+"""Make a checkout look installed: the metadata for `importlib.metadata`, and the list of what it needs.
 
 A checkout is used in place (PYTHONPATH), so nothing has to be installed again when another one is used.
 

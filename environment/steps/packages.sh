@@ -17,13 +17,13 @@ logged() {
   shift
   if ! "$@" >"$log" 2>&1; then
     printf -- '---- the last lines of %s\n' "$log" >&2
-    tail -n 15 "$log" >&2
+    tail -n 15 "$log" | cut -c -160 >&2
     return 1
   fi
 }
 
-# install PACKAGE...: with this machine's apt, as root.
-install() {
+# apt_install PACKAGE...: with this machine's apt, as root.
+apt_install() {
   export DEBIAN_FRONTEND=noninteractive
   logged "$cache/apt.log" apt-get update && logged "$cache/apt.log" apt-get install -y --no-install-recommends "$@"
 }

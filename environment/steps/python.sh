@@ -3,17 +3,18 @@
 
 # inside COMMAND...: run in the environment that is being set up.
 inside() (
-  enter "$way" "$root" "$venv" "$checkout"
+  enter "$way" "$root" "$venv" "$checkout" "$mpi"
   "${entered[@]}" "$@"
 )
 
-# Set `checkout` (the metadata of this checkout) and `venv` (shared by all checkouts that need the same).
+# Set `checkout` (the metadata of this checkout), `venv` (shared by all checkouts that need the same) and `mpi`.
 add_python_parts() {
   local identity
-  venv=""
+  venv="" mpi=""
   checkout=$cache/python/checkout-$({ project_table && printf '%s\n' "$project"; } | digest)
   inside "$python" "$here/steps/installed.py" "$project" "$checkout" ||
     fail "cannot read $project/pyproject.toml (see above)"
+  mpi=$({ inside mpirun --version 2>/dev/null || true; } | sed -n 's/.*(Open MPI) \([0-9]*\).*/\1/p')
   identity=$(inside "$python" -c 'import sys; print(sys.version, sys.prefix)')
   venv=$cache/python/parts-$({ cat "$here"/requirements*.txt "$checkout/needs.txt" && printf '%s\n' "$identity" "$root"; } | digest)
   [[ -e $venv/complete ]] || make_venv

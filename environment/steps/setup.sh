@@ -17,10 +17,12 @@ setup() {
     flock 8
   fi
   if ! ready "$1"; then
+    trap 'say "interrupted; the next call makes anew what is half made"; exit 130' INT
     choose_way
     add_python_parts
-    printf '%s\n' "$way" "$root" "$venv" "$checkout" >"$1.partial"
+    printf '%s\n' "$way" "$root" "$venv" "$checkout" "$mpi" >"$1.partial"
     mv "$1.partial" "$1"
+    trap - INT
   fi
   exec 8>&-
 }
@@ -53,7 +55,7 @@ no_way() {
     printf '  %s\n' "$@"
     cat <<'HELP'
 Try one of these instead:
-  docker or podman   docker build -t gapbeam . && docker run --rm -v "$PWD/results:/results" gapbeam run cases/demo.toml
+  docker or podman   docker build -t gapbeam . && docker run --rm gapbeam --help
   conda              conda env create -f environment/conda.yml && conda activate gapbeam, then the same command again
 HELP
   } >&2

@@ -28,7 +28,7 @@ from solver.errors import NotConverged
 from solver.system import Array
 
 RELATIVE_TOLERANCE = 1.0e-11
-ROUND_OFF = 1.0e-14  # of the free penetration: what is left of cancellation in d_free - s D f
+ROUND_OFF = 1.0e-14  # of the terms that cancel in d_free - s D f
 FULL_STEPS = 3
 
 
@@ -65,14 +65,14 @@ def solve_contact(
         max_iterations: Limit.
 
     Returns:
-        The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the deepest penetration.
+        The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure.
 
     Raises:
         NotConverged: With the history of the residual (m), after `max_iterations`.
     """
     forces = start
     depth = free_depth - scale * condensed.respond(forces) if np.any(forces) else free_depth
-    floor = ROUND_OFF * float(np.max(np.abs(free_depth), initial=0.0))
+    size = float(np.max(np.abs(free_depth), initial=0.0))
     residuals: list[float] = []
     for iteration in range(max_iterations + 1):
         stage = law(depth)
@@ -81,8 +81,12 @@ def solve_contact(
         if not np.isfinite(residual):
             break
         residuals.append(residual)
-        deepest = max(float(np.max(depth, initial=0.0)), float(np.max(stage.pressure, initial=0.0)) / stiffness)
-        if residual <= RELATIVE_TOLERANCE * deepest + floor:
+        wanted = RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0)) / stiffness
+        steepest = max(1.0, float(np.max(stage.slope, initial=0.0)) / stiffness)
+        cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(forces)))
+        floor = ROUND_OFF * steepest * max(size, cancelled)
+        stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
+        if residual <= wanted or (stalled and residual <= floor):
             return ContactSolution(forces, depth, stage, iteration)
         update = _newton_forces(condensed, scale, free_depth, weights, depth, stage) - forces
         change = -scale * condensed.respond(update)

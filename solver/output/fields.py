@@ -83,7 +83,7 @@ class FieldWriter:
         parts = [
             gather_points(
                 self._comm,
-                face_points(self._space, tagged.facets.find(tagged.groups[name]), model.quadrature_degree, width),
+                face_points(self._space, tagged.facets_of(name), model.quadrature_degree, width),
             )
             for name in model.system.contact.face_names
         ]

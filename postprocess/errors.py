@@ -1,4 +1,4 @@
-"""The one error for results that cannot be read."""
+"""Faults of what `postprocess` is given; `exit_status` is what the command line ends with."""
 
 from __future__ import annotations
 
@@ -15,9 +15,17 @@ class ResultsError(Exception):
         remedy: What to try.
     """
 
+    exit_status = 2
+
     def __init__(self, where: Path, found: str, expected: str, remedy: str) -> None:
         super().__init__(f"{where}: found {found}; expected {expected}. To try: {remedy}.")
         self.where = where
         self.found = found
         self.expected = expected
         self.remedy = remedy
+
+
+class OptionError(ValueError):
+    """An option of `plot` or `render` that is out of range."""
+
+    exit_status = 2

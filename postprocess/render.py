@@ -1,0 +1,102 @@
+"""Pictures and a film of the deformed beam in its support."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from contextlib import closing
+from pathlib import Path
+from typing import Literal
+
+import numpy as np
+from PIL import Image
+
+from postprocess.errors import OptionError
+from postprocess.results import open_results
+from postprocess.scene.film import write_film
+from postprocess.scene.offscreen import RenderError, prepare_offscreen
+
+FOLDER = "pictures"
+LONGEST_FILM = 300
+SMALLEST = 200
+
+__all__ = ["RenderError", "render"]
+
+
+def render(
+    folder: str | Path,
+    output: str | Path | None = None,
+    scale: Literal["auto"] | float = "auto",
+    film: bool = True,
+    frames: int | None = None,
+    size: tuple[int, int] = (1600, 900),
+    frames_per_second: float = 20.0,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Path]:
+    """Draw the beam at its largest contact force and at its largest tip displacement, and a film.
+
+    In every view displacement and clearance are enlarged by the same factor, which is written on the picture:
+    faces meet in the picture where they meet in the computation.
+
+    Args:
+        folder: The results folder of a run.
+        output: Where to write; default `pictures` in the results folder.
+        scale: One factor for both views, or "auto" for a round one each: one that shows the motion of the
+            whole beam, one that shows the gap in the support.
+        film: Also make a film.
+        frames: At most so many frames, the last ones of the run; default 300.
+        size: Width and height in pixels.
+        frames_per_second: Speed of the film.
+        progress: Called with the number of frames drawn and to draw.
+
+    Returns:
+        The files written: two pictures, and the film (mp4, or GIF where there is no ffmpeg).
+
+    Raises:
+        ResultsError: The results cannot be read.
+        RenderError: Nothing can be drawn off-screen here, or there are no fields.
+        OptionError: A scale, size, speed or number of frames out of range.
+    """
+    _check(scale, frames, size, frames_per_second)
+    results = open_results(folder)
+    with results.fields() as fields:
+        if len(fields) == 0:
+            raise RenderError(f"{fields.path} holds no times yet")
+        prepare_offscreen()
+        from postprocess.scene.studio import Studio  # VTK reads the choice just made when it is first loaded
+
+        target = Path(output) if output is not None else results.folder / FOLDER
+        target.mkdir(parents=True, exist_ok=True)
+        chosen = range(max(0, len(fields) - (frames or LONGEST_FILM)), len(fields))
+        film = film and len(chosen) > 1
+        paths = []
+        with closing(Studio(results, fields, scale, size, frames_per_second if film else 0.0)) as studio:
+            for name, (index, remark) in studio.moments().items():
+                paths.append(target / f"{name}.png")
+                Image.fromarray(studio.draw(index, remark)).save(paths[-1])
+            if film:
+                paths.append(
+                    write_film(target / "film", _drawn(studio.draw, chosen, progress), frames_per_second)
+                )
+    return paths
+
+
+def _drawn(
+    draw: Callable[[int], np.ndarray], chosen: range, progress: Callable[[int, int], None] | None
+) -> Iterator[np.ndarray]:
+    for count, index in enumerate(chosen, start=1):
+        yield draw(index)
+        if progress is not None:
+            progress(count, len(chosen))
+
+
+def _check(
+    scale: Literal["auto"] | float, frames: int | None, size: tuple[int, int], frames_per_second: float
+) -> None:
+    if scale != "auto" and not (np.isfinite(scale) and scale > 0.0):
+        raise OptionError(f'scale {scale}: expected "auto" or a positive number')
+    if frames is not None and frames < 1:
+        raise OptionError(f"frames {frames}: expected at least 1")
+    if min(size) < SMALLEST:
+        raise OptionError(f"size {size[0]} x {size[1]}: expected at least {SMALLEST} pixels either way")
+    if not frames_per_second > 0.0:
+        raise OptionError(f"frames per second {frames_per_second}: expected a positive number")

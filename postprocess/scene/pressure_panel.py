@@ -1,0 +1,122 @@
+"""The panel of contact pressures: curves along the support in 2D, maps of both faces in 3D."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
+from matplotlib.figure import Figure
+from matplotlib.tri import Triangulation
+
+from postprocess.figures.style import BLACK, VERMILION
+from postprocess.scene.support import Support
+from postprocess.scene.view import PRESSURES
+
+_MEGA = 1.0e-6
+_STYLES = {"base": (BLACK, "-"), "gland": (VERMILION, "--")}
+
+
+class PressurePanel:
+    """Contact pressure on base and gland, filled again for every frame."""
+
+    def __init__(
+        self,
+        figure: Figure,
+        place: tuple[float, float, float, float],
+        support: Support,
+        points: np.ndarray,
+        faces: dict[str, np.ndarray],
+        largest: float,
+    ) -> None:
+        """Lay out.
+
+        Args:
+            figure: The sheet.
+            place: Left, bottom, width, height as fractions of the sheet.
+            support: Beam and support.
+            points: Of the undeformed mesh, m.
+            faces: Numbers of the mesh points on each face.
+            largest: End of the scale, Pa.
+        """
+        left, bottom, width, height = place
+        self._limit = _MEGA * largest or 1.0
+        self._numbers: dict[str, np.ndarray] = {}
+        self._artists: dict[str, Any] = {}
+        bar_place = (left + width + 0.008, bottom, 0.008, height)
+        if support.dimension == 2:
+            self._curves(figure, place, support, points, faces)
+        else:
+            self._maps(figure, place, support, points, faces)
+        bar = figure.colorbar(
+            ScalarMappable(Normalize(0.0, self._limit), PRESSURES), cax=figure.add_axes(bar_place)
+        )
+        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.ax.locator_params(nbins=5)
+        if support.dimension == 2:
+            bar.ax.set_yticklabels([])
+            bar.ax.tick_params(length=0)
+
+    def fill(self, pressure: np.ndarray) -> None:
+        """Show the pressures of one frame; of all points of the mesh, (n,), Pa."""
+        for face, numbers in self._numbers.items():
+            values = _MEGA * pressure[numbers]
+            artist = self._artists[face]
+            if hasattr(artist, "set_ydata"):
+                artist.set_ydata(values)
+            else:
+                artist.set_array(values)
+
+    def _curves(
+        self, figure: Figure, place: tuple[float, float, float, float], support: Support, points: np.ndarray,
+        faces: dict[str, np.ndarray],
+    ) -> None:  # fmt: skip
+        panel = figure.add_axes(place)
+        for face, numbers in faces.items():
+            order = numbers[np.argsort(points[numbers, 0])]
+            color, line = _STYLES[face]
+            x = 1e3 * points[order, 0]
+            (self._artists[face],) = panel.plot(x, 0.0 * x, color=color, ls=line, lw=1.6, label=face)
+            self._numbers[face] = order
+        panel.set_xlim(1e3 * support.start, 1e3 * (support.start + support.length))
+        panel.set_ylim(0.0, self._limit)
+        panel.set_xlabel("x (mm)", labelpad=0)
+        panel.set_ylabel("contact pressure (MPa)", labelpad=6)
+        panel.locator_params(axis="y", nbins=5)
+        panel.legend(
+            loc="lower right",
+            bbox_to_anchor=(1.0, 0.99),
+            ncols=2,
+            borderaxespad=0.0,
+            handlelength=1.6,
+            columnspacing=1.0,
+        )
+
+    def _maps(
+        self, figure: Figure, place: tuple[float, float, float, float], support: Support, points: np.ndarray,
+        faces: dict[str, np.ndarray],
+    ) -> None:  # fmt: skip
+        left, bottom, width, height = place
+        each = 0.36 * height
+        for face, low in (("base", bottom), ("gland", bottom + 0.5 * height)):
+            panel = figure.add_axes((left, low, width, each))
+            numbers = faces[face]
+            x, y = 1e3 * points[numbers, 0], 1e3 * points[numbers, 1]
+            self._artists[face] = panel.tripcolor(
+                Triangulation(x, y),
+                np.zeros(numbers.size),
+                shading="gouraud",
+                cmap=PRESSURES,
+                vmin=0.0,
+                vmax=self._limit,
+            )
+            self._numbers[face] = numbers
+            panel.set_ylabel("y (mm)")
+            panel.set_yticks([1e3 * support.front, 0.0, 1e3 * support.back])
+            panel.set_title(f"pressure on the {face} (MPa)", loc="left", fontsize="medium", pad=4)
+            panel.spines[:].set_visible(True)
+            if face == "base":
+                panel.set_xlabel("x (mm)", labelpad=0)
+            else:
+                panel.tick_params(labelbottom=False)

@@ -1,0 +1,177 @@
+"""The sheet on which pictures, pressures and time signals are put together: one picture of a film."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+from matplotlib.image import AxesImage
+from matplotlib.lines import Line2D
+
+from postprocess.fields import Frame
+from postprocess.figures.style import BLACK, GRAY, VERMILION
+from postprocess.scene.caption import Caption
+from postprocess.scene.pressure_panel import PressurePanel
+from postprocess.scene.support import Support
+from postprocess.scene.traces import Traces
+from postprocess.scene.window import Window
+
+Place = tuple[float, float, float, float]
+
+# Left, bottom, width, height as fractions of the sheet.
+WHOLE: Place = (0.02, 0.545, 0.96, 0.35)
+ZOOM: Place = (0.02, 0.105, 0.43, 0.35)
+_PRESSURE: Place = (0.50, 0.105, 0.165, 0.35)
+_FORCE: Place = (0.775, 0.295, 0.205, 0.16)
+_MOTION: Place = (0.775, 0.105, 0.205, 0.16)
+
+_DPI = 100
+_DESIGNED_FOR = 900
+_PERIODS_SHOWN = 3.0
+_STYLE: dict[str, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 16.0,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.9,
+    "axes.xmargin": 0.0,
+    "xtick.labelsize": 14.0,
+    "ytick.labelsize": 14.0,
+    "legend.frameon": False,
+    "legend.fontsize": 14.0,
+}
+
+
+def pixels(place: Place, size: tuple[int, int]) -> tuple[int, int]:
+    """Width and height in pixels of a place on the sheet."""
+    return round(place[2] * size[0]), round(place[3] * size[1])
+
+
+class Sheet:
+    """A sheet that is laid out once and filled again for every frame."""
+
+    def __init__(
+        self,
+        size: tuple[int, int],
+        support: Support,
+        pressures: tuple[np.ndarray, dict[str, np.ndarray], float],
+        traces: Traces,
+        caption: Caption,
+        windows: tuple[Window, Window],
+    ) -> None:
+        """Lay out.
+
+        Args:
+            size: Width and height in pixels.
+            support: Beam and support.
+            pressures: Points of the undeformed mesh, m; numbers of those on base and gland; largest pressure,
+                Pa.
+            traces: Time signals.
+            caption: Texts.
+            windows: What the pictures of the whole beam and of the support show.
+        """
+        self._size, self._caption, self._traces = size, caption, traces
+        self._large = size[1] / _DESIGNED_FOR
+        style = {key: value * self._large if key.endswith("size") else value for key, value in _STYLE.items()}
+        with mpl.rc_context(style):
+            self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
+            self._canvas = FigureCanvasAgg(self.figure)
+            self._whole = self._picture(WHOLE, windows[0], support, 50.0)
+            self._near = self._picture(ZOOM, windows[1], support, 10.0)
+            self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures)
+            self._force = self._trace(_FORCE, "force (N)", traces.time, traces.forces)
+            self._motion = self._trace(
+                _MOTION, f"{traces.place} (mm)", traces.displacement_time, {"": 1e3 * traces.displacement}
+            )
+            self._motion[0].set_xlabel("time (ms)")
+            self._force[0].tick_params(labelbottom=False)
+            self._write()
+            self._clock = self.figure.text(0.98, 0.96, "", ha="right", va="center", fontsize=18 * self._large)
+            self._note = self.figure.text(0.98, 0.915, "", ha="right", va="center", fontsize=16 * self._large)
+
+    def fill(self, frame: Frame, whole: np.ndarray, near: np.ndarray, note: str = "") -> np.ndarray:
+        """Put the pictures and the signals of one frame on the sheet.
+
+        Args:
+            frame: The fields.
+            whole: Picture of the whole beam, (height, width, 3), 8 bits.
+            near: Picture of the support.
+            note: One line below the time.
+
+        Returns:
+            The sheet, (height, width, 3), 8 bits.
+        """
+        self._whole.set_data(whole)
+        self._near.set_data(near)
+        self._pressure.fill(frame.contact_pressure)
+        self._clock.set_text(self._caption.clock(frame.time))
+        self._note.set_text(note)
+        for panel, now in (self._force, self._motion):
+            panel.set_xlim(*self._span(frame.time))
+            now.set_xdata([1e3 * frame.time, 1e3 * frame.time])
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        pixels_now = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
+        return np.asarray(pixels_now)[..., :3].copy()
+
+    def _picture(self, place: Place, window: Window, support: Support, step: float) -> AxesImage:
+        panel = self.figure.add_axes(place)
+        width, height = pixels(place, self._size)
+        extent = (1e3 * window.x[0], 1e3 * window.x[1], 1e3 * window.height[0], 1e3 * window.height[1])
+        image = panel.imshow(
+            np.full((height, width, 3), 255, dtype=np.uint8),
+            extent=extent,
+            aspect="auto",
+            interpolation="antialiased",
+        )
+        panel.set_yticks([])
+        panel.set_xticks([])
+        panel.spines[:].set_visible(False)
+        if support.dimension == 2:
+            first, last = 1e3 * support.start, min(1e3 * support.end, extent[1])
+            ticks = np.arange(np.ceil(first / step - 1e-6), np.floor(last / step + 1e-6) + 1) * step + 0.0
+            panel.set_xticks(ticks, [*(f"{x:g}" for x in ticks[:-1]), f"{ticks[-1]:g} mm"])
+            panel.spines["bottom"].set_visible(True)
+            panel.spines["bottom"].set_bounds(first, last)
+        return image
+
+    def _trace(
+        self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray]
+    ) -> tuple[Axes, Line2D]:
+        panel = self.figure.add_axes(place)
+        styles = {"base": (BLACK, "-"), "gland": (VERMILION, "--"), "": (BLACK, "-")}
+        for name, values in curves.items():
+            color, line = styles.get(name, (GRAY, "-."))
+            panel.plot(1e3 * time, values, color=color, ls=line, lw=1.3 * self._large, label=name)
+        panel.set_ylabel(label)
+        panel.yaxis.set_label_coords(-0.2, 0.5)
+        panel.locator_params(nbins=4)
+        if len(curves) > 1:
+            panel.legend(
+                loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderaxespad=0.0,
+                handlelength=1.6, columnspacing=1.0,
+            )  # fmt: skip
+        return panel, panel.axvline(0.0, color=GRAY, lw=2.0 * self._large, zorder=0)
+
+    def _span(self, time: float) -> tuple[float, float]:
+        """Three forcing periods around a time, within the record; all of it without forcing. In ms."""
+        first, last = float(self._traces.displacement_time[0]), float(self._traces.displacement_time[-1])
+        frequency = self._caption.forcing_frequency
+        if frequency is not None and last - first > _PERIODS_SHOWN / frequency:
+            width = _PERIODS_SHOWN / frequency
+            first = min(max(first, time - 0.5 * width), last - width)
+            last = first + width
+        return 1e3 * first, 1e3 * (last if last > first else first + 1e-3)
+
+    def _write(self) -> None:
+        caption, text = self._caption, 16 * self._large
+        self.figure.text(0.02, 0.96, caption.title, ha="left", va="center", fontsize=20 * self._large)
+        self.figure.text(0.02, 0.915, caption.whole, ha="left", va="center", fontsize=text)
+        self.figure.text(0.02, 0.475, caption.support, ha="left", va="center", fontsize=text)
+        self.figure.text(
+            0.98, 0.02, caption.cadence, ha="right", va="center", fontsize=0.85 * text, color="#444444"
+        )

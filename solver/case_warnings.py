@@ -1,0 +1,198 @@
+"""What is allowed in a case but probably not meant, or costs more or shows less than one would think."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+
+from solver.case import BaseMotion, Case, GeneralizedAlpha, Gravity, HarmonicForce, Newmark, Restraint
+from solver.case_consistency import MULTIPLE_TOLERANCE
+from solver.defaults import overhang_frequency
+
+USUAL = (
+    ("beam", "length", 1e-3, 100.0, "m, not mm"),
+    ("beam", "thickness", 1e-5, 10.0, "m, not mm"),
+    ("beam", "width", 1e-5, 10.0, "m, not mm"),
+    ("material", "young_modulus", 1e5, 2e12, "Pa, not GPa: steel has 2.1e11"),
+    ("material", "density", 10.0, 25e3, "kg/m^3: steel has 7850"),
+)
+"""Table, key, least and most that is usual, unit."""
+
+MOST_UNKNOWNS = 1e6
+MOST_STEPS = 1e7
+MOST_FIELDS = 1e4
+
+
+def warnings(case: Case) -> list[str]:
+    """Return what is worth a second look in a case without faults, one line each."""
+    return [line for look in LOOKS for line in look(case)]
+
+
+def unusual_values(case: Case) -> Iterator[str]:
+    """Yield values that look like another unit."""
+    for table, key, least, most, unit in USUAL:
+        value = getattr(getattr(case, table), key)
+        if not least <= value <= most:
+            yield f"[{table}] {key} = {value:g} is unusual; the unit is {unit}"
+    for number, load in enumerate(case.load, 1):
+        place = f'[[load]] number {number} (name "{load.name}")'
+        if isinstance(load, Gravity):
+            if load.acceleration > 100:
+                yield f"{place} acceleration = {load.acceleration:g} is unusual; the unit is m/s^2"
+        elif load.amplitude == 0:
+            yield f"{place} amplitude = 0: it does nothing"
+        elif isinstance(load, BaseMotion) and (peak := peak_acceleration(load)) > 1e4:
+            yield f"{place} shakes the support with {peak:.3g} m/s^2, over 1000 g: is the amplitude in mm?"
+
+
+def peak_acceleration(load: BaseMotion) -> float:
+    """Return the amplitude of a base motion as an acceleration, m/s^2."""
+    order = {"acceleration": 0, "velocity": 1, "displacement": 2}[load.quantity]
+    return abs(load.amplitude) * float((2 * math.pi * load.frequency) ** order)
+
+
+def shape(case: Case) -> Iterator[str]:
+    """Yield a beam that is not slender, and a clearance that is not small."""
+    beam, support = case.beam, case.support
+    if beam.thickness > beam.length / 5:
+        yield f"[beam] thickness = {beam.thickness:g} is over a fifth of the length: this is hardly a beam"
+    tilt = math.degrees(math.atan2(support.clearance, support.length))
+    if support.clearance > 0.1 * beam.thickness or tilt > 3:
+        yield (
+            f"[support] clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
+            "the equations are those of small rotations, and the unit is m, not mm"
+        )
+    if support.clearance < -0.01 * beam.thickness:
+        strain = -support.clearance / beam.thickness
+        yield f"[support] clearance = {support.clearance:g} squeezes the beam by {100 * strain:.2g} %"
+
+
+def motion(case: Case) -> Iterator[str]:
+    """Yield a case in which nothing moves, holds, fades or is looked at."""
+    if not any(not isinstance(load, Gravity) for load in case.load):
+        yield "no load but gravity: nothing sets the beam in motion"
+    if weight_pressure(case) == 0 and case.support.clearance >= 0:
+        yield "no gravity: nothing seats the beam on the base before it moves"
+    damping = case.damping
+    if not any([*(damping.ratios or ()), damping.mass, damping.stiffness, case.contact.damping]):
+        yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
+    if not case.probe:
+        yield "no [[probe]]: no motion of any point is recorded"
+
+
+def start(case: Case) -> Iterator[str]:
+    """Yield loads that start with a jump, or that never reach their amplitude."""
+    for number, load in enumerate(case.load, 1):
+        if isinstance(load, Gravity):
+            continue
+        place = f'[[load]] number {number} (name "{load.name}")'
+        if load.ramp > case.time.end:
+            yield f"{place} ramp = {load.ramp:g} is longer than the run, {case.time.end:g} s"
+        if load.ramp == 0 and abs(math.sin(math.radians(load.phase))) > 1e-9:
+            yield f"{place} phase = {load.phase:g} without a ramp: the load starts with a jump"
+
+
+def steps(case: Case) -> Iterator[str]:
+    """Yield steps that are coarse for the forcing or for bending, that are many, or that miss the end."""
+    time = case.time
+    periods = {f"load {load.name}": 1 / load.frequency for load in case.load if not isinstance(load, Gravity)}
+    periods["first bending mode"] = 1 / overhang_frequency(case)
+    for name, period in periods.items():
+        if time.step > period / 20:
+            count = period / time.step
+            yield f"[time] step = {time.step:g}: {count:.3g} steps in a period of the {name}, and 50 are good"
+    count = time.end / time.step
+    if count > MOST_STEPS:
+        yield f"[time] {count:.3g} steps until the end: this takes long"
+    if abs(count - round(count)) > MULTIPLE_TOLERANCE:
+        yield f"[time] end = {time.end:g} is not a whole number of steps; the run ends within a step of it"
+
+
+def scheme(case: Case) -> Iterator[str]:
+    """Yield schemes that create energy at impacts or are stable only with tiny steps."""
+    match case.time.scheme:
+        case Newmark(beta=beta, gamma=gamma):
+            if 2 * beta < gamma:
+                yield f"[time.scheme] beta = {beta:g} < gamma/2 is unstable unless the step is tiny"
+            elif gamma == 0.5:
+                yield "[time.scheme] newmark creates energy at impacts; discrete-gradient conserves it"
+        case GeneralizedAlpha(rho_inf=rho) if rho > 0.5:
+            yield f"[time.scheme] rho_inf = {rho:g} creates energy at impacts; 0.5 or less hardly does"
+
+
+def contact(case: Case) -> Iterator[str]:
+    """Yield a contact that is soft for its clearance, or keys of it without effect."""
+    support, law = case.support, case.contact
+    depth = 0.0 if law.stiffness == "auto" else weight_pressure(case) / law.stiffness
+    if depth > 0.1 * support.clearance > 0:
+        yield (
+            f"[contact] stiffness = {law.stiffness}: the weight presses the beam {depth:.2g} m into it, "
+            "more than a tenth of the clearance"
+        )
+    if law.tension == "adhesive" and law.damping == 0:
+        yield '[contact] tension = "adhesive" has no effect without damping'
+    if law.quadrature_degree is not None and law.quadrature_degree < 2 * case.mesh.degree:
+        yield f"[contact] quadrature_degree = {law.quadrature_degree} is low: {2 * case.mesh.degree} or more"
+    if 0 < support.clearance < 10 * law.touch_depth:
+        yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
+    if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
+        yield "[restraint] lateral has no effect in 2D"
+
+
+def weight_pressure(case: Case) -> float:
+    """Return the weight of the beam spread over the base, Pa."""
+    beam, support = case.beam, case.support
+    gravity = max((load.acceleration for load in case.load if isinstance(load, Gravity)), default=0.0)
+    return case.material.density * gravity * beam.thickness * beam.length / support.length
+
+
+def output(case: Case) -> Iterator[str]:
+    """Yield outputs that are too coarse to show the forcing, or too many to keep."""
+    interval = case.output.history_interval or case.time.step
+    for load in case.load:
+        if isinstance(load, HarmonicForce | BaseMotion) and interval > 0.1 / load.frequency >= case.time.step:
+            yield (
+                f"[output] history_interval = {interval:g} keeps {1 / load.frequency / interval:.3g} records "
+                f"in a period of the load {load.name}; its waveform is lost"
+            )
+    fields = case.time.end / case.output.fields_interval if case.output.fields_interval else 0
+    if fields > MOST_FIELDS:
+        yield f"[output] fields_interval = {case.output.fields_interval:g} writes {fields:.3g} fields to disk"
+
+
+def mesh(case: Case) -> Iterator[str]:
+    """Yield meshes that come out otherwise than asked for, or too large for a small machine."""
+    points = [
+        entry.point for entry in (*case.load, *case.probe) if not isinstance(entry, Gravity | BaseMotion)
+    ]
+    if any(not isinstance(point, tuple) or not any(point[1:]) for point in points):
+        for key in ("cells_through_thickness", "cells_across_width"):
+            if (getattr(case.mesh, key) or 0) % 2 == 1:
+                yield f"[mesh] {key} is odd: a point on the axis makes it another number"
+    unknowns = estimated_unknowns(case)
+    if unknowns > MOST_UNKNOWNS and case.mesh.file is None:
+        yield f"[mesh] about {unknowns:.1g} unknowns, and 15 GB of memory for every million of them"
+
+
+def estimated_unknowns(case: Case) -> float:
+    """Return roughly how many unknowns the built mesh has."""
+    beam, wanted = case.beam, case.mesh
+    far = wanted.size or beam.thickness
+    near = wanted.support_size or beam.thickness / 3
+    along = case.support.length / near + (beam.length - case.support.length) / far
+    nodes = (wanted.degree * along + 1) * (wanted.degree * (wanted.cells_through_thickness or 4) + 1)
+    across = wanted.degree * (wanted.cells_across_width or 4) + 1
+    return 2 * nodes if wanted.dimension == 2 else 3 * nodes * across
+
+
+LOOKS: tuple[Callable[[Case], Iterator[str]], ...] = (
+    unusual_values,
+    shape,
+    motion,
+    start,
+    steps,
+    scheme,
+    contact,
+    output,
+    mesh,
+)

@@ -9,8 +9,8 @@ from pathlib import Path
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
 from solver.case import Case
-from solver.case_keys import Table, models_in, tables
-from solver.case_words import either, in_words, options, toml_value
+from solver.case_file.keys import Table, models_in, tables
+from solver.case_file.words import either, in_words, options, toml_value
 
 PAGE = Path(__file__).with_name("case-files.md")
 START, END = "<!-- tables: made by docs/case_files.py -->\n", "<!-- end of tables -->\n"

@@ -41,7 +41,7 @@ def run(
     from mpi4py import MPI
 
     from meshes.rank_zero import on_rank_zero
-    from solver.case_reader import read_case
+    from solver.case_file.reader import read_case
     from solver.run import run_case
 
     comm = MPI.COMM_WORLD

@@ -11,7 +11,7 @@ from rich.console import Group
 from rich.table import Table
 
 from solver.case import BaseMotion, Case, HarmonicForce
-from solver.case_warnings import warnings
+from solver.case_file.warnings import warnings
 from solver.condensation import CondensedOperator
 from solver.defaults import overhang_frequency
 from solver.integrators.schemes import make_integrator
@@ -27,7 +27,9 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
     """Mesh and assemble a case and describe its run. Collective."""
     model = build_model(case, comm)
     steps = round(case.time.end / case.time.step)
-    condensed = CondensedOperator(model.system, *make_integrator(case.time.scheme).coefficients(model.system, case.time.step))
+    condensed = CondensedOperator(
+        model.system, *make_integrator(case.time.scheme).coefficients(model.system, case.time.step)
+    )
     started = time.perf_counter()
     for _ in range(TRIALS):
         condensed.solve_free(np.zeros(model.system.operators.size))
@@ -66,7 +68,11 @@ def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
     case, law = model.case, model.law
     contact_frequency = contact_mode(model)
     rows = [
-        ("overhang, clamped", f"{overhang_frequency(case):.4g} Hz", "first bending frequency, Euler-Bernoulli"),
+        (
+            "overhang, clamped",
+            f"{overhang_frequency(case):.4g} Hz",
+            "first bending frequency, Euler-Bernoulli",
+        ),
         ("axial restraint", f"{restraint_frequency(case, case.restraint.axial):.3g} Hz", "rigid beam on it"),
     ]
     if case.mesh.dimension == 3:

@@ -33,7 +33,8 @@ app = typer.Typer(
 
 CaseArgument = Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")]
 Overrides = Annotated[
-    list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    list[str] | None,
+    typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated"),
 ]
 ResultsArgument = Annotated[Path, typer.Argument(metavar="RESULTS", help="results folder")]
 
@@ -64,7 +65,7 @@ def check(case: CaseArgument, override: Overrides = None) -> int:
 
     from gapbeam.check import describe
     from meshes.rank_zero import on_rank_zero
-    from solver.case_reader import read_case
+    from solver.case_file.reader import read_case
 
     comm = MPI.COMM_WORLD
     read = on_rank_zero(comm, lambda: read_case(case, override or []))
@@ -77,7 +78,7 @@ def check(case: CaseArgument, override: Overrides = None) -> int:
 @app.command()
 def schema() -> int:
     """Print the JSON schema of case files, for editors."""
-    from solver.case_schema import schema as case_schema
+    from solver.case_file.schema import schema as case_schema
 
     print(json.dumps(case_schema(), indent=2))
     return 0

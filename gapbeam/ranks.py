@@ -24,7 +24,7 @@ def abort_together(work: Callable[[], int]) -> int:
     Errors that all ranks raise together (faults of the user's input) pass through.
     """
     from meshes.errors import MeshError
-    from solver.case_faults import CaseError
+    from solver.case_file.faults import CaseError
     from solver.errors import RunError
 
     try:

@@ -7,6 +7,8 @@ import inspect
 from types import ModuleType
 from typing import Any
 
+import numpy as np
+import numpy.typing as npt
 from dolfinx.mesh import GhostMode, Mesh, MeshTags, create_cell_partitioner
 from mpi4py import MPI
 
@@ -27,20 +29,28 @@ def mesh_from_gmsh(comm: MPI.Comm, dimension: int) -> tuple[Mesh, MeshTags, Mesh
 
     read = _reader().model_to_mesh
     options: dict[str, Any] = {"partitioner": _partitioner()}
-    if (
-        "ghost_mode" in inspect.signature(read).parameters
-    ):  # after 0.11 the reader hands it to the partitioner
+    if "ghost_mode" in inspect.signature(read).parameters:  # after 0.11 the reader hands it to the partitioner
         options = {"ghost_mode": GhostMode.shared_facet}
     # the fields after the third differ between the releases
     mesh, cells, facets = read(gmsh.model, comm, 0, gdim=dimension, **options)[:3]
     return mesh, cells, facets
 
 
-def geometry_order(mesh: Mesh) -> int:
-    """Polynomial order of the cells' shape; 0.11 warns about the name that 0.9 knows."""
+def coordinate_element(mesh: Mesh) -> Any:
+    """Map from the reference cell to the cells; 0.11 warns about the name that 0.9 knows."""
     geometry = mesh.geometry
-    element = geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap
-    return int(element.degree)
+    return geometry.cmaps[0] if hasattr(geometry, "cmaps") else geometry.cmap
+
+
+def coordinate_dofs(mesh: Mesh) -> npt.NDArray[np.int32]:
+    """Rows of `mesh.geometry.x` of each cell; 0.11 warns about the name that 0.9 knows."""
+    geometry = mesh.geometry
+    return np.asarray(geometry.dofmaps[0] if hasattr(geometry, "dofmaps") else geometry.dofmap)
+
+
+def geometry_order(mesh: Mesh) -> int:
+    """Polynomial order of the cells' shape."""
+    return int(coordinate_element(mesh).degree)
 
 
 def _reader() -> ModuleType:

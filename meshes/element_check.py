@@ -124,9 +124,7 @@ def _check_body(where: str, dimension: int, kind: int, cells: Nodes) -> None:
     count = int(cells.max()) + 1
     ones = np.ones(cells[:, 1:].size)
     rows = np.repeat(cells[:, 0], cells.shape[1] - 1)
-    _, piece = connected_components(
-        coo_array((ones, (rows, cells[:, 1:].ravel())), (count, count)), directed=False
-    )
+    _, piece = connected_components(coo_array((ones, (rows, cells[:, 1:].ravel())), (count, count)), directed=False)
     pieces = len(np.unique(piece[cells[:, 0]]))
     if pieces > 1:
         raise MeshError(
@@ -144,9 +142,7 @@ def _surface(cells: Nodes, cell_type: _CellType) -> set[bytes]:
     return {row.tobytes() for row in unique[count == 1]}
 
 
-def _check_facets(
-    where: str, name: str, corners: Nodes, surface: set[bytes], taken: dict[bytes, str]
-) -> None:
+def _check_facets(where: str, name: str, corners: Nodes, surface: set[bytes], taken: dict[bytes, str]) -> None:
     facets = [row.tobytes() for row in np.sort(corners, axis=1)]
     inside = sum(facet not in surface for facet in facets)
     if inside:
@@ -159,8 +155,6 @@ def _check_facets(
         if taken.setdefault(facet, name) != name or len(facets) != len(set(facets)):
             raise MeshError(
                 where,
-                found=f"facets that are also in {taken[facet]}"
-                if taken[facet] != name
-                else "facets given twice",
+                found=f"facets that are also in {taken[facet]}" if taken[facet] != name else "facets given twice",
                 expected="every facet in one group once",
             )

@@ -26,9 +26,7 @@ def name_faces(geometry: BeamGeometry, unit: float) -> None:
         name = _face_at(geometry, unit, box)
         if name is not None:
             entities[name].append(tag)
-    gmsh.model.addPhysicalGroup(
-        dimension, [tag for _, tag in gmsh.model.getEntities(dimension)], _BODY_TAG, BODY
-    )
+    gmsh.model.addPhysicalGroup(dimension, [tag for _, tag in gmsh.model.getEntities(dimension)], _BODY_TAG, BODY)
     for name, tags in entities.items():
         gmsh.model.addPhysicalGroup(dimension - 1, tags, FACES[name], name)
 

@@ -113,9 +113,7 @@ def _rehearse(path: Path, where: str) -> None:
     # -P: a gmsh.py in the current folder is not meant
     command = [sys.executable, "-P", "-c", _REHEARSAL, str(path), str(memory)]
     try:
-        outcome = subprocess.run(
-            command, capture_output=True, text=True, timeout=seconds, check=False, env=environment
-        )
+        outcome = subprocess.run(command, capture_output=True, text=True, timeout=seconds, check=False, env=environment)
     except subprocess.TimeoutExpired as error:
         raise MeshError(
             where, found=f"that gmsh does not finish reading within {seconds:.0f} s", expected=_EXPECTED

@@ -17,8 +17,7 @@ def beam_layers(geometry: BeamGeometry, sizing: BeamSizing) -> list[Positions]:
     """
     along = structured_partition(geometry.breakpoints(0), sizing.cell_length(geometry))
     across = [
-        even_partition(geometry.breakpoints(axis), count)
-        for axis, count in enumerate(sizing.layers(geometry), start=1)
+        even_partition(geometry.breakpoints(axis), count) for axis, count in enumerate(sizing.layers(geometry), start=1)
     ]
     return [along, *across]
 

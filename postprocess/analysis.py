@@ -148,10 +148,7 @@ def analyze(results: Results, options: Options | None = None) -> Analysis:
             notes.append(f"not smoothed: {fault}")
         signals = (displacement, velocity, acceleration, smoothed)
         options = replace(options, periods=options.periods or _common_periods(signals, frequency, steady))
-        parts = [
-            None if signal is None else _analyzed(signal, frequency, steady, options, notes)
-            for signal in signals
-        ]
+        parts = [None if signal is None else _analyzed(signal, frequency, steady, options, notes) for signal in signals]
     notes += [str(one.message) for one in caught if issubclass(one.category, SignalWarning)]
     return Analysis(
         probe,
@@ -172,10 +169,7 @@ def _common_periods(signals: tuple[Signal | None, ...], frequency: float | None,
     if frequency is None:
         return None
     try:
-        return (
-            min(default_periods(signal, frequency, steady) for signal in signals if signal is not None)
-            or None
-        )
+        return min(default_periods(signal, frequency, steady) for signal in signals if signal is not None) or None
     except SignalError:
         return None
 

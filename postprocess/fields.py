@@ -114,10 +114,7 @@ class Fields:
             raise self._unreadable(fault) from fault
         if not np.isfinite(frame.displacement).all() or not np.isfinite(frame.contact_pressure).all():
             raise self._unreadable(ValueError(f"values that are not finite at t = {frame.time:g} s"))
-        if (
-            frame.displacement.shape != self.points.shape
-            or frame.contact_pressure.shape != self.points.shape[:1]
-        ):
+        if frame.displacement.shape != self.points.shape or frame.contact_pressure.shape != self.points.shape[:1]:
             raise self._unreadable(ValueError(f"fields that do not fit the mesh at t = {frame.time:g} s"))
         return frame
 

@@ -93,9 +93,7 @@ def peaks_per_period(signal: Signal, forcing_frequency: float) -> PeriodPeaks:
     first = int(np.ceil((signal.time[0] - margin) / period - _PHASE_SLACK))
     stop = int(np.floor((signal.time[-1] + margin) / period + _PHASE_SLACK))
     if stop <= first:
-        raise SignalError(
-            f"{signal.name}: {signal.duration:g} s hold no whole forcing period of {period:g} s"
-        )
+        raise SignalError(f"{signal.name}: {signal.duration:g} s hold no whole forcing period of {period:g} s")
     rows = [peaks(_part(signal, index == j)) for j in range(first, stop)]
     number = np.arange(first, stop)
     return PeriodPeaks(

@@ -67,9 +67,7 @@ class Section:
     velocity: FloatArray
 
 
-def poincare_section(
-    displacement: Signal, velocity: Signal, forcing_frequency: float, phase: float = 0.0
-) -> Section:
+def poincare_section(displacement: Signal, velocity: Signal, forcing_frequency: float, phase: float = 0.0) -> Section:
     """Take the state once per forcing period, at t = (j + phase)/f.
 
     Args:
@@ -82,9 +80,7 @@ def poincare_section(
         SignalError: No such time in the record.
     """
     start, end = displacement.time[0] * forcing_frequency, displacement.time[-1] * forcing_frequency
-    time = (
-        np.arange(np.ceil(start - phase - 1e-6), np.floor(end - phase + 1e-6) + 1) + phase
-    ) / forcing_frequency
+    time = (np.arange(np.ceil(start - phase - 1e-6), np.floor(end - phase + 1e-6) + 1) + phase) / forcing_frequency
     if time.size == 0:
         raise SignalError(f"{displacement.name}: the record is shorter than a forcing period")
     return Section(time, _at(displacement, time), _at(velocity, time))

@@ -78,9 +78,7 @@ def plot(
     if unknown:
         raise OptionError(f"formats {', '.join(unknown)}: expected some of {', '.join(FORMATS)}")
     results = open_results(folder)
-    options = Options(
-        probe, component, acceleration, rate, points, sampling, periods, window, harmonics, tolerance
-    )
+    options = Options(probe, component, acceleration, rate, points, sampling, periods, window, harmonics, tolerance)
     analysis = analyze(results, options)
     target = Path(output) if output is not None else results.folder / FOLDER
     return plot_analysis(results, analysis, target, formats, harmonics, zoom)
@@ -117,9 +115,7 @@ def _heading(results: Results) -> str:
     return f"{results.title}\nrun {results.status}{f': {message}' if message else ''}"
 
 
-def _figures(
-    results: Results, analysis: Analysis, harmonics: int, zoom: int
-) -> dict[str, Callable[[], Figure]]:
+def _figures(results: Results, analysis: Analysis, harmonics: int, zoom: int) -> dict[str, Callable[[], Figure]]:
     """The figures for which the results hold enough."""
     history, frequency = results.history, analysis.forcing_frequency
     signals = analysis.signals.values()
@@ -129,9 +125,7 @@ def _figures(
         figures["phase_portrait"] = lambda: draw_phase_portrait(analysis)
     if any(one.per_period is not None for one in signals):
         figures["period_peaks"] = lambda: draw_period_peaks(analysis)
-    if any(
-        one is not None and one.spectrum is not None for one in (analysis.displacement, analysis.acceleration)
-    ):
+    if any(one is not None and one.spectrum is not None for one in (analysis.displacement, analysis.acceleration)):
         figures["spectrum"] = lambda: draw_amplitude_spectrum(analysis, harmonics)
     if "contact_force" in history and "penetration" in history:
         figures["contact"] = lambda: draw_contact(history, frequency, zoom)

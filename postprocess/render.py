@@ -74,9 +74,7 @@ def render(
                 paths.append(target / f"{name}.png")
                 Image.fromarray(studio.draw(index, remark)).save(paths[-1])
             if film:
-                paths.append(
-                    write_film(target / "film", _drawn(studio.draw, chosen, progress), frames_per_second)
-                )
+                paths.append(write_film(target / "film", _drawn(studio.draw, chosen, progress), frames_per_second))
     return paths
 
 
@@ -89,9 +87,7 @@ def _drawn(
             progress(count, len(chosen))
 
 
-def _check(
-    scale: Literal["auto"] | float, frames: int | None, size: tuple[int, int], frames_per_second: float
-) -> None:
+def _check(scale: Literal["auto"] | float, frames: int | None, size: tuple[int, int], frames_per_second: float) -> None:
     if scale != "auto" and not (np.isfinite(scale) and scale > 0.0):
         raise OptionError(f'scale {scale}: expected "auto" or a positive number')
     if frames is not None and frames < 1:

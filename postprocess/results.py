@@ -48,9 +48,7 @@ class Results:
         """
         path = self._existing(HISTORY_FILE)
         try:
-            with xr.open_dataset(
-                path, engine="h5netcdf", decode_times=False, driver_kwds={"locking": False}
-            ) as stored:
+            with xr.open_dataset(path, engine="h5netcdf", decode_times=False, driver_kwds={"locking": False}) as stored:
                 history = stored.load()
         except (OSError, RuntimeError, ValueError, KeyError) as fault:
             raise ResultsError(
@@ -75,9 +73,7 @@ class Results:
         try:
             summary = json.loads(path.read_text(encoding="utf-8"))
         except ValueError as fault:
-            raise ResultsError(
-                path, f"text that is not JSON ({fault})", "a JSON object", "repeat the run"
-            ) from fault
+            raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON object", "repeat the run") from fault
         if not isinstance(summary, dict):
             raise ResultsError(path, type(summary).__name__, "a JSON object", "repeat the run")
         _check_version(path, summary.get("format", FORMAT_VERSION))
@@ -94,9 +90,7 @@ class Results:
         try:
             return tomllib.loads(path.read_text(encoding="utf-8"))
         except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-            raise ResultsError(
-                path, f"text that is not TOML ({fault})", "the case as run", "repeat the run"
-            ) from fault
+            raise ResultsError(path, f"text that is not TOML ({fault})", "the case as run", "repeat the run") from fault
 
     @property
     def status(self) -> str:
@@ -191,8 +185,7 @@ def _named(history: xr.Dataset) -> xr.Dataset:
     for dimension in ("probe", "face", "load", "component"):
         if dimension in history.coords:
             names = [
-                name.decode() if isinstance(name, bytes) else str(name)
-                for name in history[dimension].values.tolist()
+                name.decode() if isinstance(name, bytes) else str(name) for name in history[dimension].values.tolist()
             ]
             history = history.assign_coords({dimension: np.array(names, dtype=object)})
     return history

@@ -50,9 +50,7 @@ class Signal:
 
     def __post_init__(self) -> None:
         if self.time.ndim != 1 or self.time.shape != self.values.shape:
-            raise SignalError(
-                f"{self.name}: times {self.time.shape} and values {self.values.shape} differ in shape"
-            )
+            raise SignalError(f"{self.name}: times {self.time.shape} and values {self.values.shape} differ in shape")
         if self.time.size == 0:
             raise SignalError(f"{self.name}: the record holds no value")
         bad = ~np.isfinite(self.values) | ~np.isfinite(self.time)
@@ -99,9 +97,7 @@ class Signal:
         return replace(self, time=self.time[keep], values=self.values[keep])
 
 
-def probe_signal(
-    history: xr.Dataset, quantity: str, probe: str | None = None, component: str | None = None
-) -> Signal:
+def probe_signal(history: xr.Dataset, quantity: str, probe: str | None = None, component: str | None = None) -> Signal:
     """Pick one component of the motion of one probe.
 
     A record of interval means (the accelerations) is placed at the middle of its intervals, and its first

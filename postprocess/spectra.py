@@ -90,9 +90,7 @@ def spectrum(
     notes: list[str] = []
     if forcing_frequency is None:
         span, count = signal, None
-        notes.append(
-            f"{signal.name}: no forcing period; the span is no whole number of periods and lines leak"
-        )
+        notes.append(f"{signal.name}: no forcing period; the span is no whole number of periods and lines leak")
     else:
         span, count = _whole_periods(signal, forcing_frequency, periods, after, notes)
     size, interval = span.time.size, span.interval
@@ -159,15 +157,11 @@ def _whole_periods(
             "the spectrum holds some of the transient; run longer"
         )
     if periods % 6:
-        notes.append(
-            f"{signal.name}: {periods} periods, no multiple of 6: subharmonics 1/2 or 1/3 fall between lines"
-        )
+        notes.append(f"{signal.name}: {periods} periods, no multiple of 6: subharmonics 1/2 or 1/3 fall between lines")
     exact = periods / (forcing_frequency * signal.interval)
     size = round(exact)
     if abs(exact - size) <= _WHOLE * max(1.0, 1e-3 * size):
-        return Signal(
-            signal.time[-size:], signal.values[-size:], signal.unit, signal.name, signal.width
-        ), periods
+        return Signal(signal.time[-size:], signal.values[-size:], signal.unit, signal.name, signal.width), periods
     notes.append(
         f"{signal.name}: {periods} forcing periods are {exact:.3f} sampling intervals; "
         "interpolated by a cubic spline to a whole number (choose a step that divides the period)"

@@ -23,9 +23,7 @@ def as_text(analysis: Analysis, title: str = "") -> str:
     if analysis.probe is not None:
         lines.append(f"probe {analysis.probe}, direction {analysis.component}")
     if analysis.forcing_frequency is not None:
-        lines.append(
-            f"forcing every {1e3 / analysis.forcing_frequency:g} ms, {analysis.forcing_frequency:g} Hz"
-        )
+        lines.append(f"forcing every {1e3 / analysis.forcing_frequency:g} ms, {analysis.forcing_frequency:g} Hz")
     if analysis.signals:
         lines += ["", *_peak_rows(analysis)]
     if analysis.periodicity is not None:
@@ -80,9 +78,7 @@ def _peak_rows(analysis: Analysis) -> list[str]:
         rows.append(f"  {'':24}{'median':>12}{'smallest':>12}{'largest':>12}")
     for name, unit, table, factor in with_periods:
         values = factor * table.peak_to_peak[-max(1, table.period.size // 2) :]
-        rows.append(
-            f"  {f'{name}, {unit}':24}{np.median(values):12.5g}{values.min():12.5g}{values.max():12.5g}"
-        )
+        rows.append(f"  {f'{name}, {unit}':24}{np.median(values):12.5g}{values.min():12.5g}{values.max():12.5g}")
     return rows
 
 
@@ -95,8 +91,7 @@ def _harmonic_rows(analysis: Analysis) -> list[str]:
     for order in orders:
         frequency = float(order) * (analysis.forcing_frequency or 0.0)
         cells = "".join(
-            f"{_cell(by_order[name].get(order), shown(one.signal.unit)[1]):>28}"
-            for name, one in columns.items()
+            f"{_cell(by_order[name].get(order), shown(one.signal.unit)[1]):>28}" for name, one in columns.items()
         )
         rows.append(f"  {order!s:>6}{frequency:10.5g}{cells}")
     rest = "".join(f"{distortion(one.harmonics):28.4g}" for one in columns.values())

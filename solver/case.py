@@ -3,8 +3,8 @@
 SI units throughout, frequencies in Hz. The beam axis is x, with x = 0 at the supported end; the bending
 direction is y in 2D and z in 3D; the beam rests on the base (below) under the gland (above).
 
-Reading, overriding and the reporting of faults are in `solver.case_reader`; contradictions between tables are
-found by `solver.case_consistency`.
+Reading, overriding and the reporting of faults are in `solver.case_file.reader`; contradictions between tables are
+found by `solver.case_file.consistency`.
 """
 
 from __future__ import annotations
@@ -61,9 +61,7 @@ class Damping(Table):
         description="fractions of critical damping at the two frequencies, no unit",
         examples=[[0.01, 0.01]],
     )
-    mass: NonNegative | None = Field(
-        default=None, description="coefficient of the mass matrix, 1/s", examples=[4.4]
-    )
+    mass: NonNegative | None = Field(default=None, description="coefficient of the mass matrix, 1/s", examples=[4.4])
     stiffness: NonNegative | None = Field(
         default=None, description="coefficient of the stiffness matrix, s", examples=[9.4e-6]
     )
@@ -89,17 +87,13 @@ class Restraint(Table):
 class Mesh(Table):
     """What gmsh builds, or a mesh file with the named physical groups body, base and gland."""
 
-    dimension: Literal[2, 3] = Field(
-        default=2, description="2 for a slice in the bending plane, 3 for the solid beam"
-    )
+    dimension: Literal[2, 3] = Field(default=2, description="2 for a slice in the bending plane, 3 for the solid beam")
     plane: Literal["stress", "strain"] = Field(default="stress", description="2D assumption")
     cell: Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"] | None = Field(
         default=None, description="cell shape; default quadrilateral in 2D, hexahedron in 3D"
     )
     degree: Literal[1, 2] = Field(default=2, description="polynomial degree of the displacement")
-    size: Positive | None = Field(
-        default=None, description="cell size far from the support, m; default thickness"
-    )
+    size: Positive | None = Field(default=None, description="cell size far from the support, m; default thickness")
     support_size: Positive | None = Field(
         default=None, description="cell size along x in the support, m; default thickness/3"
     )
@@ -148,9 +142,7 @@ class Gravity(Table):
     """Body force density * acceleration; part of the static seat."""
 
     type: Literal["gravity"] = Field(description="kind of load")
-    name: Name = Field(
-        default="gravity", description="name in results and messages, different for every load"
-    )
+    name: Name = Field(default="gravity", description="name in results and messages, different for every load")
     acceleration: NonNegative = Field(default=9.81, description="acceleration of gravity, m/s^2")
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default downward, toward the base"
@@ -163,9 +155,7 @@ class Ramped(Table):
     amplitude: Number = Field(description="amplitude, in the unit of the quantity", examples=[20.0])
     frequency: Positive = Field(description="forcing frequency, Hz", examples=[20.0])
     phase: Number = Field(default=0.0, description="phase at t = 0, degrees")
-    ramp: NonNegative = Field(
-        default=0.0, description="time over which the amplitude rises smoothly from 0, s"
-    )
+    ramp: NonNegative = Field(default=0.0, description="time over which the amplitude rises smoothly from 0, s")
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
     )
@@ -233,14 +223,10 @@ class GeneralizedAlpha(Table):
     """Generalized-alpha, Chung and Hulbert (1993)."""
 
     type: Literal["generalized-alpha"] = Field(description="name of the scheme")
-    rho_inf: Number = Field(
-        default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit"
-    )
+    rho_inf: Number = Field(default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit")
 
 
-Scheme = Annotated[
-    DiscreteGradient | ImplicitMidpoint | Newmark | GeneralizedAlpha, Field(discriminator="type")
-]
+Scheme = Annotated[DiscreteGradient | ImplicitMidpoint | Newmark | GeneralizedAlpha, Field(discriminator="type")]
 
 
 def _named_scheme(value: object) -> object:
@@ -257,9 +243,7 @@ class Time(Table):
         default=DiscreteGradient(),
         description="time integration: a name, or a table with the type and its keys",
     )
-    max_halvings: Whole = Field(
-        default=6, ge=0, le=20, description="how often a step that does not converge is halved"
-    )
+    max_halvings: Whole = Field(default=6, ge=0, le=20, description="how often a step that does not converge is halved")
     max_iterations: Whole = Field(
         default=60, ge=1, le=1000, description="largest number of contact iterations in one step"
     )
@@ -268,27 +252,17 @@ class Time(Table):
 class Gates(Table):
     """Limits on the energy that the algorithm creates or loses, relative to the energy exchanged so far."""
 
-    impact_loss: NonNegative = Field(
-        default=0.008, description="largest algorithmic loss in one impact, no unit"
-    )
-    impact_growth: NonNegative = Field(
-        default=0.0025, description="largest algorithmic growth in one impact, no unit"
-    )
+    impact_loss: NonNegative = Field(default=0.008, description="largest algorithmic loss in one impact, no unit")
+    impact_growth: NonNegative = Field(default=0.0025, description="largest algorithmic growth in one impact, no unit")
     total_growth: Positive = Field(default=0.05, description="cumulative growth that ends the run, no unit")
-    accept_energy_growth: Switch = Field(
-        default=False, description="go on, and end with status 0, in spite of growth"
-    )
+    accept_energy_growth: Switch = Field(default=False, description="go on, and end with status 0, in spite of growth")
 
 
 class Output(Table):
     """What is written, and how often."""
 
-    history_interval: Positive | None = Field(
-        default=None, description="time between history records, s; default step"
-    )
-    fields_interval: Positive | None = Field(
-        default=None, description="time between XDMF fields, s; default end/100"
-    )
+    history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
+    fields_interval: Positive | None = Field(default=None, description="time between XDMF fields, s; default end/100")
 
 
 class Case(Table):

@@ -11,11 +11,11 @@ import time
 
 import numpy as np
 
-from solver.system import Array, SemiDiscreteSystem
+from solver.system import Array, SemiDiscreteSystem, Springs
 
 
 class CondensedOperator:
-    """A = c_m M + c_k K, factored, with its Delassus operator.
+    """A = c_m M + c_k K (+ springs), factored, with its Delassus operator.
 
     Collective to make and to use.
 
@@ -28,17 +28,19 @@ class CondensedOperator:
         seconds: Wall time of the factorization and of the Delassus operator.
     """
 
-    def __init__(self, system: SemiDiscreteSystem, mass: float, stiffness: float) -> None:
+    def __init__(
+        self, system: SemiDiscreteSystem, mass: float, stiffness: float, springs: Springs | None = None
+    ) -> None:
         self.mass, self.stiffness = mass, stiffness
         self._operators, self._contact = system.operators, system.contact
         started = time.perf_counter()
-        self._factor = system.operators.factor(mass, stiffness)
+        self._factor = system.operators.factor(mass, stiffness, springs)
         factored = time.perf_counter()
         interface = system.contact.interface
         self._columns = self._factor.solve_units(interface)
-        block = np.zeros((interface.size, interface.size))
-        block[interface.slots] = self._columns[interface.owned]
-        block = system.operators.sum(block)
+        mine = np.zeros((interface.size, interface.size))
+        mine[interface.slots] = self._columns[interface.owned]
+        block = system.operators.sum(mine)
         self.compliance = 0.5 * (block + block.T)
         gap = system.contact.gap_matrix
         self.delassus = np.ascontiguousarray(gap @ (gap @ self.compliance).T)

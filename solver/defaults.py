@@ -57,8 +57,9 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
     """Return the penalty stiffness per area, given or computed.
 
     eps = max(100 p / |clearance|, 0.05 E / h), at most 10 E / h (E / h for schemes that can create energy), with
-    p the support reaction spread over the width and one cell of length h. The first term aims at a penetration
-    of 1 % of the clearance, the second keeps the contact about as stiff as the body below it.
+    p the support reaction spread over the width and one cell of length h, plus E |clearance| / thickness of an
+    interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact
+    about as stiff as the body below it.
 
     Args:
         case: The case.
@@ -69,6 +70,8 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
     body = case.material.young_modulus / cell_length
     pressure = support_reaction(case) / (case.beam.width * cell_length)
     clearance = abs(case.support.clearance)
+    if case.support.clearance < 0.0:
+        pressure += case.material.young_modulus * clearance / case.beam.thickness
     wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
     conserving = case.time.scheme.type in ("discrete-gradient", "implicit-midpoint")
     limit = (STIFFEST_CONSERVING if conserving else STIFFEST_OTHERS) * body
@@ -79,7 +82,8 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
         why = f"penetration of {WANTED_RATIO:.0%} of the clearance under the estimated pressure {pressure:.3g} Pa"
     else:
         why = f"{SOFTEST:g} E/h: as stiff as the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
-    return Default("contact.stiffness", value, "Pa/m", f"{why} (E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m)")
+    body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"
+    return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})")
 
 
 def rayleigh(case: Case) -> tuple[float, float]:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 
-from solver.system import Array, Factor, Interface
+from solver.system import Array, Factor, Interface, Springs
 
 
 @dataclass(frozen=True)
@@ -50,13 +50,21 @@ class DenseOperators:
         """Return K x."""
         return np.asarray(self.stiffness @ x)
 
+    def energy_round_off(self, x: Array) -> float:
+        """Return how far x K x / 2 is off by round-off."""
+        return float(np.finfo(float).eps * np.linalg.norm(np.diagonal(self.stiffness) * x * x))
+
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the restraint adds."""
         return np.asarray(self.restraint @ x)
 
-    def factor(self, mass: float, stiffness: float) -> Factor:
-        """Factor mass M + stiffness K, which must be positive definite."""
-        return DenseFactor(cho_factor(mass * self.mass + stiffness * self.stiffness))
+    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
+        """Factor mass M + stiffness K + springs, which must be positive definite."""
+        effective = mass * self.mass + stiffness * self.stiffness
+        if springs is not None:
+            owned, slots = springs.interface.owned, springs.interface.slots
+            effective[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]
+        return DenseFactor(cho_factor(effective))
 
     def sum(self, local: Array) -> Array:
         """Return the array: there is one rank."""

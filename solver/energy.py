@@ -16,6 +16,8 @@ import numpy as np
 from solver.contact.kelvin_voigt import KelvinVoigt
 from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, State, Step
 
+ROUND_OFF_SAFETY = 8.0
+
 
 @dataclass(frozen=True)
 class Ledger:
@@ -32,6 +34,7 @@ class Ledger:
         algorithmic: Loss by the scheme; negative: created.
         exchanged: What created energy is measured against: the sum of |work of the loads that are not static|
             over all steps, plus the largest kinetic energy so far.
+        round_off: What the balance cannot resolve: round-off in u K u of the displacements so far.
     """
 
     kinetic: float
@@ -45,6 +48,7 @@ class Ledger:
     exchanged: float = 0.0
     largest_kinetic: float = 0.0
     absolute_work: float = 0.0
+    round_off: float = 0.0
 
     @property
     def total(self) -> float:
@@ -67,22 +71,27 @@ def open_ledger(system: SemiDiscreteSystem, law: KelvinVoigt, state: State) -> L
     """Return the ledger at the start of a run. Collective."""
     kinetic, strain = _kinetic_and_strain(system, state)
     contact = _contact_energy(system, law, state)
-    return Ledger(kinetic, strain, contact, kinetic + strain + contact, np.zeros(len(system.loads)))
+    ledger = Ledger(kinetic, strain, contact, kinetic + strain + contact, np.zeros(len(system.loads)))
+    return replace(ledger, round_off=_round_off(system, state))
 
 
 def restate(system: SemiDiscreteSystem, law: KelvinVoigt, ledger: Ledger, state: State) -> Ledger:
     """Return the ledger with its energies measured anew on a state. Collective."""
     kinetic, strain = _kinetic_and_strain(system, state)
-    return replace(ledger, kinetic=kinetic, strain=strain, contact=_contact_energy(system, law, state))
+    return replace(
+        ledger,
+        kinetic=kinetic,
+        strain=strain,
+        contact=_contact_energy(system, law, state),
+        round_off=max(ledger.round_off, _round_off(system, state)),
+    )
 
 
 def enter_step(system: SemiDiscreteSystem, law: KelvinVoigt, ledger: Ledger, step: Step) -> Ledger:
     """Return the ledger after a step. Collective."""
     old, new, stage = step.old, step.new, step.stage
     moved = new.u[VALUE] - old.u[VALUE]
-    damping_force = (
-        system.mass_damping * stage.velocity[MASS] + system.stiffness_damping * stage.velocity[STIFFNESS]
-    )
+    damping_force = system.mass_damping * stage.velocity[MASS] + system.stiffness_damping * stage.velocity[STIFFNESS]
     pairs = [
         (new.v[VALUE], new.v[MASS]),
         (new.u[VALUE], new.u[STIFFNESS]),
@@ -127,6 +136,10 @@ def restraint_energy(system: SemiDiscreteSystem, state: State) -> float:
 def _kinetic_and_strain(system: SemiDiscreteSystem, state: State) -> tuple[float, float]:
     doubled = system.dots([(state.v[VALUE], state.v[MASS]), (state.u[VALUE], state.u[STIFFNESS])])
     return 0.5 * float(doubled[0]), 0.5 * float(doubled[1])
+
+
+def _round_off(system: SemiDiscreteSystem, state: State) -> float:
+    return ROUND_OFF_SAFETY * system.operators.energy_round_off(state.u[VALUE])
 
 
 def _contact_energy(system: SemiDiscreteSystem, law: KelvinVoigt, state: State) -> float:

@@ -36,3 +36,9 @@ class UserError(RunError):
     """A fault of the input that shows only after reading the case: found, expected, what to try."""
 
     exit_status = 2
+
+
+class Interrupted(RunError):  # noqa: N818
+    """The user or a scheduler asked the run to stop."""
+
+    exit_status = 130

@@ -8,13 +8,11 @@ import numpy as np
 from mpi4py import MPI
 
 from meshes.build import build_beam
-
+from meshes.files import read_mesh
 from meshes.geometry import BeamGeometry
 from meshes.sizing import BeamSizing
 from meshes.tagged import TaggedMesh
 from solver.case import Case, HarmonicForce
-
-DEFAULT_CELLS = {2: "quadrilateral", 3: "hexahedron"}
 
 
 def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
@@ -31,11 +29,9 @@ def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
         points=tuple(_coordinates(point, mesh.dimension) for point in points),
     )
     if mesh.file is not None:
-        from meshes.files import read_mesh
-
         return read_mesh(comm, Path(mesh.file), geometry)
     sizing = BeamSizing(
-        cell=mesh.cell or DEFAULT_CELLS[mesh.dimension],
+        cell=mesh.cell,
         size=mesh.size,
         support_size=mesh.support_size,
         edge_size=mesh.edge_size,

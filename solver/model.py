@@ -4,17 +4,17 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, field
-from typing import Any
 
 import basix.ufl
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
 
+from meshes.describe import describe
 from meshes.tagged import TaggedMesh
 from solver.case import Case
 from solver.contact.kelvin_voigt import KelvinVoigt
-from solver.defaults import Default, contact_stiffness, overhang_frequency, rayleigh
+from solver.defaults import Default, contact_stiffness, rayleigh
 from solver.elasticity import elastic_forms
 from solver.interface import contact_operator
 from solver.loads.patterns import axis_point, make_loads
@@ -23,8 +23,7 @@ from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
 from solver.system import SemiDiscreteSystem
 
-FACE_TAGS = 1
-SEAT_SHIFT = 0.1  # of the first frequency of the overhang
+SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 
 
 @dataclass(frozen=True)
@@ -39,7 +38,7 @@ class Model:
         law: The contact law.
         probes: Rows that evaluate the probes, by name.
         defaults: Values that were computed, with their reasons.
-        seat_shift: sigma of the search for the seat, 1/s^2.
+        seat_springs: s of the search for the seat, Pa/m.
         seconds: Wall time of each part of the set-up.
     """
 
@@ -50,7 +49,7 @@ class Model:
     law: KelvinVoigt
     probes: dict[str, PointRow]
     defaults: tuple[Default, ...]
-    seat_shift: float
+    seat_springs: float
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property
@@ -100,23 +99,23 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     )
     operators = PetscOperators(forms, space)
     mass_damping, stiffness_damping = rayleigh(case)
-    system = SemiDiscreteSystem(
-        operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping
-    )
-    stiffness = contact_stiffness(case, (tagged.facet_counts["base"] and area / 2 / tagged.facet_counts["base"]) ** (1 / (dimension - 1)))
-    probes = {
-        probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe
-    }
+    system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
+    facet_length = describe(tagged)["mean_contact_facet_length"]
+    stiffness = contact_stiffness(case, facet_length)
+    probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
     return Model(
         case,
         tagged,
         space,
         system,
         KelvinVoigt(
-            stiffness.value, case.contact.damping, case.contact.tension == "adhesive", case.contact.touch_depth
+            stiffness.value,
+            case.contact.damping,
+            case.contact.tension == "adhesive",
+            case.contact.touch_depth,
         ),
         probes,
         (stiffness,),
-        (2.0 * 3.141592653589793 * SEAT_SHIFT * overhang_frequency(case)) ** 2,
+        SEAT_SOFTNESS * min(stiffness.value, case.material.young_modulus / facet_length),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )

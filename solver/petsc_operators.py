@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 from solver.elasticity import ElasticForms
 from solver.errors import RunError
-from solver.system import Array, Factor, Interface
+from solver.system import Array, Factor, Interface, Springs
 
 SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
 
@@ -79,11 +79,12 @@ class PetscOperators:
         self._components = space.dofmap.index_map_bs
         self.size = self._mass.getLocalSize()[0]
         # Every component has the same mass matrix: products with one of them cost a ninth (3D) of the whole.
-        first, last = self._mass.getOwnershipRange()
+        first, _ = self._mass.getOwnershipRange()
         rows = PETSc.IS().createStride(self.size // self._components, first, self._components, comm=self._comm)
         self._component_mass = self._mass.createSubMatrix(rows, rows)
         self._component_in, self._component_out = self._component_mass.createVecs()
         self._vector_in, self._vector_out = self._stiffness.createVecs()
+        self._stiffness_diagonal = np.array(self._stiffness.getDiagonal().array_r)
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x. Collective."""
@@ -98,12 +99,17 @@ class PetscOperators:
         """Return K x. Collective."""
         return self._product(self._stiffness, x)
 
+    def energy_round_off(self, x: Array) -> float:
+        """Return how far x K x / 2 is off by round-off. Collective."""
+        terms = self._stiffness_diagonal * x * x
+        return float(np.finfo(float).eps * np.sqrt(self.sum(np.array([terms @ terms]))[0]))
+
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the restraint adds. Collective."""
         return self._product(self._restraint, x)
 
-    def factor(self, mass: float, stiffness: float) -> Factor:
-        """Factor mass M + stiffness K by MUMPS (options prefix gapbeam_effective_).
+    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
+        """Factor mass M + stiffness K + springs by MUMPS (options prefix gapbeam_effective_).
 
         Raises:
             RunError: The factorization failed, from lack of memory or because the operator is singular.
@@ -114,6 +120,8 @@ class PetscOperators:
         effective.scale(stiffness)
         if mass != 0.0:
             effective.axpy(mass, self._mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+        if springs is not None:
+            self._add_springs(effective, springs)
         effective.setOption(PETSc.Mat.Option.SPD, True)
         try:
             return PetscFactor(effective, "gapbeam_effective_")
@@ -132,6 +140,18 @@ class PetscOperators:
         self._comm.Reduce(np.ascontiguousarray(local), total)
         self._comm.Bcast(total)
         return total
+
+    def _add_springs(self, effective: PETSc.Mat, springs: Springs) -> None:
+        interface, matrix = springs.interface, springs.matrix
+        first = effective.getOwnershipRange()[0]
+        mine = np.zeros(interface.size)
+        mine[interface.slots] = interface.owned + first
+        place = self.sum(mine)
+        for slot, owned in zip(interface.slots, interface.owned, strict=True):
+            entries = slice(matrix.indptr[slot], matrix.indptr[slot + 1])
+            columns = place[matrix.indices[entries]].astype(PETSc.IntType)
+            effective.setValues([int(owned + first)], columns, matrix.data[entries], addv=PETSc.InsertMode.ADD_VALUES)
+        effective.assemble()
 
     def _product(self, matrix: PETSc.Mat, x: Array) -> Array:
         self._vector_in.array[:] = x

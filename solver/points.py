@@ -9,6 +9,7 @@ import numpy as np
 from dolfinx import geometry
 from mpi4py import MPI
 
+from meshes.compat import coordinate_dofs, coordinate_element
 from solver.errors import UserError
 from solver.system import Array, Indices, Operators
 
@@ -63,9 +64,7 @@ def point_row(space: Any, point: Array, name: str) -> PointRow:
     candidates = comm.allgather(best)
     if min(candidates) <= ON_NODE * span:
         here = comm.rank == int(np.argmin(candidates))
-        return PointRow(
-            np.array([nearest] if here else [], dtype=np.int64), np.array([1.0] if here else []), block
-        )
+        return PointRow(np.array([nearest] if here else [], dtype=np.int64), np.array([1.0] if here else []), block)
     found = comm.allgather(_in_cell(space, point))
     holders = [entry for entry in found if entry is not None]
     if not holders:
@@ -90,9 +89,8 @@ def _in_cell(space: Any, point: Array) -> tuple[Indices, Array] | None:
     if len(cells) == 0:
         return None
     cell = int(cells[0])
-    corners = mesh.geometry.x[mesh.geometry.dofmap[cell]][:, : mesh.geometry.dim]
-    reference = mesh.geometry.cmap.pull_back(point[: mesh.geometry.dim].reshape(1, -1), corners)
+    corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, : mesh.geometry.dim]
+    reference = coordinate_element(mesh).pull_back(point[: mesh.geometry.dim].reshape(1, -1), corners)
     values = space.element.basix_element.tabulate(0, reference)[0, 0, :, 0]
     nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
     return nodes.astype(np.int64), values
-

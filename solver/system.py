@@ -11,14 +11,14 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 Array = NDArray[np.float64]
-Indices = NDArray[np.int64]
+Indices = NDArray[np.integer[Any]]
 
 
 class Factor(Protocol):
@@ -42,11 +42,14 @@ class Operators(Protocol):
     def apply_stiffness(self, x: Array) -> Array:
         """Return K x (n,). Collective."""
 
+    def energy_round_off(self, x: Array) -> float:
+        """Return how far x K x / 2 is off by round-off, J: eps |diag(K) x^2|, an estimate. Collective."""
+
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the weak restraint adds (n,). Collective."""
 
-    def factor(self, mass: float, stiffness: float) -> Factor:
-        """Factor A = mass M + stiffness K. Collective."""
+    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
+        """Factor A = mass M + stiffness K + springs. Collective."""
 
     def sum(self, local: Array) -> Array:
         """Sum a small array over all ranks. Collective."""
@@ -78,6 +81,14 @@ class Interface:
 
 
 @dataclass(frozen=True)
+class Springs:
+    """A sparse matrix (size, size) on the interface DOFs, N/m, with entries between DOFs of one cell only."""
+
+    interface: Interface
+    matrix: csr_matrix
+
+
+@dataclass(frozen=True)
 class ContactOperator:
     """G, w and g0 at the m contact points, replicated on all ranks.
 
@@ -106,7 +117,12 @@ class ContactOperator:
 
     def depth(self, interface_values: Array) -> Array:
         """Return the penetration d = -(g0 + G u), (m,), m; negative where the gap is open."""
-        return -(self.initial_gap + self.gap_matrix @ interface_values)
+        return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values))
+
+    def springs(self, stiffness: float) -> Springs:
+        """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed."""
+        scaled = self.gap_matrix.multiply((stiffness * self.weights)[:, None])
+        return Springs(self.interface, csr_matrix(self.gap_matrix.T @ scaled))
 
     def resultant(self, forces: Array) -> Array:
         """Return G^T f on the interface DOFs for point forces f = w p, (interface.size,), N."""

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from solver.case_faults import Fault
-from solver.case_overrides import Overrides
-from solver.case_reader import CaseError, read_case
+from solver.case_file.faults import Fault
+from solver.case_file.overrides import Overrides
+from solver.case_file.reader import CaseError, read_case
 
 GOOD = """\
 title = "good"

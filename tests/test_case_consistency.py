@@ -7,9 +7,9 @@ from pathlib import Path
 
 import pytest
 
-from solver import case_consistency, case_geometry, case_places
-from solver.case_consistency import CHECKS, contradictions_in
-from solver.case_reader import read_case, warnings
+from solver.case_file import consistency, geometry, places
+from solver.case_file.consistency import CHECKS, contradictions_in
+from solver.case_file.reader import read_case, warnings
 from tests.case_texts import GOOD, faults_of, spoiled, written
 
 CONTRADICTIONS = {
@@ -308,7 +308,7 @@ def test_a_good_case_warns_of_nothing(tmp_path: Path) -> None:
 def test_every_check_is_made() -> None:
     written_checks = {
         function
-        for module in (case_consistency, case_geometry, case_places)
+        for module in (consistency, geometry, places)
         for name, function in inspect.getmembers(module, inspect.isgeneratorfunction)
         if not name.startswith("_")
     }
@@ -317,17 +317,13 @@ def test_every_check_is_made() -> None:
 
 def test_a_mesh_file_leaves_nothing_for_other_keys_to_say(tmp_path: Path) -> None:
     (tmp_path / "beam.msh").touch()
-    text = spoiled(
-        "degree = 2", 'file = "beam.msh"\nsize = 0.01\ncell = "triangle"\ncells_through_thickness = 4'
-    )
+    text = spoiled("degree = 2", 'file = "beam.msh"\nsize = 0.01\ncell = "triangle"\ncells_through_thickness = 4')
     faults = faults_of(written(tmp_path, text))
     assert [fault.key[1] for fault in faults] == ["size", "cell", "cells_through_thickness"]
     assert all("the file already holds its cells" in fault.expected for fault in faults)
 
 
-def test_a_mesh_file_in_the_current_folder_is_pointed_at(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_a_mesh_file_in_the_current_folder_is_pointed_at(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     here = tmp_path / "here"
     here.mkdir()
     (here / "beam.msh").touch()
@@ -338,9 +334,7 @@ def test_a_mesh_file_in_the_current_folder_is_pointed_at(
 
 def test_contradictions_are_reported_together_with_faults_of_other_tables(tmp_path: Path) -> None:
     text = GOOD.replace("length = 0.050", "length = 0.6").replace("density = 7919.0", "density = true")
-    text = text.replace("ratios = [0.01, 0.01]\n", "").replace(
-        "[output]", "[output]\nhistory_interval = 1.5e-4"
-    )
+    text = text.replace("ratios = [0.01, 0.01]\n", "").replace("[output]", "[output]\nhistory_interval = 1.5e-4")
     assert [fault.key for fault in faults_of(written(tmp_path, text))] == [
         ("material", "density"),
         ("damping", "frequencies"),

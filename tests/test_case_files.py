@@ -10,8 +10,8 @@ from typing import Any
 
 import pytest
 
-from solver.case_keys import tables
-from solver.case_reader import read_case, schema, warnings
+from solver.case_file.keys import tables
+from solver.case_file.reader import read_case, schema, warnings
 from tests.case_texts import GOOD, spoiled
 
 ROOT = Path(__file__).parents[1]
@@ -96,9 +96,7 @@ def test_the_schema_accepts_the_shipped_cases_and_refuses_bad_ones() -> None:
 
 
 def test_every_description_ends_with_a_unit_or_names_none() -> None:
-    units = re.compile(
-        r", (m|s|N|Hz|Pa|Pa/m|Pa s/m|N/m|1/s|kg/m\^3|m/s\^2|m/s\^2, m/s or m|no unit|degrees)(;|$)"
-    )
+    units = re.compile(r", (m|s|N|Hz|Pa|Pa/m|Pa s/m|N/m|1/s|kg/m\^3|m/s\^2|m/s\^2, m/s or m|no unit|degrees)(;|$)")
     for table in tables():
         for key, field in table.model.model_fields.items():
             annotation = str(field.annotation)

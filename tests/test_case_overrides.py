@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from solver.case import Damping, GeneralizedAlpha, HarmonicForce, Newmark
-from solver.case_overrides import parse_value
-from solver.case_reader import read_case
+from solver.case_file.overrides import parse_value
+from solver.case_file.reader import read_case
 from tests.case_texts import faults_of, spoiled, written
 
 
@@ -39,9 +39,7 @@ def test_a_mapping_does_the_same(tmp_path: Path) -> None:
 
 
 def test_none_in_a_mapping_takes_a_key_away(tmp_path: Path) -> None:
-    case = read_case(
-        written(tmp_path), {"damping.frequencies": None, "damping.ratios": None, "mesh.size": None}
-    )
+    case = read_case(written(tmp_path), {"damping.frequencies": None, "damping.ratios": None, "mesh.size": None})
     assert case.damping == Damping()
 
 
@@ -124,9 +122,7 @@ def test_a_bad_override_is_explained(tmp_path: Path, text: str, words: list[str]
 
 def test_a_contradiction_with_the_file_names_both(tmp_path: Path) -> None:
     path = written(tmp_path)
-    (fault,) = faults_of(
-        path, ["beam.length=0.04", "load.shaker.point=0.01", "probe.tip.point=0.04", "mesh.size=0.01"]
-    )
+    (fault,) = faults_of(path, ["beam.length=0.04", "load.shaker.point=0.01", "probe.tip.point=0.04", "mesh.size=0.01"])
     assert fault.where == f"{path}:18: [support] length with --set beam.length"
 
 

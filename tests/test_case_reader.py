@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from solver.case import Case
-from solver.case_reader import CaseError, read_case
+from solver.case_file.reader import CaseError, read_case
 from tests.case_texts import GOOD, faults_of, spoiled, written
 
 BAD_KEYS = {
@@ -486,18 +486,14 @@ def test_lines_are_found_among_lists_and_texts_of_several_lines(tmp_path: Path) 
         "ratios = [0.01, 0.01]",
         'ratios = [\n  0.01, # [ one\n  0.01,\n]\r\n"mass" = """\nmass = 3\n[support]\n"""\nstiffness = true',
     )
-    places = [
-        fault.where.partition(": ")[0].rpartition(":")[2] for fault in faults_of(written(tmp_path, text))
-    ]
+    places = [fault.where.partition(": ")[0].rpartition(":")[2] for fault in faults_of(written(tmp_path, text))]
     lines = text.split("\n")
     assert places == [str(lines.index('"mass" = """') + 1), str(lines.index("stiffness = true") + 1)]
 
 
 def test_all_faults_are_reported_at_once(tmp_path: Path) -> None:
     text = GOOD.replace("width = 0.020", 'width = "0.020"').replace("density = 7919.0", "densty = 7919.0")
-    text = text.replace("point = 0.15", "point = 0.15\namplitud = 3").replace(
-        "step = 1.0e-4", "step = -1.0e-4"
-    )
+    text = text.replace("point = 0.15", "point = 0.15\namplitud = 3").replace("step = 1.0e-4", "step = -1.0e-4")
     text = text.replace("ratios = [0.01, 0.01]\n", "").replace('name = "tip"', "name = 3")
     faults = faults_of(written(tmp_path, text))
     assert [fault.where.split(": ")[1] for fault in faults] == [

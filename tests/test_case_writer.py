@@ -11,9 +11,9 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from solver.case import Case, DiscreteGradient
-from solver.case_consistency import contradictions_in
-from solver.case_keys import tables
-from solver.case_reader import CaseError, case_to_toml, read_case, warnings
+from solver.case_file.consistency import contradictions_in
+from solver.case_file.keys import tables
+from solver.case_file.reader import CaseError, case_to_toml, read_case, warnings
 from tests.case_texts import GOOD, written
 
 CASES = sorted((Path(__file__).parents[1] / "cases").glob("*.toml"))
@@ -58,9 +58,7 @@ def valid_cases(draw: st.DrawFn) -> Case:
         load |= draw(given_or_not(phase=numbers(-720, 720), ramp=positive(-6, 6), direction=direction))
         if kind == "harmonic_force":
             return load | {"point": point()}
-        return load | draw(
-            given_or_not(quantity=st.sampled_from(["acceleration", "velocity", "displacement"]))
-        )
+        return load | draw(given_or_not(quantity=st.sampled_from(["acceleration", "velocity", "displacement"])))
 
     step = draw(positive(-8, 2))
     direction = st.lists(numbers(-1, 1), min_size=dimension, max_size=dimension).filter(any)
@@ -70,9 +68,7 @@ def valid_cases(draw: st.DrawFn) -> Case:
         for _ in range(draw(st.integers(0, 3)))
     ]
     if draw(st.booleans()):
-        loads.insert(
-            0, {"type": "gravity"} | draw(given_or_not(acceleration=numbers(0, 100), direction=direction))
-        )
+        loads.insert(0, {"type": "gravity"} | draw(given_or_not(acceleration=numbers(0, 100), direction=direction)))
     intervals = st.integers(1, 1000).map(lambda count: count * step)
     data = {
         "title": draw(st.text(st.characters(exclude_categories=["Cs"]), max_size=200)),
@@ -151,11 +147,7 @@ def test_every_key_is_written_with_its_meaning() -> None:
         if f"{table.header}  #" in text and not table.kind:
             section = text.split(f"{table.header}  #")[1].split("\n[")[0]
             for key, field in table.model.model_fields.items():
-                lines = [
-                    line
-                    for line in section.split("\n")
-                    if line.startswith((f"{key} = ", f"# {key}: not given"))
-                ]
+                lines = [line for line in section.split("\n") if line.startswith((f"{key} = ", f"# {key}: not given"))]
                 assert len(lines) == 1
                 assert str(field.description) in lines[0]
 
@@ -191,9 +183,7 @@ ANYTHING = st.recursive(
     | st.floats()
     | st.dates()
     | st.text(max_size=20)
-    | st.sampled_from(
-        ["gravity", "newmark", "auto", "0.1", "1 mm", "1e400 m", "-", "nan", "1,5", 10**400, 10**30]
-    ),
+    | st.sampled_from(["gravity", "newmark", "auto", "0.1", "1 mm", "1e400 m", "-", "nan", "1,5", 10**400, 10**30]),
     lambda inner: st.lists(inner, max_size=4) | st.dictionaries(st.text(max_size=8), inner, max_size=3),
     max_leaves=6,
 )

@@ -135,9 +135,7 @@ def test_good_file(tmp_path: Path, dimension: int, layers: int, cell: str, order
         assert figures["mean_contact_facet_length"] == pytest.approx(SUPPORT / layers)
 
 
-@pytest.mark.parametrize(
-    "options", [{"MshFileVersion": 2.2}, {"Binary": 1}, {"MshFileVersion": 2.2, "Binary": 1}]
-)
+@pytest.mark.parametrize("options", [{"MshFileVersion": 2.2}, {"Binary": 1}, {"MshFileVersion": 2.2, "Binary": 1}])
 def test_versions_and_binary(tmp_path: Path, options: dict[str, float]) -> None:
     tagged = read(user_file(tmp_path / "good.msh", **options))
     assert integral(tagged, "gland") == pytest.approx(SUPPORT * WIDTH, rel=1e-9)
@@ -217,9 +215,7 @@ def test_supported_end_at_the_far_end(tmp_path: Path) -> None:
             ]
 
     path = user_file(tmp_path / "a.msh", edit=far)
-    assert "turn the mesh around" in refused(
-        path, BeamGeometry(3, LENGTH, THICKNESS, WIDTH, LENGTH - SUPPORT)
-    )
+    assert "turn the mesh around" in refused(path, BeamGeometry(3, LENGTH, THICKNESS, WIDTH, LENGTH - SUPPORT))
 
 
 def test_base_above_gland(tmp_path: Path) -> None:
@@ -302,9 +298,7 @@ def test_damaged_files(tmp_path: Path) -> None:
         refused(path)
     path.write_bytes(good[: good.index(b"$Elements")])
     assert "no cells" in refused(path)
-    path.write_bytes(
-        good[: good.index(b"$Elements") + 40] + random.Random(2).randbytes(500) + b"\n$EndElements\n"
-    )
+    path.write_bytes(good[: good.index(b"$Elements") + 40] + random.Random(2).randbytes(500) + b"\n$EndElements\n")
     assert "damaged" in refused(path)
 
 
@@ -312,9 +306,7 @@ def test_damaged_files(tmp_path: Path) -> None:
     ("program", "message"),
     [("import os; os.abort()", "crashes while reading"), ("import time; time.sleep(60)", "does not finish")],
 )
-def test_gmsh_crashes_or_hangs(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str, message: str
-) -> None:
+def test_gmsh_crashes_or_hangs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch, program: str, message: str) -> None:
     """A damaged file can do that to gmsh; it happens in another process, and not for long."""
     monkeypatch.setattr(msh_file, "_REHEARSAL", program)
     monkeypatch.setattr(msh_file, "_SECONDS", 1.0)

@@ -75,8 +75,7 @@ def test_number_of_layers_follows_the_sizes() -> None:
     """Half the sizes: about twice the layers; every small step in size changes their number by little."""
     scales = np.geomspace(1, 1 / 8, 60)
     counts = [
-        len(layers(sizing=BeamSizing(size=0.012 * s, support_size=0.004 * s, edge_size=0.002 * s))) - 1
-        for s in scales
+        len(layers(sizing=BeamSizing(size=0.012 * s, support_size=0.004 * s, edge_size=0.002 * s))) - 1 for s in scales
     ]
     assert np.all(np.diff(counts) >= 0)
     assert np.max(np.diff(counts) / np.array(counts[:-1])) < 0.06

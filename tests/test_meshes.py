@@ -175,9 +175,7 @@ def test_support_as_long_as_the_beam(cell: Cell) -> None:
 def test_too_many_cells_are_refused() -> None:
     for cell in ("hexahedron", "tetrahedron"):
         with pytest.raises(MeshError, match="sizes that make about"):
-            build_beam(
-                COMM, beam(cell), BeamSizing(cell, cells_through_thickness=200, cells_across_width=200)
-            )
+            build_beam(COMM, beam(cell), BeamSizing(cell, cells_through_thickness=200, cells_across_width=200))
 
 
 def test_gmsh_is_silent_and_finalized(capfd: pytest.CaptureFixture[str]) -> None:
@@ -245,9 +243,7 @@ def test_slices_are_balanced_and_ghosts_are_neighbors() -> None:
 
     count = 10
     links = [[other for other in (cell - 1, cell + 1) if 0 <= other < count] for cell in range(count)]
-    row = AdjacencyList_int64(
-        np.concatenate(links).astype(np.int64), np.cumsum([0, *map(len, links)]).astype(np.int32)
-    )
+    row = AdjacencyList_int64(np.concatenate(links).astype(np.int64), np.cumsum([0, *map(len, links)]).astype(np.int32))
     owners = [slices(COMM, 3, row, False).links(cell)[0] for cell in range(count)]
     assert sorted(np.bincount(owners)) == [3, 3, 4]
     assert np.count_nonzero(np.diff(owners)) == 2

@@ -37,14 +37,14 @@ def test_one_shock_sdnd101(name: str) -> None:
 
 
 def test_free_period_sdnd122() -> None:
-    """m = 1, k = 10, stop 50 with gap 0.01: the period of the free oscillation with a given energy."""
+    """M = 1, k = 10, stop 50 with gap 0.01: the period of the free oscillation with a given energy."""
     k, stop, gap, energy = 10.0, 50.0, 0.01, 0.00650108331626
     together = k + stop
     free_amplitude = sqrt(2.0 * energy / k)
     stiff_amplitude = sqrt(2.0 * (energy - k * stop * gap**2 / (2.0 * together)) / together)
-    period = 2.0 * acos(-gap / free_amplitude) / sqrt(k) + 2.0 * acos(
-        (k * gap / together) / stiff_amplitude
-    ) / sqrt(together)
+    period = 2.0 * acos(-gap / free_amplitude) / sqrt(k) + 2.0 * acos((k * gap / together) / stiff_amplitude) / sqrt(
+        together
+    )
     assert 1.0 / period == pytest.approx(0.646631041, abs=1e-9)
     system = stopped_oscillator(1.0, k, gap)
     law = KelvinVoigt(stop)
@@ -56,7 +56,7 @@ def test_free_period_sdnd122() -> None:
 
 @pytest.mark.parametrize("name", ORDER_TWO)
 def test_forced_stop_converges_to_the_piecewise_solution(name: str) -> None:
-    """x'' + 0.02 x' + x + 100 <x - 0.5> = 0.5 cos 0.7 t from rest, 18 events up to t = 40, order 2 in time."""
+    """X'' + 0.02 x' + x + 100 <x - 0.5> = 0.5 cos 0.7 t from rest, 18 events up to t = 40, order 2 in time."""
     system = stopped_oscillator(1.0, 1.0, 0.5, 0.01, lambda t: 0.5 * np.cos(0.7 * t))
     law = KelvinVoigt(100.0)
     errors = []
@@ -79,9 +79,7 @@ def test_restitution_of_kelvin_voigt(zeta: float, adhesive: bool, name: str) -> 
     count = 4000
     law = KelvinVoigt(stiffness, 2.0 * zeta * sqrt(stiffness), adhesive, touch_depth=1e-9)
     system = stopped_oscillator()
-    steps = steps_of(
-        system, law, SCHEMES[name], start(system, u=-1e-6, v=speed), duration / count, int(1.6 * count)
-    )
+    steps = steps_of(system, law, SCHEMES[name], start(system, u=-1e-6, v=speed), duration / count, int(1.6 * count))
     assert -steps[-1].new.v[0, 0] / speed == pytest.approx(expected, abs=3e-3)
 
 

@@ -111,9 +111,7 @@ def test_chaos_is_not_periodic_wherever_the_record_ends(coefficient: float) -> N
     size = round(400.0 / FORCING)
     for periods in range(60, 401):
         stop = periods * size
-        cut = tuple(
-            Signal(one.time[:stop], one.values[:stop], one.unit, one.name) for one in (displacement, velocity)
-        )
+        cut = tuple(Signal(one.time[:stop], one.values[:stop], one.unit, one.name) for one in (displacement, velocity))
         assert periodicity(cut, FORCING).period is None, periods
 
 

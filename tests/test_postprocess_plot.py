@@ -45,9 +45,7 @@ def blank(path: Path) -> bool:
 @pytest.fixture(scope="module")
 def forced(tmp_path_factory: pytest.TempPathFactory) -> Path:
     time = np.linspace(0.0, 1.25, 12501)
-    return write_results(
-        tmp_path_factory.mktemp("run") / "forced", time, sine_records(time), probes=("middle", "tip")
-    )
+    return write_results(tmp_path_factory.mktemp("run") / "forced", time, sine_records(time), probes=("middle", "tip"))
 
 
 def test_every_figure_is_made_and_none_is_blank(forced: Path) -> None:
@@ -68,9 +66,7 @@ def test_figures_have_the_widths_of_a_journal(forced: Path, tmp_path: Path) -> N
 
 
 def test_vector_formats(forced: Path, tmp_path: Path) -> None:
-    paths = plot(
-        forced, tmp_path, formats=("pdf", "svg"), probe="tip", component="x", acceleration="relative"
-    )
+    paths = plot(forced, tmp_path, formats=("pdf", "svg"), probe="tip", component="x", acceleration="relative")
     assert {path.suffix for path in paths} == {".pdf", ".svg", ".txt", ".json"}
     assert (tmp_path / "contact.pdf").read_bytes().startswith(b"%PDF")
 

@@ -104,12 +104,8 @@ def test_moving_average_has_the_gain_of_its_transfer_function(points: int, frequ
     signal = sampled(lambda t: np.sin(2 * np.pi * frequency * t), rate)
     averaged = moving_average(signal, points)
     gain = np.sin(points * np.pi * frequency / rate) / (points * np.sin(np.pi * frequency / rate))
-    np.testing.assert_allclose(
-        averaged.values, gain * np.sin(2 * np.pi * frequency * averaged.time), atol=1e-11
-    )
-    assert moving_average_response(np.array([frequency]), rate, points)[0] == pytest.approx(
-        abs(gain), abs=1e-12
-    )
+    np.testing.assert_allclose(averaged.values, gain * np.sin(2 * np.pi * frequency * averaged.time), atol=1e-11)
+    assert moving_average_response(np.array([frequency]), rate, points)[0] == pytest.approx(abs(gain), abs=1e-12)
 
 
 def test_response_at_multiples_of_the_rate_is_one() -> None:
@@ -164,9 +160,7 @@ def test_a_rate_above_the_record_is_refused() -> None:
     offset=st.floats(-1e3, 1e3),
     points=st.integers(1, 7),
 )
-def test_smoothing_is_linear_and_keeps_constants(
-    values: list[float], scale: float, offset: float, points: int
-) -> None:
+def test_smoothing_is_linear_and_keeps_constants(values: list[float], scale: float, offset: float, points: int) -> None:
     time, array = np.arange(len(values)) / 1e4, np.array(values)
     plain = smooth(Signal(time, array, "m", "x"), 2000.0, points)
     moved = smooth(Signal(time, scale * array + offset, "m", "x"), 2000.0, points)

@@ -56,9 +56,7 @@ def test_rectangular_window_on_whole_periods_gives_amplitudes_and_phases_to_roun
 @pytest.mark.parametrize("window", ["rectangular", "hann", "flattop", "blackman"])
 def test_every_window_shows_the_amplitude_of_a_sine_on_a_line(window) -> None:
     time = np.arange(3000) / 2000.0
-    lines = spectrum(
-        Signal(time, 5.0 + 3.0 * np.sin(2 * np.pi * FORCING * time), "m", "x"), FORCING, window=window
-    )
+    lines = spectrum(Signal(time, 5.0 + 3.0 * np.sin(2 * np.pi * FORCING * time), "m", "x"), FORCING, window=window)
     assert lines.amplitude.max() == pytest.approx(5.0)
     assert harmonics(lines)[2].amplitude == pytest.approx(3.0, abs=1e-10)
 

@@ -149,9 +149,7 @@ def plane_beam(cells_along: int = 51, cells_through: int = 4) -> tuple[np.ndarra
     return points, np.array(cells)
 
 
-def solid_beam(
-    cells_along: int = 51, cells_across: int = 3, cells_through: int = 3
-) -> tuple[np.ndarray, np.ndarray]:
+def solid_beam(cells_along: int = 51, cells_across: int = 3, cells_through: int = 3) -> tuple[np.ndarray, np.ndarray]:
     """A 510 x 20 x 12 mm beam of hexahedra about y = z = 0."""
     axes = (
         np.linspace(0, 0.51, cells_along + 1),

@@ -41,9 +41,7 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
         whole.set_ylabel(label)
         whole.axvspan(start, time[-1], color=GRAY, alpha=0.25, lw=0)
         whole.set_ylim(0.0, max(whole.get_ylim()[1], 1e-6))
-    axes[0][1].legend(
-        loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2
-    )
+    axes[0][1].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
     axes[-1][0].set_xlabel("time (s)")
     axes[-1][1].set_xlabel("time (ms)")
     if time.size == 1:

@@ -30,18 +30,14 @@ def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
         smoothed = analysis.smoothed.signal if analysis.smoothed and row is analysis.acceleration else None
         for panel, part in ((whole, signal), (end, last)):
             if smoothed is None:
-                panel.plot(
-                    1e3 * part.time if panel is end else part.time, factor * part.values, color=BLACK, lw=0.7
-                )
+                panel.plot(1e3 * part.time if panel is end else part.time, factor * part.values, color=BLACK, lw=0.7)
             else:
                 _both(panel, part, smoothed, factor, 1e3 if panel is end else 1.0, thin=panel is whole)
         limits_around(whole, factor * signal.values)
         whole.axvspan(last.time[0], last.time[-1], color=GRAY, alpha=0.25, lw=0)
         whole.set_ylabel(f"{signal.name} ({unit})")
         if smoothed is not None:
-            end.legend(
-                loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2
-            )
+            end.legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
         if frequency is not None:
             _period_grid(end, last, frequency)
     axes[-1][0].set_xlabel("time (s)")

@@ -89,9 +89,7 @@ def body_of(fields: Fields, support: Support) -> Body:
     if support.dimension == 2:
         outline = _part(edges, fields)
         pairs = edges.lines.reshape(-1, 3)[:, 1:]
-        chosen = [
-            pair for pair in pairs for face in (base, gland) if np.isin(outline.points[pair], face).all()
-        ]
+        chosen = [pair for pair in pairs for face in (base, gland) if np.isin(outline.points[pair], face).all()]
         faces = pv.PolyData(
             np.asarray(edges.points), lines=np.array([(2, *pair) for pair in chosen], dtype=int).reshape(-1)
         )
@@ -119,9 +117,7 @@ def _facing(points: np.ndarray, support: Support, level: float) -> np.ndarray:
     """Mesh points of the supported part of the lower or upper face."""
     near = _NEAR * (support.end - support.start)
     bending = points[:, support.dimension - 1]
-    return np.flatnonzero(
-        (np.abs(bending - level) < near) & (points[:, 0] <= support.start + support.length + near)
-    )
+    return np.flatnonzero((np.abs(bending - level) < near) & (points[:, 0] <= support.start + support.length + near))
 
 
 def _pick(surface: pv.PolyData, cells: np.ndarray) -> pv.PolyData:

@@ -62,9 +62,7 @@ def prepare_offscreen() -> str:
                 os.environ[CHOICE] = name
             return name
         said = [line.strip() for line in (trial.stderr or trial.stdout).splitlines() if line.strip()]
-        failures.append(
-            f"{name or 'default'}: {said[-1] if said else f'ended with status {trial.returncode}'}"
-        )
+        failures.append(f"{name or 'default'}: {said[-1] if said else f'ended with status {trial.returncode}'}")
     raise RenderError(
         "nothing can be drawn off-screen here: " + "; ".join(failures) + ". To try: install libegl1 with "
         "libgl1-mesa-dri (Debian), or libosmesa6, or run in `environment/run`, where they are"

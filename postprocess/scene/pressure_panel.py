@@ -49,9 +49,7 @@ class PressurePanel:
             self._curves(figure, place, support, points, faces)
         else:
             self._maps(figure, place, support, points, faces)
-        bar = figure.colorbar(
-            ScalarMappable(Normalize(0.0, self._limit), PRESSURES), cax=figure.add_axes(bar_place)
-        )
+        bar = figure.colorbar(ScalarMappable(Normalize(0.0, self._limit), PRESSURES), cax=figure.add_axes(bar_place))
         bar.outline.set_visible(False)  # type: ignore[operator]
         bar.ax.locator_params(nbins=5)
         if support.dimension == 2:

@@ -139,9 +139,7 @@ class Sheet:
             panel.spines["bottom"].set_bounds(first, last)
         return image
 
-    def _trace(
-        self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray]
-    ) -> tuple[Axes, Line2D]:
+    def _trace(self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray]) -> tuple[Axes, Line2D]:
         panel = self.figure.add_axes(place)
         styles = {"base": (BLACK, "-"), "gland": (VERMILION, "--"), "": (BLACK, "-")}
         for name, values in curves.items():
@@ -172,6 +170,4 @@ class Sheet:
         self.figure.text(0.02, 0.96, caption.title, ha="left", va="center", fontsize=20 * self._large)
         self.figure.text(0.02, 0.915, caption.whole, ha="left", va="center", fontsize=text)
         self.figure.text(0.02, 0.475, caption.support, ha="left", va="center", fontsize=text)
-        self.figure.text(
-            0.98, 0.02, caption.cadence, ha="right", va="center", fontsize=0.85 * text, color="#444444"
-        )
+        self.figure.text(0.98, 0.02, caption.cadence, ha="right", va="center", fontsize=0.85 * text, color="#444444")

@@ -82,9 +82,7 @@ class Studio:
             strongest, remark = motion.strongest, "largest contact pressure of all fields"
         else:
             strongest = int(np.argmax(forces))
-            remark = (
-                f"largest contact force of all fields: {forces[strongest]:.4g} N on base and gland together"
-            )
+            remark = f"largest contact force of all fields: {forces[strongest]:.4g} N on base and gland together"
         farthest = int(np.argmax(np.abs(motion.tip)))
         tip = f"{1e3 * motion.tip[farthest]:.4g} mm".replace("-", "−")
         return {

@@ -119,9 +119,7 @@ def _add_blocks(plotter: pv.Plotter, support: Support, scale: float, line: float
         corners = [(box[0], box[2], 0.0), (box[1], box[2], 0.0), (box[1], box[3], 0.0)]
         block = pv.Rectangle(corners) if flat else pv.Box(bounds=box)
         plotter.add_mesh(block, color=color, opacity=opacity, lighting=not flat, ambient=0.0 if flat else 0.3)
-        edges = block.extract_feature_edges(
-            boundary_edges=flat, non_manifold_edges=False, manifold_edges=False
-        )
+        edges = block.extract_feature_edges(boundary_edges=flat, non_manifold_edges=False, manifold_edges=False)
         plotter.add_mesh(edges, color=EDGE, line_width=line, lighting=False)
 
 
@@ -142,9 +140,7 @@ def _look_from(
     right = np.cross([0.0, 0.0, 1.0], toward)
     right /= np.linalg.norm(right)
     up = np.cross(toward, right)
-    corners = np.array(
-        [(x, y, z) for x in window.x for y in (support.front, support.back) for z in window.height]
-    )
+    corners = np.array([(x, y, z) for x in window.x for y in (support.front, support.back) for z in window.height])
     target = corners.mean(axis=0)
     slope = np.tan(np.radians(0.5 * _ANGLE))
     across, along, depth = (np.abs((corners - target) @ axis) for axis in (right, up, toward))

@@ -69,9 +69,7 @@ def march(plan: March, start: State) -> Iterator[Step]:
 
 def _whole_step(plan: March, state: State, dt: float, level: int) -> Iterator[Step]:
     try:
-        step = plan.scheme.advance(
-            plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations
-        )
+        step = plan.scheme.advance(plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations)
     except NotConverged as failure:
         if level >= plan.max_halvings:
             raise _final(plan, failure, state.time, dt) from failure

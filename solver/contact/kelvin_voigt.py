@@ -72,11 +72,19 @@ class KelvinVoigt:
         start, end = np.maximum(old, 0.0), np.maximum(new, 0.0)
         half = 0.5 * self.stiffness
         apart = np.where((old > 0.0) != (new > 0.0), np.abs(new - old), 1.0)
-        lands, leaves, stays = (old <= 0.0) & (new > 0.0), (old > 0.0) & (new <= 0.0), (old > 0.0) & (new > 0.0)
+        lands, leaves, stays = (
+            (old <= 0.0) & (new > 0.0),
+            (old > 0.0) & (new <= 0.0),
+            (old > 0.0) & (new > 0.0),
+        )
         elastic = np.where(stays, half * (end + start), half * (end * end + start * start) / apart)
         slope = np.select(
             [stays, lands, leaves],
-            [half, half * (end * end - 2.0 * old * end) / (apart * apart), half * start * start / (apart * apart)],
+            [
+                half,
+                half * (end * end - 2.0 * old * end) / (apart * apart),
+                half * start * start / (apart * apart),
+            ],
             0.0,
         )
         return self._with_damping(elastic, slope, start, end, dt)

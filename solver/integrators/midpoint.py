@@ -97,5 +97,3 @@ class Midpoint:
             elastic_pressure=solution.law.elastic,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})
-
-

@@ -28,9 +28,7 @@ class Harmonic:
         waves = (sin(angle), omega * cos(angle), -omega * omega * sin(angle))
         ramps = self._ramp(time)
         binomial = ((1,), (1, 1), (1, 2, 1))[derivative]
-        return self.amplitude * sum(
-            factor * ramps[derivative - k] * waves[k] for k, factor in enumerate(binomial)
-        )
+        return self.amplitude * sum(factor * ramps[derivative - k] * waves[k] for k, factor in enumerate(binomial))
 
     def mean(self, start: float, end: float, derivative: int = 0) -> float:
         """Return the mean over an interval by Gauss-Legendre quadrature; exact to round-off on short ones."""

@@ -6,7 +6,6 @@ killed run leaves a readable series.
 
 from __future__ import annotations
 
-import os
 import xml.etree.ElementTree as ET
 from pathlib import Path
 from typing import Any
@@ -15,12 +14,17 @@ import h5py
 import numpy as np
 from dolfinx import fem
 
-from solver.interface import face_points, gather_points
+from solver.face_points import face_points, gather_points
 from solver.model import Model
 from solver.output.records import FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
 from solver.system import VALUE, Array, State
 
-XDMF_CELLS = {"triangle": "Triangle", "quadrilateral": "Quadrilateral", "tetrahedron": "Tetrahedron", "hexahedron": "Hexahedron"}
+XDMF_CELLS = {
+    "triangle": "Triangle",
+    "quadrilateral": "Quadrilateral",
+    "tetrahedron": "Tetrahedron",
+    "hexahedron": "Hexahedron",
+}
 # DOLFINx counts the corners of quadrilaterals and hexahedra row by row, XDMF around.
 AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
@@ -98,7 +102,7 @@ class FieldWriter:
         np.add.at(rows, (place, point), values[point, local])
         self._hat_forces, self._hat_areas = rows, rows @ weights
 
-    def _nodal(self, values: Array) -> Array:
+    def _nodal(self, values: Array) -> Any:
         self._fine.x.array[: len(values)] = values
         self._fine.x.scatter_forward()
         self._coarse.interpolate(self._fine)
@@ -115,27 +119,33 @@ class FieldWriter:
     def _write_xml(self) -> None:
         root = ET.Element("Xdmf", Version="3.0")
         series = ET.SubElement(
-            ET.SubElement(root, "Domain"), "Grid", Name="gapbeam", GridType="Collection", CollectionType="Temporal"
+            ET.SubElement(root, "Domain"),
+            "Grid",
+            Name="gapbeam",
+            GridType="Collection",
+            CollectionType="Temporal",
         )
         for number, time in enumerate(self._times):
             grid = ET.SubElement(series, "Grid", Name=f"step {number}", GridType="Uniform")
             ET.SubElement(grid, "Time", Value=repr(float(time)))
             cells, points = self._shapes["cells"], self._shapes["points"]
-            topology = ET.SubElement(
-                grid, "Topology", TopologyType=self._topology, NumberOfElements=str(cells[0])
-            )
+            topology = ET.SubElement(grid, "Topology", TopologyType=self._topology, NumberOfElements=str(cells[0]))
             _item(topology, "cells", cells, "Int")
             _item(ET.SubElement(grid, "Geometry", GeometryType="XYZ"), "points", points, "Float")
             for name in FIELDS:
                 scalar = name == "contact_pressure"
                 attribute = ET.SubElement(
-                    grid, "Attribute", Name=name, AttributeType="Scalar" if scalar else "Vector", Center="Node"
+                    grid,
+                    "Attribute",
+                    Name=name,
+                    AttributeType="Scalar" if scalar else "Vector",
+                    Center="Node",
                 )
                 _item(attribute, f"{name}/{number}", (points[0],) if scalar else points, "Float")
         target = self._folder / FIELDS_FILE
         beside = target.with_suffix(".part")
         ET.ElementTree(root).write(beside, encoding="utf-8", xml_declaration=True)
-        os.replace(beside, target)
+        Path.replace(beside, target)
 
 
 def _item(parent: ET.Element, place: str, shape: tuple[int, ...], kind: str) -> None:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import os
 from pathlib import Path
 
 from solver.errors import UserError
@@ -54,4 +53,4 @@ def write_beside(path: Path, text: str) -> None:
     """Write a text file so that a reader sees the old one or the new one, never a part."""
     part = path.with_name(path.name + ".part")
     part.write_text(text, encoding="utf-8")
-    os.replace(part, path)
+    part.replace(path)

@@ -45,11 +45,15 @@ HISTORY: tuple[Record, ...] = (
     Record("displacement", "m", _PROBE, "displacement relative to the support, from the undeformed body"),
     Record("velocity", "m/s", _PROBE, "velocity relative to the support"),
     Record(
-        "acceleration_relative", "m/s^2", _PROBE,
+        "acceleration_relative",
+        "m/s^2",
+        _PROBE,
         "acceleration relative to the support, mean over the interval that ends at t",
     ),
     Record(
-        "acceleration_absolute", "m/s^2", _PROBE,
+        "acceleration_absolute",
+        "m/s^2",
+        _PROBE,
         "acceleration in the inertial frame, mean over the interval that ends at t",
     ),
     Record("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),

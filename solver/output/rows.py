@@ -23,6 +23,9 @@ class Recorder:
         impulse: Contact force integrated over time on each face, N s.
         deepest: Largest penetration so far on each face, m.
         peak_force: Largest contact force so far on each face, N.
+        iterations: Contact iterations since the last record.
+        largest_restraint_energy: Largest energy in the restraint at a record so far, J.
+        largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
     """
 
     model: Model
@@ -30,6 +33,8 @@ class Recorder:
     deepest: Array = field(init=False)
     peak_force: Array = field(init=False)
     iterations: int = 0
+    largest_restraint_energy: float = 0.0
+    largest_energy: float = 0.0
     _last_time: float = 0.0
     _last_velocity: dict[str, Array] = field(default_factory=dict)
 
@@ -48,6 +53,11 @@ class Recorder:
             "face": model.system.contact.face_names,
             "load": tuple(load.name for load in model.system.loads),
         }
+
+    @property
+    def restraint_share(self) -> float:
+        """Largest energy in the restraint relative to the largest energy."""
+        return self.largest_restraint_energy / self.largest_energy if self.largest_energy > 0.0 else 0.0
 
     def see(self, step: Step) -> None:
         """Take in an accepted step."""
@@ -69,6 +79,7 @@ class Recorder:
             name: (velocity - self._last_velocity[name]) / interval if interval > 0.0 else np.zeros(components)
             for name, (_, velocity) in probes.items()
         }
+        held = restraint_energy(system, state)
         row: Row = {
             "time": state.time,
             "contact_force": self._by_face(forces),
@@ -77,7 +88,7 @@ class Recorder:
             "penetration": self._deepest(state),
             "impulse": self.impulse,
             "kinetic_energy": ledger.kinetic,
-            "restraint_energy": (held := restraint_energy(system, state)),
+            "restraint_energy": held,
             "strain_energy": ledger.strain - held,
             "contact_energy": ledger.contact,
             "load_work": ledger.load_work,
@@ -93,6 +104,8 @@ class Recorder:
             row["velocity"] = np.array([velocity for _, velocity in probes.values()])
             row["acceleration_relative"] = np.array(list(relative.values()))
             row["acceleration_absolute"] = np.array([a + motion[:components] for a in relative.values()])
+        self.largest_restraint_energy = max(self.largest_restraint_energy, held)
+        self.largest_energy = max(self.largest_energy, ledger.total)
         self._last_time, self.iterations = state.time, 0
         self._last_velocity = {name: velocity for name, (_, velocity) in probes.items()}
         return row
@@ -106,7 +119,7 @@ class Recorder:
 
     def _by_face(self, values: Array) -> Array:
         contact = self.model.system.contact
-        return np.bincount(contact.faces, weights=values, minlength=len(contact.face_names))
+        return np.asarray(np.bincount(contact.faces, weights=values, minlength=len(contact.face_names)), dtype=float)
 
     def _deepest(self, state: State) -> Array:
         contact = self.model.system.contact
@@ -114,7 +127,7 @@ class Recorder:
 
     def _frame_acceleration(self, start: float, end: float) -> Array:
         """Return the mean acceleration of the support over an interval, (3,)."""
-        total = np.zeros(3)
+        total: Array = np.zeros(3)
         for load in self.model.system.loads:
             total = total + _frame_mean(load, start, end)
         return total

@@ -21,6 +21,7 @@ from solver.gates import EnergyGates
 from solver.model import Model
 from solver.output.folder import write_beside
 from solver.output.records import FORMAT_VERSION, SUMMARY_FILE
+from solver.system import VALUE
 
 
 def versions() -> dict[str, str]:
@@ -60,7 +61,7 @@ def describe_model(model: Model) -> dict[str, Any]:
 
 
 def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
-    """Return reactions and penetration of the seat."""
+    """Return reactions, penetration and probe displacements of the seat. Collective."""
     contact, state = model.system.contact, seat.state
     forces = contact.weights * state.pressure
     total = np.bincount(contact.faces, weights=forces, minlength=len(contact.face_names))
@@ -69,6 +70,10 @@ def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
         "largest_penetration": float(np.max(state.depth)),
         "iterations": seat.iterations,
         "last_update": seat.last_update,
+        "probes": {
+            name: [float(x) for x in probe.evaluate(state.u[VALUE], model.system.operators)]
+            for name, probe in model.probes.items()
+        },
     }
 
 
@@ -85,6 +90,7 @@ def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
         "algorithmic_dissipation": ledger.algorithmic,
         "residual": ledger.residual,
         "exchanged": exchanged,
+        "round_off": ledger.round_off,
         "absolute_work": ledger.absolute_work,
         "relative_residual": ledger.residual / exchanged if exchanged > 0.0 else 0.0,
         "created": ledger.created,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from solver.case import Beam, Mesh, Support
-from solver.case_faults import Fault, Key
+from solver.case_file.faults import Fault, Key
 
 
 def support_is_part_of_the_beam(beam: Beam, support: Support) -> Iterator[Fault]:

@@ -19,16 +19,16 @@ from solver.case import (
     Support,
     Time,
 )
-from solver.case_faults import Fault, Key
-from solver.case_geometry import (
+from solver.case_file.faults import Fault, Key
+from solver.case_file.geometry import (
     cells_fit_the_beam,
     cells_fit_the_dimension,
     clearance_is_small,
     mesh_file_says_it_all,
     support_is_part_of_the_beam,
 )
-from solver.case_keys import numbered
-from solver.case_places import (
+from solver.case_file.keys import numbered
+from solver.case_file.places import (
     Loads,
     directions_point_somewhere,
     load_names_differ,
@@ -165,9 +165,7 @@ def outputs_fall_on_steps(time: Time, output: Output) -> Iterator[Fault]:
         elif abs(ratio - steps) > MULTIPLE_TOLERANCE:
             few = f"{ratio:.6g} steps of {time.step:g} s"
             nearest = f"{name} = {float(f'{steps * time.step:.12g}')!r}"
-            yield Fault(
-                key, f"{interval:g} s, {few}", "a whole number of steps, at least 1", nearest, related
-            )
+            yield Fault(key, f"{interval:g} s, {few}", "a whole number of steps, at least 1", nearest, related)
 
 
 def contact_is_shallow(support: Support, contact: Contact) -> Iterator[Fault]:

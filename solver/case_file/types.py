@@ -8,11 +8,11 @@ from typing import Any
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from solver.case import Case
-from solver.case_faults import Fault, Key
-from solver.case_hints import hint_for
-from solver.case_keys import candidates, header, is_array, numbered, type_name, value_at
-from solver.case_near_misses import meant, near
-from solver.case_words import either, example, printable, shown, toml_value, wanted
+from solver.case_file.faults import Fault, Key
+from solver.case_file.hints import hint_for
+from solver.case_file.keys import candidates, header, is_array, numbered, type_name, value_at
+from solver.case_file.near_misses import meant, near
+from solver.case_file.words import either, example, printable, shown, toml_value, wanted
 
 MOST_FAULTS = 100
 _ADAPTERS: dict[str, TypeAdapter[Any]] = {
@@ -78,9 +78,7 @@ def _is_missing(key: Key, data: Mapping[str, Any]) -> bool:
 
 
 def _is_unknown(key: Key, data: Mapping[str, Any]) -> bool:
-    return isinstance(key[-1], str) and not any(
-        key[-1] in model.model_fields for model in candidates(key[:-1], data)
-    )
+    return isinstance(key[-1], str) and not any(key[-1] in model.model_fields for model in candidates(key[:-1], data))
 
 
 def _fault(key: Key, data: Mapping[str, Any]) -> Fault:
@@ -98,18 +96,13 @@ def _fault(key: Key, data: Mapping[str, Any]) -> Fault:
         return Fault(key, "no such table", f"{header(key, data)} with {', '.join(keys)}", hint)
     if _is_missing(key, data):
         line = example(owners[0], name)
-        return Fault(
-            key, "nothing: the key is missing", wanted(owners[0], name), f"add {line}" if line else ""
-        )
+        return Fault(key, "nothing: the key is missing", wanted(owners[0], name), f"add {line}" if line else "")
     return Fault(key, shown(value), wanted(owners[0], name), hint_for(owners[0], name, value))
 
 
 def _unknown_key(key: Key, value: object, owner: type[BaseModel]) -> Fault:
     name = str(key[-1])
-    known = [
-        f"{header((field,), {})}" if owner is Case and field != "title" else field
-        for field in owner.model_fields
-    ]
+    known = [f"{header((field,), {})}" if owner is Case and field != "title" else field for field in owner.model_fields]
     found = f"the unknown {'table' if isinstance(value, Mapping) else 'key'} `{printable(name)}`"
     related = ((*key[:-1], "type"),) if type_name(owner) else ()
     return Fault(key, found, f"one of {', '.join(known)}", meant(name, owner), related)
@@ -124,11 +117,7 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
         if "type" not in value:
             close = near("type", value)
             alike = max(models, key=lambda model: len(set(value) & set(model.model_fields)))
-            hint = (
-                f"did you mean `type` by `{close}`?"
-                if close
-                else f"add type = {toml_value(type_name(alike))}"
-            )
+            hint = f"did you mean `type` by `{close}`?" if close else f"add type = {toml_value(type_name(alike))}"
             return Fault((*key, "type"), "nothing: the key is missing", f"type = {known}", hint)
         key = (*key, "type")
     elif isinstance(key[-1], int):
@@ -144,11 +133,7 @@ def _not_a_table(key: Key, value: object, model: type[BaseModel]) -> Fault:
         double = f"write [[{name}]], with two brackets, above each entry"
         return Fault(key, shown(value), f"entries that start with [[{name}]]", double)
     if isinstance(value, list) and len(key) == 1:
-        return Fault(
-            key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once"
-        )
+        return Fault(key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once")
     line = next(filter(None, (example(model, field) for field in model.model_fields)), "")
     place = f"[{name}]" if len(key) == 1 else f"[[{name}]]"
-    return Fault(
-        key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}"
-    )
+    return Fault(key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}")

@@ -5,7 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 from solver.case import Case, Time
-from solver.case_keys import models_in, type_name
+from solver.case_file.keys import models_in, type_name
 
 
 def schema() -> dict[str, Any]:

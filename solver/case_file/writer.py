@@ -8,7 +8,7 @@ from collections.abc import Iterator, Sequence
 from pydantic import BaseModel
 
 from solver.case import Case
-from solver.case_words import toml_value
+from solver.case_file.words import toml_value
 
 
 def case_to_toml(case: Case, heading: Sequence[str] = ()) -> str:
@@ -36,9 +36,7 @@ def _purpose(table: BaseModel) -> str:
 def _keys(table: BaseModel) -> Iterator[str]:
     """Yield a line for every key, with its meaning behind it; keys without a value stand in comments."""
     keys = sorted(type(table).model_fields, key=lambda key: {"type": 0, "name": 1}.get(key, 2))
-    given = {
-        key: f"{key} = {_written(getattr(table, key))}" for key in keys if getattr(table, key) is not None
-    }
+    given = {key: f"{key} = {_written(getattr(table, key))}" for key in keys if getattr(table, key) is not None}
     widest = max(map(len, given.values()), default=0)
     for key in keys:
         line = f"{given[key]:{widest}}  # " if key in given else f"# {key}: not given; "

@@ -7,8 +7,8 @@ import re
 
 from pydantic import BaseModel
 
-from solver.case_near_misses import near
-from solver.case_words import example, options, toml_value
+from solver.case_file.near_misses import near
+from solver.case_file.words import example, options, toml_value
 
 FACTORS = {
     "nm": 1e-9, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0,

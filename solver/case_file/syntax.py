@@ -7,9 +7,9 @@ import tomllib
 from pathlib import Path
 from typing import Any
 
-from solver.case_faults import CaseError, Fault
-from solver.case_near_misses import near
-from solver.case_words import either, printable
+from solver.case_file.faults import CaseError, Fault
+from solver.case_file.near_misses import near
+from solver.case_file.words import either, printable
 
 LARGEST = 1_000_000
 """The largest case file that is read, bytes."""
@@ -89,9 +89,7 @@ def read_text(path: Path) -> str:
         content = path.read_bytes()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
-        raise _unreadable(
-            path, f"a file that cannot be read: {reason}", "a case file that may be read"
-        ) from error
+        raise _unreadable(path, f"a file that cannot be read: {reason}", "a case file that may be read") from error
     try:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
@@ -141,9 +139,7 @@ def _syntax_fault(text: str, source: str, message: str) -> Fault:
 
 def _last(lines: list[str], pattern: str) -> int | None:
     """Return the number of the last line that holds a pattern."""
-    return next(
-        (n for n in range(len(lines), 0, -1) if re.search(pattern, lines[n - 1][:LONGEST_LINE])), None
-    )
+    return next((n for n in range(len(lines), 0, -1) if re.search(pattern, lines[n - 1][:LONGEST_LINE])), None)
 
 
 def _unreadable(path: Path, found: str, expected: str, hint: str = "", line: str = "") -> CaseError:

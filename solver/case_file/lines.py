@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 
-from solver.case_faults import Key
+from solver.case_file.faults import Key
 
 _NAME = r"""(?:[A-Za-z0-9_-]+|"[^"\n]*"|'[^'\n]*')"""
 _NAMES = rf"{_NAME}(?:[ \t]*\.[ \t]*{_NAME})*"

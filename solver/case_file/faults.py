@@ -14,7 +14,7 @@ class Fault:
     """One fault, made to be read by the person who wrote the case file.
 
     The checks know the key and the other keys that take part in a contradiction (`related`);
-    `solver.case_reader` adds `where`, the place in words with file and line, before anybody reads it.
+    `solver.case_file.reader` adds `where`, the place in words with file and line, before anybody reads it.
     """
 
     key: Key

@@ -9,8 +9,8 @@ from typing import Any, NamedTuple, get_args, get_origin
 from pydantic import BaseModel
 
 from solver.case import Case
-from solver.case_faults import Key
-from solver.case_words import printable
+from solver.case_file.faults import Key
+from solver.case_file.words import printable
 
 
 class Table(NamedTuple):

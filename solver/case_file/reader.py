@@ -8,17 +8,17 @@ from pathlib import Path
 from typing import Any
 
 from solver.case import Case
-from solver.case_consistency import contradictions
-from solver.case_faults import CaseError, Fault, Key
-from solver.case_keys import label
-from solver.case_lines import key_lines, line_of
-from solver.case_overrides import Overrides, override
-from solver.case_schema import schema
-from solver.case_syntax import parse, read_text
-from solver.case_types import check_types
-from solver.case_warnings import warnings
-from solver.case_words import printable
-from solver.case_writer import case_to_toml
+from solver.case_file.consistency import contradictions
+from solver.case_file.faults import CaseError, Fault, Key
+from solver.case_file.keys import label
+from solver.case_file.lines import key_lines, line_of
+from solver.case_file.overrides import Overrides, override
+from solver.case_file.schema import schema
+from solver.case_file.syntax import parse, read_text
+from solver.case_file.types import check_types
+from solver.case_file.warnings import warnings
+from solver.case_file.words import printable
+from solver.case_file.writer import case_to_toml
 
 __all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "schema", "warnings"]
 
@@ -87,7 +87,5 @@ class _Places:
     def _typed(self, key: Key) -> str:
         """Return the override of a key, of a table around it, or of a key in it where the file lacks it."""
         around = [self.typed[key[:size]] for size in range(len(key), 0, -1) if key[:size] in self.typed]
-        below = [
-            name for other, name in self.typed.items() if key not in self.lines and other[: len(key)] == key
-        ]
+        below = [name for other, name in self.typed.items() if key not in self.lines and other[: len(key)] == key]
         return next(iter([*around, *below]), "")

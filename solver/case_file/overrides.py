@@ -7,10 +7,10 @@ import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from solver.case_faults import Fault, Key
-from solver.case_keys import candidates, is_array
-from solver.case_near_misses import near
-from solver.case_words import either, printable, shown
+from solver.case_file.faults import Fault, Key
+from solver.case_file.keys import candidates, is_array
+from solver.case_file.near_misses import near
+from solver.case_file.words import either, printable, shown
 
 Overrides = Mapping[str, object] | Sequence[str]
 
@@ -87,9 +87,7 @@ def _place(data: dict[str, Any], name: str) -> tuple[dict[str, Any], Key] | Faul
             table[part] = {"type": table[part]}  # scheme = "newmark" stands for scheme.type = "newmark"
         table = table.setdefault(part, {})
         if not isinstance(table, dict):
-            return _misplaced(
-                name, f"{'.'.join(map(str, key))} = {shown(table)}", "a table before the last dot"
-            )
+            return _misplaced(name, f"{'.'.join(map(str, key))} = {shown(table)}", "a table before the last dot")
     return table, (*key, parts[-1])
 
 

@@ -8,7 +8,7 @@ from operator import itemgetter
 
 from meshes.geometry import CLOSEST, SNAP
 from solver.case import Beam, Gravity, HarmonicForce, Load, Mesh, Probe, Support, Vector
-from solver.case_faults import Fault, Key
+from solver.case_file.faults import Fault, Key
 
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""
@@ -46,8 +46,7 @@ def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterato
     if mesh.file is None:
         sides = ("thickness",) if mesh.dimension == 2 else ("width", "thickness")
         limits += [
-            (x, side, -getattr(beam, side) / 2, getattr(beam, side) / 2)
-            for x, side in zip("yz", sides, strict=False)
+            (x, side, -getattr(beam, side) / 2, getattr(beam, side) / 2) for x, side in zip("yz", sides, strict=False)
         ]
     for value, (name, side, least, most) in zip(coordinates, limits, strict=False):
         margin = 1e-9 * beam.length
@@ -62,9 +61,7 @@ def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterato
         yield Fault(key, found, expected, hint, (("beam", side),))
 
 
-def points_keep_apart(
-    beam: Beam, support: Support, mesh: Mesh, load: Loads, probe: Probes
-) -> Iterator[Fault]:
+def points_keep_apart(beam: Beam, support: Support, mesh: Mesh, load: Loads, probe: Probes) -> Iterator[Fault]:
     """Points along the beam coincide or leave room for a cell; so do the ends of beam and support."""
     places: list[tuple[float, Key, str]] = [
         (0.0, ("support",), "the supported end"),
@@ -134,9 +131,7 @@ def directions_point_somewhere(mesh: Mesh, load: Loads) -> Iterator[Fault]:
                 (("mesh", "dimension"),),
             )
         elif not any(entry.direction):
-            yield Fault(
-                key, "a vector of length 0", "a vector of any other length", f"direction = {up} is upward"
-            )
+            yield Fault(key, "a vector of length 0", "a vector of any other length", f"direction = {up} is upward")
 
 
 def load_names_differ(load: Loads) -> Iterator[Fault]:

@@ -8,8 +8,8 @@ from collections.abc import Iterable
 from pydantic import BaseModel
 
 from solver.case import Case
-from solver.case_keys import header, tables
-from solver.case_words import either
+from solver.case_file.keys import header, tables
+from solver.case_file.words import either
 
 SYNONYMS = {
     "e": "young_modulus",

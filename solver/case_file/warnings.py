@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Iterator
 
 from solver.case import BaseMotion, Case, GeneralizedAlpha, Gravity, HarmonicForce, Newmark, Restraint
-from solver.case_consistency import MULTIPLE_TOLERANCE
+from solver.case_file.consistency import MULTIPLE_TOLERANCE
 from solver.defaults import overhang_frequency
 
 USUAL = (
@@ -162,9 +162,7 @@ def output(case: Case) -> Iterator[str]:
 
 def mesh(case: Case) -> Iterator[str]:
     """Yield meshes that come out otherwise than asked for, or too large for a small machine."""
-    points = [
-        entry.point for entry in (*case.load, *case.probe) if not isinstance(entry, Gravity | BaseMotion)
-    ]
+    points = [entry.point for entry in (*case.load, *case.probe) if not isinstance(entry, Gravity | BaseMotion)]
     if any(not isinstance(point, tuple) or not any(point[1:]) for point in points):
         for key in ("cells_through_thickness", "cells_across_width"):
             if (getattr(case.mesh, key) or 0) % 2 == 1:

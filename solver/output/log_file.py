@@ -1,0 +1,30 @@
+"""run.log: what the terminal was told, with times."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+from mpi4py import MPI
+
+from solver.output.records import LOG_FILE
+
+LOG = logging.getLogger("gapbeam")
+
+
+@contextmanager
+def log_file(folder: Path, comm: MPI.Comm) -> Iterator[None]:
+    """Send the log of rank 0 to run.log as well; not collective."""
+    if comm.rank != 0:
+        yield
+        return
+    handler = logging.FileHandler(folder / LOG_FILE, delay=True, encoding="utf-8")
+    handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
+    LOG.addHandler(handler)
+    try:
+        yield
+    finally:
+        LOG.removeHandler(handler)
+        handler.close()

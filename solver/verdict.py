@@ -1,0 +1,79 @@
+"""The figures of a finished or ended march, and whether they can be trusted."""
+
+from __future__ import annotations
+
+import logging
+from typing import Any
+
+import numpy as np
+
+from solver.energy import Ledger
+from solver.errors import EnergyCreated
+from solver.gates import EnergyGates
+from solver.model import Model
+from solver.output.rows import Recorder
+from solver.output.summary import describe_energy, describe_gates
+
+LOG = logging.getLogger("gapbeam")
+NOTABLE_SHARE = 0.01  # of the energy; a restraint that holds more is not weak
+NOTABLE_PENETRATION = 0.1  # of the clearance
+
+
+def figures(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
+    """Return what the summary tells about energy, gates, contact and restraint."""
+    faces = model.system.contact.face_names
+    deepest = float(np.max(recorder.deepest))
+    clearance = abs(model.case.support.clearance)
+    return {
+        "energy": describe_energy(ledger, gates),
+        "gates": describe_gates(gates),
+        "penetration": {
+            "largest": deepest,
+            "relative_to_clearance": deepest / clearance if clearance > 0.0 else None,
+        },
+        "peak_contact_force": dict(zip(faces, (float(x) for x in recorder.peak_force), strict=True)),
+        "restraint": {
+            "largest_energy": recorder.largest_restraint_energy,
+            "share_of_energy": recorder.restraint_share,
+        },
+    }
+
+
+def remarks(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates) -> list[str]:
+    """Return what a user has to know before using the figures, one sentence each."""
+    found = []
+    clearance, deepest = abs(model.case.support.clearance), float(np.max(recorder.deepest))
+    if clearance > 0.0 and deepest > NOTABLE_PENETRATION * clearance:
+        found.append(
+            f"the largest penetration, {deepest:.3g} m, is {deepest / clearance:.0%} of the clearance: "
+            "try a stiffer contact.stiffness"
+        )
+    if recorder.restraint_share > NOTABLE_SHARE:
+        found.append(
+            f"the restraint holds {recorder.restraint_share:.1%} of the energy: it is not weak; "
+            "soften [restraint], or look for a load along it"
+        )
+    if gates.violations:
+        found.append(
+            f"{gates.violations} of {gates.impacts} impacts changed the energy by more than the gates allow "
+            f"(largest growth {gates.largest_growth:.2%}, largest loss {gates.largest_loss:.2%}): "
+            "try a smaller time.step"
+        )
+    if gates.failed(ledger) and model.case.gates.accept_energy_growth:
+        found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
+    return found
+
+
+def judge(model: Model, ledger: Ledger, gates: EnergyGates) -> None:
+    """Pass a march that reached its end, or raise.
+
+    Raises:
+        EnergyCreated: More energy was created over the run than the gate of an impact allows.
+    """
+    if gates.failed(ledger) and not model.case.gates.accept_energy_growth:
+        raise EnergyCreated(
+            f"the scheme {model.case.time.scheme.type} created {ledger.created:.3g} J, "
+            f"{gates.growth(ledger):.2%} of the energy exchanged (allowed: {gates.limits.impact_growth:.2%}): "
+            "the results are not to be trusted. Use the scheme discrete-gradient, a smaller time.step or a "
+            "softer contact.stiffness; gates.accept_energy_growth = true accepts it"
+        )

@@ -17,6 +17,7 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
+from gapbeam.drawing import plot, render
 from gapbeam.ranks import abort_together, first_rank
 
 INPUT_FAULT = 2
@@ -36,7 +37,6 @@ Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated"),
 ]
-ResultsArgument = Annotated[Path, typer.Argument(metavar="RESULTS", help="results folder")]
 
 
 @app.command()
@@ -84,6 +84,10 @@ def schema() -> int:
     return 0
 
 
+app.command()(plot)
+app.command()(render)
+
+
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
     talks = first_rank()
@@ -117,5 +121,14 @@ def _log_to_terminal(talks: bool) -> None:
     logger = logging.getLogger("gapbeam")
     logger.setLevel(logging.INFO if talks else logging.CRITICAL + 1)
     logger.propagate = False
-    console = Console(stderr=True, soft_wrap=True, highlight=False)
-    logger.addHandler(RichHandler(console=console, show_path=False, show_time=False, markup=False))
+    logger.addHandler(_terminal_handler())
+
+
+def _terminal_handler() -> logging.Handler:
+    """Return a handler with colors on a terminal, and whole lines where there is none."""
+    console = Console(stderr=True, highlight=False)
+    if console.is_terminal:
+        return RichHandler(console=console, show_path=False, show_time=False, markup=False)
+    handler = logging.StreamHandler()
+    handler.setFormatter(logging.Formatter("%(levelname)-7s %(message)s"))
+    return handler

@@ -132,9 +132,10 @@ class Contact(Table):
         le=20,
         description="quadrature degree on the contact faces; default 2*mesh.degree + 2",
     )
-    touch_depth: Positive = Field(
-        default=1.0e-8,
-        description="depth over which the damped law is switched on (Newmark and generalized-alpha), m",
+    touch_depth: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="depth over which the damped law is switched on (Newmark and generalized-alpha), m; "
+        "auto: 1e-8, at most 1e-4 of the clearance",
     )
 
 

@@ -8,9 +8,13 @@ from math import pi, sqrt
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce
 
 WANTED_RATIO = 0.01  # penetration over clearance
+IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
 SOFTEST = 0.05  # of E/h
-STIFFEST_CONSERVING = 10.0  # of E/h, for schemes that cannot create energy
+STIFFEST_CONSERVING = 100.0  # of E/h, for schemes that cannot create energy
 STIFFEST_OTHERS = 1.0
+SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
+DEEPEST_TOUCH = 1.0e-8  # m
+TOUCH_RATIO = 1.0e-4  # of the clearance
 CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
 
 
@@ -56,9 +60,9 @@ def support_reaction(case: Case) -> float:
 def contact_stiffness(case: Case, cell_length: float) -> Default:
     """Return the penalty stiffness per area, given or computed.
 
-    eps = max(100 p / |clearance|, 0.05 E / h), at most 10 E / h (E / h for schemes that can create energy), with
-    p the support reaction spread over the width and one cell of length h, plus E |clearance| / thickness of an
-    interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact
+    eps = max(100 p / |clearance|, 0.05 E / h), at most 100 E / h (E / h for schemes that can create energy), with
+    p ten times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness
+    for an interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact
     about as stiff as the body below it.
 
     Args:
@@ -68,7 +72,7 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
     if case.contact.stiffness != "auto":
         return Default("contact.stiffness", case.contact.stiffness, "Pa/m", "given in the case")
     body = case.material.young_modulus / cell_length
-    pressure = support_reaction(case) / (case.beam.width * cell_length)
+    pressure = IMPACT * support_reaction(case) / (case.beam.width * cell_length)
     clearance = abs(case.support.clearance)
     if case.support.clearance < 0.0:
         pressure += case.material.young_modulus * clearance / case.beam.thickness
@@ -79,11 +83,38 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
     if value == limit:
         why = f"{limit / body:g} E/h: the stiffest that the scheme {case.time.scheme.type} is trusted with"
     elif value == wanted:
-        why = f"penetration of {WANTED_RATIO:.0%} of the clearance under the estimated pressure {pressure:.3g} Pa"
+        why = f"penetration of {WANTED_RATIO:.0%} of the clearance under an impact pressure of {pressure:.3g} Pa"
     else:
         why = f"{SOFTEST:g} E/h: as stiff as the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
     body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"
     return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})")
+
+
+def touch_depth(case: Case) -> float:
+    """Return the depth over which the damped law is switched on, given or computed: at most 1e-4 of the clearance, m."""
+    if case.contact.touch_depth != "auto":
+        return case.contact.touch_depth
+    clearance = abs(case.support.clearance)
+    return min(DEEPEST_TOUCH, TOUCH_RATIO * clearance) if clearance > 0.0 else DEEPEST_TOUCH
+
+
+def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) -> float:
+    """Return the springs of the search for the static seat, Pa/m.
+
+    Well below contact and body, so that it contracts fast; and soft enough that the weight moves the beam through
+    its clearance in a few iterations.
+
+    Args:
+        case: The case.
+        stiffness: Of the contact, Pa/m.
+        cell_length: h of the contact faces, m.
+        area: Of both faces, m^2.
+    """
+    softest = SEAT_SOFTNESS * min(stiffness, case.material.young_modulus / cell_length)
+    mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
+    weight = mass * sum(load.acceleration for load in case.load if isinstance(load, Gravity))
+    travel = abs(case.support.clearance)
+    return min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
 
 
 def rayleigh(case: Case) -> tuple[float, float]:

@@ -14,7 +14,7 @@ from meshes.describe import describe
 from meshes.tagged import TaggedMesh
 from solver.case import Case
 from solver.contact.kelvin_voigt import KelvinVoigt
-from solver.defaults import Default, contact_stiffness, rayleigh
+from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
 from solver.elasticity import elastic_forms
 from solver.interface import contact_operator
 from solver.loads.patterns import axis_point, make_loads
@@ -22,8 +22,6 @@ from solver.mesh_of_case import mesh_of_case
 from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
 from solver.system import SemiDiscreteSystem
-
-SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 
 
 @dataclass(frozen=True)
@@ -112,10 +110,10 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
             stiffness.value,
             case.contact.damping,
             case.contact.tension == "adhesive",
-            case.contact.touch_depth,
+            touch_depth(case),
         ),
         probes,
         (stiffness,),
-        SEAT_SOFTNESS * min(stiffness.value, case.material.young_modulus / facet_length),
+        seat_springs(case, stiffness.value, facet_length, area * width),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )

@@ -25,7 +25,7 @@ from solver.interruption import Interruption
 from solver.model import Model, build_model
 from solver.output import summary as summaries
 from solver.output.fields import FieldWriter
-from solver.output.folder import prepare_folder, write_beside
+from solver.output.folder import check_folder, prepare_folder, write_beside
 from solver.output.history import HistoryWriter
 from solver.output.log_file import log_file
 from solver.output.progress import ProgressLine
@@ -33,7 +33,7 @@ from solver.output.records import CASE_FILE, HISTORY_FILE
 from solver.output.rows import Recorder
 from solver.system import State, Step
 from solver.tally import Tally
-from solver.verdict import figures, judge, remarks
+from solver.verdict import contact_words, figures, judge, remarks
 
 LOG = logging.getLogger("gapbeam")
 
@@ -75,8 +75,9 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
     Collective.
     """
     started = time.perf_counter()
+    on_rank_zero(comm, lambda: check_folder(folder, overwrite))
     model = build_model(case, comm)
-    on_rank_zero(comm, lambda: prepare_folder(folder, overwrite))
+    on_rank_zero(comm, lambda: prepare_folder(folder))
     with log_file(folder, comm):
         summary = _opening(case, model)
         if comm.rank == 0:
@@ -149,6 +150,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
         summary["wall_time"] |= course.tally.seconds()
         noted = remarks(model, course.recorder, course.ledger, course.gates)
         summary["warnings"] += noted
+        LOG.info("%s", contact_words(model, course.recorder))
         for remark in noted:
             LOG.warning("%s", remark)
     judge(model, course.ledger, course.gates)

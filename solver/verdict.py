@@ -39,6 +39,16 @@ def figures(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates
     }
 
 
+def contact_words(model: Model, recorder: Recorder) -> str:
+    """Return the peaks of contact in one line."""
+    faces = model.system.contact.face_names
+    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, recorder.peak_force, strict=True))
+    deepest, clearance = float(np.max(recorder.deepest)), model.case.support.clearance
+    size = "interference" if clearance < 0.0 else "clearance"
+    share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
+    return f"largest contact force: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
+
+
 def remarks(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates) -> list[str]:
     """Return what a user has to know before using the figures, one sentence each."""
     found = []

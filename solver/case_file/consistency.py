@@ -170,7 +170,7 @@ def outputs_fall_on_steps(time: Time, output: Output) -> Iterator[Fault]:
 
 def contact_is_shallow(support: Support, contact: Contact) -> Iterator[Fault]:
     """The damped law is switched on over a depth far smaller than the gap."""
-    if 0 < support.clearance <= contact.touch_depth:
+    if contact.touch_depth != "auto" and 0 < support.clearance <= contact.touch_depth:
         yield Fault(
             ("contact", "touch_depth"),
             f"{contact.touch_depth:g} m",

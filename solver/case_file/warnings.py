@@ -133,7 +133,7 @@ def contact(case: Case) -> Iterator[str]:
         yield '[contact] tension = "adhesive" has no effect without damping'
     if law.quadrature_degree is not None and law.quadrature_degree < 2 * case.mesh.degree:
         yield f"[contact] quadrature_degree = {law.quadrature_degree} is low: {2 * case.mesh.degree} or more"
-    if 0 < support.clearance < 10 * law.touch_depth:
+    if law.touch_depth != "auto" and 0 < support.clearance < 10 * law.touch_depth:
         yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
     if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
         yield "[restraint] lateral has no effect in 2D"

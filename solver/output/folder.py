@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from pathlib import Path
 
 from solver.errors import UserError
@@ -17,31 +18,39 @@ FILES = (
 )
 
 
-def prepare_folder(folder: Path, overwrite: bool) -> None:
-    """Make a results folder ready to be written by rank 0.
+def check_folder(folder: Path, overwrite: bool) -> None:
+    """Refuse a results folder that a run could not or should not write; changes nothing.
 
     Args:
-        folder: Where results go.
-        overwrite: Remove the files of an earlier run, and only those.
+        folder: Where results shall go.
+        overwrite: Whether the files of an earlier run may be removed.
 
     Raises:
         UserError: The folder holds results, is no folder, or cannot be written.
     """
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except FileExistsError as error:
-        raise UserError(f"{folder} is a file, not a results folder; choose another --output") from error
-    except OSError as error:
-        raise UserError(f"{folder} cannot be made ({error.strerror}); choose another --output") from error
+    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
+    if not existing.is_dir():
+        raise UserError(f"{existing} is a file, not a folder; choose another --output")
+    if not os.access(existing, os.W_OK | os.X_OK):
+        raise UserError(f"{existing} cannot be written (permission denied); choose another --output")
     present = [name for name in FILES if (folder / name).exists()]
     if present and not overwrite:
         raise UserError(
             f"{folder} already holds results ({', '.join(present)}); "
             "choose another --output, or pass --overwrite to replace them"
         )
+
+
+def prepare_folder(folder: Path) -> None:
+    """Make a checked folder, and remove the files of an earlier run from it, and only those.
+
+    Raises:
+        UserError: The folder cannot be made or written.
+    """
     try:
-        for name in present:
-            (folder / name).unlink()
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in FILES:
+            (folder / name).unlink(missing_ok=True)
         probe = folder / ".write-test"
         probe.touch()
         probe.unlink()

@@ -91,7 +91,7 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
 
 
 def touch_depth(case: Case) -> float:
-    """Return the depth over which the damped law is switched on, given or computed: at most 1e-4 of the clearance, m."""
+    """Return the depth over which the damped law is switched on, m: given, or at most 1e-4 of the clearance."""
     if case.contact.touch_depth != "auto":
         return case.contact.touch_depth
     clearance = abs(case.support.clearance)

@@ -18,6 +18,7 @@ from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
 from solver.energy import Ledger, enter_step, open_ledger, restate
+from solver.episodes import Episodes
 from solver.errors import Interrupted, RunError
 from solver.gates import EnergyGates
 from solver.integrators.schemes import Integrator, make_integrator
@@ -146,9 +147,10 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     finally:
         course.close()
         summary |= figures(model, course.recorder, course.ledger, course.gates)
+        summary["contact_episodes"] = course.episodes.figures()
         summary["convergence"] = course.tally.convergence()
         summary["wall_time"] |= course.tally.seconds()
-        noted = remarks(model, course.recorder, course.ledger, course.gates)
+        noted = remarks(model, course.recorder, course.episodes, course.ledger, course.gates)
         summary["warnings"] += noted
         LOG.info("%s", contact_words(model, course.recorder))
         for remark in noted:
@@ -180,7 +182,7 @@ class _Course:
 
     def __init__(self, model: Model, folder: Path, comm: MPI.Comm, seat: Seat) -> None:
         self.model, self.comm, self.start = model, comm, seat.state
-        self.recorder = Recorder(model)
+        self.recorder, self.episodes = Recorder(model), Episodes(model.system.contact)
         self.gates = EnergyGates(model.case.gates, model.system.contact)
         self.ledger: Ledger = open_ledger(model.system, model.law, seat.state)
         self.tally = Tally(model.case.time.step)
@@ -228,6 +230,7 @@ class _Course:
         if step.refreshed is not None:
             self.ledger = restate(system, law, self.ledger, step.refreshed)
         self.recorder.see(step)
+        self.episodes.watch(step)
         self.tally.see(step, seconds)
         self.gates.check(step, self.ledger)
 

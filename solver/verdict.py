@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from solver.energy import Ledger
+from solver.episodes import RESOLVING_STEPS, Episodes
 from solver.errors import EnergyCreated
 from solver.gates import EnergyGates
 from solver.model import Model
@@ -16,6 +17,7 @@ from solver.output.summary import describe_energy, describe_gates
 
 LOG = logging.getLogger("gapbeam")
 NOTABLE_SHARE = 0.01  # of the energy; a restraint that holds more is not weak
+NOTABLE_UNRESOLVED = 0.05  # of the impulse
 NOTABLE_PENETRATION = 0.1  # of the clearance
 
 
@@ -49,7 +51,7 @@ def contact_words(model: Model, recorder: Recorder) -> str:
     return f"largest contact force: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
 
 
-def remarks(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates) -> list[str]:
+def remarks(model: Model, recorder: Recorder, episodes: Episodes, ledger: Ledger, gates: EnergyGates) -> list[str]:
     """Return what a user has to know before using the figures, one sentence each."""
     found = []
     clearance, deepest = abs(model.case.support.clearance), float(np.max(recorder.deepest))
@@ -57,6 +59,11 @@ def remarks(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates
         found.append(
             f"the largest penetration, {deepest:.3g} m, is {deepest / clearance:.0%} of the clearance: "
             "try a stiffer contact.stiffness"
+        )
+    if episodes.unresolved_share > NOTABLE_UNRESOLVED:
+        found.append(
+            f"{episodes.unresolved_share:.0%} of the impulse passes in {episodes.short} contacts shorter than "
+            f"{RESOLVING_STEPS} steps: their peak forces and accelerations are not resolved; try a smaller time.step"
         )
     if recorder.restraint_share > NOTABLE_SHARE:
         found.append(

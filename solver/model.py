@@ -13,7 +13,7 @@ from mpi4py import MPI
 from meshes.describe import describe
 from meshes.tagged import TaggedMesh
 from solver.case import Case
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import ContactLaw, kelvin_voigt
 from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
 from solver.elasticity import elastic_forms
 from solver.interface import contact_operator
@@ -44,7 +44,7 @@ class Model:
     tagged: TaggedMesh
     space: fem.FunctionSpace
     system: SemiDiscreteSystem
-    law: KelvinVoigt
+    law: ContactLaw
     probes: dict[str, PointRow]
     defaults: tuple[Default, ...]
     seat_springs: float
@@ -106,7 +106,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         tagged,
         space,
         system,
-        KelvinVoigt(
+        kelvin_voigt(
             stiffness.value,
             case.contact.damping,
             case.contact.tension == "adhesive",

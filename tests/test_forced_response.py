@@ -18,7 +18,8 @@ from solver.system import State, imaged
 from tests.models import SOLID, beam_model, mass_of, out_of_reach, seat_of, stiffness_of
 
 LENGTH, E, DENSITY = 0.51, 2.1e11, 7919.0
-FREE = (4.730040744862704, 7.853204624095838, 10.995607838001671, 14.137165491257464, 17.278759657399481)
+FREE = (4.730040744862704, 7.853204624095838, 10.995607838001671, *((n + 0.5) * pi for n in range(4, 13)))
+"""Roots of cos x cosh x = 1."""
 
 
 def floating(model, **changes):
@@ -47,64 +48,64 @@ def probe(model, name, found):
     return np.array([model.probes[name].evaluate(x, model.system.operators)[-1] for x in found])
 
 
-def free_beam_response(t, x, point, force, frequency, thickness, width, roots=FREE):
-    """Displacement of a free Euler-Bernoulli beam under F sin(w t) from rest: two rigid motions and five modes.
+def mode(root, s):
+    """Free-free mode of mean square 1 at s = x / L: cosh + cos - q (sinh + sin) of z = root s, without cancellation."""
+    k, z = root, root * s
+    short = (np.cos(k) - np.sin(k) - np.exp(-k)) / (np.sinh(k) - np.sin(k))  # 1 - q
+    q = 1.0 - short
+    return 0.5 * (short * np.exp(z) + (1.0 + q) * np.exp(-z)) + np.cos(z) - q * np.sin(z)
 
-    Each mode with mass m and natural w_n answers with phi(x) phi(point) F / m (sin w t - w/w_n sin w_n t) / (w_n^2 - w^2),
-    a rigid one with (w t - sin w t) / w^2.
+
+def free_beam_response(t, x, point, force, frequency, thickness, width, roots):
+    """Displacement of a free Euler-Bernoulli beam under F cos(w t) from rest: two rigid motions and some modes.
+
+    A mode of natural frequency w_n takes part with phi(x) phi(point) (cos w t - cos w_n t) / (w_n^2 - w^2), a rigid
+    motion with (1 - cos w t) / w^2, times F over the mass of the beam.
     """
     mass, omega = DENSITY * LENGTH * thickness * width, 2.0 * pi * frequency
     lever = (x / LENGTH - 0.5) * (point / LENGTH - 0.5) * 12.0
-    total = (1.0 + lever) * (omega * t - np.sin(omega * t)) / omega**2
+    total = (1.0 + lever) * (1.0 - np.cos(omega * t)) / omega**2
     for root in roots:
-        ratio = (np.cosh(root) - np.cos(root)) / (np.sinh(root) - np.sin(root))
-        shape, at_point = (
-            np.cosh(root * s) + np.cos(root * s) - ratio * (np.sinh(root * s) + np.sin(root * s))
-            for s in (x / LENGTH, point / LENGTH)
-        )
         natural = (root / LENGTH) ** 2 * thickness / np.sqrt(12.0) * np.sqrt(E / DENSITY)
-        wave = np.sin(omega * t) - omega / natural * np.sin(natural * t)
-        total = total + shape * at_point * wave / (natural**2 - omega**2)
+        shapes = mode(root, x / LENGTH) * mode(root, point / LENGTH)
+        total = total + shapes * (np.cos(omega * t) - np.cos(natural * t)) / (natural**2 - omega**2)
     return total * force / mass
 
 
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_free_beam_under_a_harmonic_force(dimension: int) -> None:
-    """A slender free beam (4 mm) shaken at 60 Hz from rest: the sum of its closed-form modes within 0.3 % over 50 ms.
+    """A slender free beam (4 mm) shaken with 60 Hz from rest for 25 ms: the sum of its closed-form modes.
 
-    The first natural frequency is 81.4 Hz; rigid motion alone would miss by over a tenth.
+    The first natural frequency is 81.4 Hz. The error, mostly of the step and the cells, is below 0.6 % of the elastic
+    part, which is a third of the motion or more.
     Source: free-free eigenfunctions of Euler-Bernoulli beams and Duhamel's integral.
     """
-    thickness, width, dt, steps = 0.004, 0.005, 5.0e-5, 1000
-    mesh = {"size": 0.02, "support_size": 0.0125, "cells_through_thickness": 1, "dimension": dimension}
+    thickness, width, dt, steps, force, frequency, point = 0.004, 0.005, 5.0e-5, 500, 2.0, 60.0, 0.15
+    mesh = {"dimension": dimension, "size": 0.02, "support_size": 0.02, "edge_size": 0.02, "cells_through_thickness": 1}
     mesh |= {"cells_across_width": 1} if dimension == 3 else {}
-    shaker = {"type": "harmonic_force", "point": 0.15, "amplitude": 2.0, "frequency": 60.0}
-    model = floating(
-        beam_model(
-            {
-                "beam": {"thickness": thickness, "width": width},
-                "mesh": mesh,
-                "restraint": {"axial": 1.0e-3, "lateral": 1.0e-3},
-            },
-            (shaker,),
-            {"tip": LENGTH, "test": 0.37},
-        )
-    )
+    shaker = {"type": "harmonic_force", "point": point, "amplitude": force, "frequency": frequency, "phase": 90.0}
+    beam = {
+        "beam": {"thickness": thickness, "width": width},
+        "mesh": mesh,
+        "restraint": {"axial": 1.0e-3, "lateral": 1.0e-3},
+    }
+    places = {"tip": LENGTH, "middle": 0.5 * LENGTH}
+    model = floating(beam_model(beam, (shaker,), places))
     found = [state.u[0] for state in states(model, dt, steps)]
     t = dt * np.arange(1, steps + 1)
-    for name, x in (("tip", LENGTH), ("test", 0.37)):
-        expected = free_beam_response(t, x, 0.15, 2.0, 60.0, thickness, width)
-        rigid = free_beam_response(t, x, 0.15, 2.0, 60.0, thickness, width, roots=())
-        assert np.linalg.norm(rigid - expected) > 0.1 * np.linalg.norm(expected)
-        error = np.linalg.norm(probe(model, name, found) - expected) / np.linalg.norm(expected)
-        assert error < 3e-3
+    for name, x in places.items():
+        expected = free_beam_response(t, x, point, force, frequency, thickness, width, FREE)
+        rigid = free_beam_response(t, x, point, force, frequency, thickness, width, ())
+        elastic = np.linalg.norm(expected - rigid)
+        assert elastic > 0.33 * np.linalg.norm(expected)
+        assert np.linalg.norm(probe(model, name, found) - expected) < 6e-3 * elastic
 
 
 @pytest.mark.parametrize("scheme", [Midpoint(), Midpoint(implicit=True)])
 def test_steady_state_of_a_damped_beam_is_the_discrete_one(scheme: Midpoint) -> None:
     """Started on its steady state the midpoint rule stays on it: u = Re U exp(i w t), to 1e-6 over 50 steps.
 
-    The rule replaces w by w' = (2/dt) tan(w dt/2), so U = (K + i w' C - w'^2 M)^-1 F / cos(w dt/2) exactly, at any step.
+    The rule replaces w by w' = (2/dt) tan(w dt/2), so U = (K + i w' C - w'^2 M)^-1 F / cos(w dt/2) at any step.
     Stiffness and mass damping, the force and its direction and the matrices of every step take part.
     Source: substitution of the harmonic motion into the rule.
     """

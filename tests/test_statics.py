@@ -71,7 +71,7 @@ def test_reactions_balance_the_weight(clearance: float) -> None:
 
 @pytest.mark.parametrize("clearance", PLAYS)
 def test_stiff_contact_is_the_hand_calculation(clearance: float) -> None:
-    """The beam rests on two edges, 38.99 N at the gland (x = 0) and 48.49 N at the base (x = 50 mm), and sags as beams do.
+    """The beam rests on two edges, 38.99 N at the gland (x = 0) and 48.49 N at the base (50 mm), and sags as beams do.
 
     Stiff contact on cells of 0.05 mm at the edges: reactions within 0.1 %, sag within 0.3 %, of which the elastic part
     alone within 1 %. Source: statics; Euler-Bernoulli bending and Timoshenko shear by the unit load method.

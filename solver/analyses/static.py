@@ -21,7 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.condensation import CondensedOperator
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import ContactLaw
 from solver.contact.solve import solve_contact
 from solver.errors import NotConverged
 from solver.system import STIFFNESS, VALUE, Array, Imaged, SemiDiscreteSystem, State, imaged
@@ -40,7 +40,7 @@ class Seat:
     iterations: int
 
 
-def find_seat(system: SemiDiscreteSystem, law: KelvinVoigt, springs: float, carries_acceleration: bool = False) -> Seat:
+def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carries_acceleration: bool = False) -> Seat:
     """Find the contact equilibrium under the static loads.
 
     Args:
@@ -67,7 +67,7 @@ def find_seat(system: SemiDiscreteSystem, law: KelvinVoigt, springs: float, carr
     for iteration in range(1, MAX_ITERATIONS + 1):
         free = condensed.solve_free(force - u[STIFFNESS])
         free_depth = depth - contact.gap_matrix @ contact.interface.trace(free, operators)
-        solution = solve_contact(condensed, 1.0, free_depth, contact.weights, law.static, law.stiffness, point_forces)
+        solution = solve_contact(condensed, 1.0, free_depth, contact.weights, law.static, point_forces)
         moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.forces))
         moved += u
         point_forces = solution.forces
@@ -86,7 +86,7 @@ def find_seat(system: SemiDiscreteSystem, law: KelvinVoigt, springs: float, carr
     )
 
 
-def _at_rest(law: KelvinVoigt, u: Imaged, depth: Array, carries_acceleration: bool) -> State:
+def _at_rest(law: ContactLaw, u: Imaged, depth: Array, carries_acceleration: bool) -> State:
     rest = np.zeros_like(u)
     return State(
         time=0.0,

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.condensation import CondensedOperator
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import ContactLaw
 from solver.errors import NotConverged
 from solver.integrators.schemes import Integrator
 from solver.system import MASS, STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, Step, imaged
@@ -35,7 +35,7 @@ class March:
     """Everything that a march needs but its start."""
 
     system: SemiDiscreteSystem
-    law: KelvinVoigt
+    law: ContactLaw
     scheme: Integrator
     operators: EffectiveOperators
     dt: float

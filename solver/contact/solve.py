@@ -23,7 +23,7 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve
 
 from solver.condensation import CondensedOperator
-from solver.contact.kelvin_voigt import StagePressure
+from solver.contact.law import StagePressure
 from solver.errors import NotConverged
 from solver.system import Array
 
@@ -48,7 +48,6 @@ def solve_contact(
     free_depth: Array,
     weights: Array,
     law: Callable[[Array], StagePressure],
-    stiffness: float,
     start: Array,
     max_iterations: int = 60,
 ) -> ContactSolution:
@@ -60,7 +59,6 @@ def solve_contact(
         free_depth: d_free, (m,), m.
         weights: w, (m,), m^2.
         law: P with its slope, at m penetrations.
-        stiffness: A slope of P that turns pressures into lengths in the test of convergence, Pa/m.
         start: Point forces to start from, (m,), N.
         max_iterations: Limit.
 
@@ -68,7 +66,7 @@ def solve_contact(
         The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure.
 
     Raises:
-        NotConverged: With the history of the residual (m), after `max_iterations`.
+        NotConverged: With the history of the residual (Pa), after `max_iterations`.
     """
     forces = start
     depth = free_depth - scale * condensed.respond(forces) if np.any(forces) else free_depth
@@ -77,14 +75,13 @@ def solve_contact(
     for iteration in range(max_iterations + 1):
         stage = law(depth)
         mismatch = forces / weights - stage.pressure
-        residual = float(np.max(np.abs(mismatch), initial=0.0)) / stiffness
+        residual = float(np.max(np.abs(mismatch), initial=0.0))
         if not np.isfinite(residual):
             break
         residuals.append(residual)
-        wanted = RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0)) / stiffness
-        steepest = max(1.0, float(np.max(stage.slope, initial=0.0)) / stiffness)
+        wanted = RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0))
         cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(forces)))
-        floor = ROUND_OFF * steepest * max(size, cancelled)
+        floor = ROUND_OFF * float(np.max(stage.slope, initial=0.0)) * max(size, cancelled)
         stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
         if residual <= wanted or (stalled and residual <= floor):
             return ContactSolution(forces, depth, stage, iteration)
@@ -97,7 +94,7 @@ def solve_contact(
         depth = depth + length * change if length < 1.0 else free_depth - scale * condensed.respond(forces)
     raise NotConverged(
         f"the contact solve did not converge in {max_iterations} iterations: the law is missed by "
-        f"{residuals[-1] if residuals else float('nan'):.3e} m",
+        f"{residuals[-1] if residuals else float('nan'):.3e} Pa",
         tuple(residuals),
         int(np.argmax(np.abs(mismatch))),
     )

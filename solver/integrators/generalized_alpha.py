@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.condensation import CondensedOperator
-from solver.contact.kelvin_voigt import KelvinVoigt, StagePressure
+from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.solve import solve_contact
 from solver.integrators.effective import image_of_solution
 from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, Stage, State, Step
@@ -53,7 +53,7 @@ class GeneralizedAlpha:
         self,
         system: SemiDiscreteSystem,
         condensed: CondensedOperator,
-        law: KelvinVoigt,
+        law: ContactLaw,
         old: State,
         dt: float,
         max_iterations: int = 60,
@@ -95,7 +95,6 @@ class GeneralizedAlpha:
             guess_depth - scale * (contact.gap_matrix @ trace(free, operators)),
             contact.weights,
             stage_law,
-            law.stiffness,
             contact.weights * old.pressure,
             max_iterations,
         )
@@ -109,7 +108,7 @@ class GeneralizedAlpha:
             pressure=np.asarray((stage_pressure - old_share * old.pressure) / new_share),
             a=acceleration,
         )
-        old_elastic = law.stiffness * np.maximum(old.depth, 0.0)
+        old_elastic = law.spring.pressure(old.depth)
         stage = Stage(
             load_factors=factors,
             inertia_and_elastic=(1.0 - self.alpha_m) * acceleration[MASS]

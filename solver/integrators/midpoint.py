@@ -17,7 +17,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from solver.condensation import CondensedOperator
-from solver.contact.kelvin_voigt import KelvinVoigt, StagePressure
+from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.solve import solve_contact
 from solver.integrators.effective import image_of_solution
 from solver.system import MASS, STIFFNESS, Array, SemiDiscreteSystem, Stage, State, Step
@@ -40,7 +40,7 @@ class Midpoint:
         self,
         system: SemiDiscreteSystem,
         condensed: CondensedOperator,
-        law: KelvinVoigt,
+        law: ContactLaw,
         old: State,
         dt: float,
         max_iterations: int = 60,
@@ -77,7 +77,6 @@ class Midpoint:
             free_depth,
             contact.weights,
             lambda depth: pressure_over_step(old.depth, depth, dt),
-            law.stiffness,
             contact.weights * old.pressure,
             max_iterations,
         )

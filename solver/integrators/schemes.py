@@ -6,7 +6,7 @@ from typing import Protocol
 
 from solver.case import DiscreteGradient, ImplicitMidpoint, Newmark, Scheme
 from solver.condensation import CondensedOperator
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import ContactLaw
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.system import SemiDiscreteSystem, State, Step
@@ -26,7 +26,7 @@ class Integrator(Protocol):
         self,
         system: SemiDiscreteSystem,
         condensed: CondensedOperator,
-        law: KelvinVoigt,
+        law: ContactLaw,
         old: State,
         dt: float,
         max_iterations: int = 60,

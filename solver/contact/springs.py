@@ -1,0 +1,77 @@
+"""The elastic part of a contact law, per area: p = K d^n for d > 0."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.system import Array
+
+FAR_APART = 1.0e-3  # of the depth: beyond it the difference quotient of the potential is exact enough
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """K > 0 (Pa/m^n) and n >= 1.
+
+    Attributes:
+        stiffness: K, Pa/m^n; N/m^n for resultants at points.
+        exponent: n; 1 is linear, 1.5 that of Hertz.
+    """
+
+    stiffness: float
+    exponent: float = 1.0
+
+    def pressure(self, depth: Array) -> Array:
+        """Return K <d>^n, Pa."""
+        closed = np.maximum(depth, 0.0)
+        return np.asarray(self.stiffness * (closed if self.exponent == 1.0 else closed**self.exponent))
+
+    def slope(self, depth: Array) -> Array:
+        """Return n K d^(n-1) where closed, else 0, Pa/m."""
+        if self.exponent == 1.0:
+            return np.where(depth > 0.0, self.stiffness, 0.0)
+        closed = np.maximum(depth, 0.0)
+        return np.asarray(self.exponent * self.stiffness * closed ** (self.exponent - 1.0))
+
+    def potential(self, depth: Array) -> Array:
+        """Return psi = K <d>^(n+1) / (n+1), J/m^2."""
+        closed = np.maximum(depth, 0.0)
+        power = self.exponent + 1.0
+        return np.asarray(self.stiffness / power * closed**power)
+
+    def mean(self, old: Array, new: Array) -> tuple[Array, Array]:
+        """Return the discrete gradient (psi(d1) - psi(d0)) / (d1 - d0) and its slope in d1.
+
+        Both are written without cancellation: exactly for n = 1, by Gauss-Legendre quadrature of K d^n between two
+        close depths otherwise.
+        """
+        return self._linear_mean(old, new) if self.exponent == 1.0 else self._power_mean(old, new)
+
+    def _linear_mean(self, old: Array, new: Array) -> tuple[Array, Array]:
+        start, end = np.maximum(old, 0.0), np.maximum(new, 0.0)
+        half = 0.5 * self.stiffness
+        apart = np.where((old > 0.0) != (new > 0.0), np.abs(new - old), 1.0)
+        lands, leaves, stays = (old <= 0.0) & (new > 0.0), (old > 0.0) & (new <= 0.0), (old > 0.0) & (new > 0.0)
+        mean = np.where(stays, half * (end + start), half * (end * end + start * start) / apart)
+        slope = np.select(
+            [stays, lands, leaves],
+            [half, half * (end * end - 2.0 * old * end) / (apart * apart), half * start * start / (apart * apart)],
+            0.0,
+        )
+        return mean, slope
+
+    def _power_mean(self, old: Array, new: Array) -> tuple[Array, Array]:
+        apart = new - old
+        close = np.abs(apart) <= FAR_APART * np.maximum(np.abs(old), np.abs(new))
+        divisor = np.where(close, 1.0, apart)
+        mean = (self.potential(new) - self.potential(old)) / divisor
+        slope = (self.pressure(new) - mean) / divisor
+        if np.any(close):
+            shares = 0.5 * (1.0 + _NODES)
+            between = old[close] + np.outer(shares, apart[close])
+            mean[close] = 0.5 * _WEIGHTS @ self.pressure(between)
+            slope[close] = 0.5 * (_WEIGHTS * shares) @ self.slope(between)
+        return mean, np.maximum(slope, 0.0)

@@ -197,6 +197,7 @@ class State:
         u: Displacement and its images, (3, n).
         v: Velocity and its images, (3, n).
         a: Acceleration and its images, (3, n), for the schemes that carry one.
+        touch_speed: Approach speed of each contact point, frozen while it is closed, (m,), m/s, for the laws that ask.
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
     """
@@ -207,6 +208,7 @@ class State:
     depth: Array
     pressure: Array
     a: Imaged | None = None
+    touch_speed: Array | None = None
 
 
 @dataclass(frozen=True)

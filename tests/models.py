@@ -14,7 +14,7 @@ from scipy.sparse.linalg import eigsh
 from solver.analyses.static import Seat, find_seat
 from solver.case import Case
 from solver.model import Model, build_model
-from solver.system import ContactOperator, SemiDiscreteSystem, Springs
+from solver.system import ContactOperator, SemiDiscreteSystem, Springs, State, imaged
 
 BEAM: dict[str, dict[str, Any]] = {
     "beam": {"length": 0.51, "thickness": 0.012, "width": 0.02},
@@ -26,6 +26,9 @@ BEAM: dict[str, dict[str, Any]] = {
 """The beam of Li et al. (2013) as a slice in plane stress, about 800 DOFs."""
 
 GRAVITY = {"type": "gravity"}
+COARSE = {"size": 0.06, "support_size": 12.5e-3, "edge_size": 12.5e-3, "cells_through_thickness": 1}
+"""Mesh of a slice with few DOFs."""
+
 SOLID = {
     "dimension": 3,
     "size": 0.06,
@@ -108,6 +111,17 @@ def bending_frequencies(model: Model, count: int, stiffness: csr_matrix | None =
         if square > 1e-6 * squares.max() and bending @ (mass @ bending) > 0.5:
             found.append(np.sqrt(square) / (2.0 * np.pi))
     return np.array(found[:count])
+
+
+def thrown(model: Model, speed: float = 0.2, turning: float = -2.0) -> State:
+    """Return the undeformed beam at t = 0, moving at a speed (m/s) at x = 0 and turning (rad/s)."""
+    operators, contact, dimension = model.system.operators, model.system.contact, model.case.mesh.dimension
+    x = model.space.tabulate_dof_coordinates()
+    u, v = np.zeros(operators.size), np.zeros(operators.size)
+    v[dimension - 1 :: dimension] = speed + turning * x[:, 0]
+    v[0::dimension] = -turning * x[:, dimension - 1]
+    depth = contact.depth(np.zeros(contact.interface.size))
+    return State(0.0, imaged(operators, u), imaged(operators, v), depth, np.zeros(contact.size))
 
 
 def face_forces(contact: ContactOperator, pressure: np.ndarray) -> dict[str, float]:

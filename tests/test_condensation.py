@@ -15,8 +15,7 @@ from scipy.sparse.linalg import splu
 from solver.analyses.transient import EffectiveOperators, March, march
 from solver.contact.kelvin_voigt import KelvinVoigt
 from solver.integrators.midpoint import Midpoint
-from solver.system import State, imaged
-from tests.models import beam_model
+from tests.models import COARSE, beam_model, thrown
 
 EPS = 5.0e11  # Pa/m
 CLEARANCE = 0.107e-3  # m
@@ -72,6 +71,7 @@ class TextbookStep:
         self._jacobian = fem.form(ufl.derivative(WIDTH * residual, self.new))
 
     def take(self, u, v, shake):
+        """Return displacement and velocity one step later, the base accelerating by `shake` in the middle of it."""
         self.old.x.array[:], self.speed.x.array[:], self.shake.value = u, v, shake
         self.new.x.array[:] = u + DT * v
         for _iteration in range(40):
@@ -99,19 +99,14 @@ def test_condensed_march_is_the_textbook_march(damping: float, implicit: bool) -
     model = beam_model(
         {
             "support": {"clearance": CLEARANCE},
-            "mesh": {"size": 0.06, "support_size": 0.0125, "edge_size": 0.0125, "cells_through_thickness": 1},
+            "mesh": COARSE,
             "damping": {"mass": 5.0, "stiffness": 1.0e-5},
         },
         ({"type": "gravity"}, base),
     )
-    system, operators = model.system, model.system.operators
-    x = model.space.tabulate_dof_coordinates()
-    u, v = np.zeros(operators.size), np.zeros(operators.size)
-    v[1::2] = 0.2 - 2.0 * x[:, 0]
-    v[0::2] = 2.0 * x[:, 1]
-    contact = system.contact
-    depth = contact.depth(contact.interface.trace(u, operators))
-    start = State(0.0, imaged(operators, u), imaged(operators, v), depth, np.zeros(contact.size))
+    system = model.system
+    contact, start = system.contact, thrown(model)
+    u, v = start.u[0], start.v[0]
     scheme = Midpoint(implicit=implicit)
     plan = March(system, KelvinVoigt(EPS, damping), scheme, EffectiveOperators(system, scheme), DT, STEPS)
     textbook = TextbookStep(model, damping, implicit)

@@ -56,6 +56,7 @@ def march(plan: March, start: State) -> Iterator[Step]:
     Collective.
     """
     state = with_acceleration(plan, start) if plan.scheme.carries_acceleration else start
+    state = with_touch_speed(plan, state)
     first = round(state.time / plan.dt)
     for number in range(first, first + plan.steps):
         for step in _whole_step(plan, state, plan.dt, 0):
@@ -74,7 +75,7 @@ def _whole_step(plan: March, state: State, dt: float, level: int) -> Iterator[St
         if level >= plan.max_halvings:
             raise _final(plan, failure, state.time, dt) from failure
     else:
-        yield step
+        yield replace(step, new=with_touch_speed(plan, step.new, state))
         return
     for half in (0, 1):
         for step in _whole_step(plan, state, 0.5 * dt, level + 1):
@@ -95,6 +96,17 @@ def _final(plan: March, failure: NotConverged, time: float, dt: float) -> NotCon
         failure.residuals,
         failure.worst_point,
     )
+
+
+def with_touch_speed(plan: March, state: State, before: State | None = None) -> State:
+    """Return the state with the approach speeds of open contact points; closed ones keep theirs. Collective."""
+    if plan.law.touch_product is None:
+        return state
+    contact = plan.system.contact
+    speed = -(contact.gap_matrix @ contact.interface.trace(state.v[VALUE], plan.system.operators))
+    if before is not None and before.touch_speed is not None:
+        speed = np.where(state.depth > 0.0, before.touch_speed, speed)
+    return replace(state, touch_speed=speed)
 
 
 def with_acceleration(plan: March, state: State) -> State:

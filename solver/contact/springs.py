@@ -55,10 +55,11 @@ class Spring:
         half = 0.5 * self.stiffness
         apart = np.where((old > 0.0) != (new > 0.0), np.abs(new - old), 1.0)
         lands, leaves, stays = (old <= 0.0) & (new > 0.0), (old > 0.0) & (new <= 0.0), (old > 0.0) & (new > 0.0)
-        mean = np.where(stays, half * (end + start), half * (end * end + start * start) / apart)
+        # ratios first: squares of tiny depths would underflow
+        mean = np.where(stays, half * (end + start), half * (end * (end / apart) + start * (start / apart)))
         slope = np.select(
             [stays, lands, leaves],
-            [half, half * (end * end - 2.0 * old * end) / (apart * apart), half * start * start / (apart * apart)],
+            [half, half * (end / apart) * ((end - 2.0 * old) / apart), half * (start / apart) ** 2],
             0.0,
         )
         return mean, slope

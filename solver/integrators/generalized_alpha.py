@@ -59,6 +59,7 @@ class GeneralizedAlpha:
         max_iterations: int = 60,
     ) -> Step:
         """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`."""
+        law = law.touched_at(old.touch_speed)
         contact, operators = system.contact, system.operators
         new_share, old_share = 1.0 - self.alpha_f, self.alpha_f
         assert old.a is not None

@@ -63,6 +63,7 @@ class Midpoint:
 
         Collective.
         """
+        law = law.touched_at(old.touch_speed)
         pressure_over_step: PressureOverStep = law.implicit if self.implicit else law.discrete_gradient
         contact, operators = system.contact, system.operators
         factors = system.load_factors(old.time + 0.5 * dt)

@@ -1,8 +1,9 @@
 """Exact condensation of a linear step onto the contact points.
 
-With A = c_m M + c_k K factored once, the step A x = r + G^T f has x = A^-1 r + Y G^T f with Y = A^-1 on the
-interface DOFs, and the gap needs only the Delassus operator D = G A^-1 G^T (m x m). Full accuracy, one
-back-substitution per step.
+With A = c_m M + c_k K factored once, the step A x = r + H^T f has x = A^-1 r + A^-1 H^T f, and the gap needs only
+the Delassus operator D = G A^-1 H^T (m x m). Full accuracy, one back-substitution per step.
+
+A^-1 is kept on columns that span H^T: the interface DOFs, or the contact points where these are fewer.
 """
 
 from __future__ import annotations
@@ -10,6 +11,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from scipy.sparse import csr_matrix, identity
 
 from solver.system import Array, SemiDiscreteSystem, Springs
 
@@ -22,8 +24,8 @@ class CondensedOperator:
     Attributes:
         mass: c_m.
         stiffness: c_k.
-        compliance: A^-1 on the interface DOFs, (n_i, n_i).
-        delassus: D = G A^-1 G^T, (m, m).
+        delassus: D = G A^-1 H^T, (m, m); symmetric where H = G.
+        symmetric: Whether it is.
         largest_compliance: The largest entry of its diagonal.
         seconds: Wall time of the factorization and of the Delassus operator.
     """
@@ -32,18 +34,23 @@ class CondensedOperator:
         self, system: SemiDiscreteSystem, mass: float, stiffness: float, springs: Springs | None = None
     ) -> None:
         self.mass, self.stiffness = mass, stiffness
-        self._operators, self._contact = system.operators, system.contact
+        contact = self._contact = system.contact
+        self.symmetric = contact.symmetric
         started = time.perf_counter()
         self._factor = system.operators.factor(mass, stiffness, springs)
         factored = time.perf_counter()
-        interface = system.contact.interface
-        self._columns = self._factor.solve_units(interface)
-        mine = np.zeros((interface.size, interface.size))
+        interface = contact.interface
+        self._by_point = contact.size < interface.size
+        spanning = contact.resultants if self._by_point else csr_matrix(identity(interface.size))
+        self._columns = self._factor.solve_columns(interface, spanning)
+        mine = np.zeros((interface.size, spanning.shape[1]))
         mine[interface.slots] = self._columns[interface.owned]
         block = system.operators.sum(mine)
-        self.compliance = 0.5 * (block + block.T)
-        gap = system.contact.gap_matrix
-        self.delassus = np.ascontiguousarray(gap @ (gap @ self.compliance).T)
+        if not self._by_point:
+            block = 0.5 * (block + block.T)
+        self._gaps = np.ascontiguousarray(contact.gap_matrix @ block)
+        delassus = self._gaps if self._by_point else (contact.resultants.T @ self._gaps.T).T
+        self.delassus = np.ascontiguousarray(0.5 * (delassus + delassus.T) if self.symmetric else delassus)
         self.largest_compliance = float(np.max(np.diagonal(self.delassus), initial=0.0))
         self.seconds = {"factorization": factored - started, "delassus": time.perf_counter() - factored}
 
@@ -52,25 +59,27 @@ class CondensedOperator:
         return self._factor.solve(right_side)
 
     def correct(self, x: Array, forces: Array) -> Array:
-        """Return x + A^-1 G^T f for point forces f = w p, (m,), N.
+        """Return x + A^-1 H^T f for point forces f = w p, (m,), N.
 
-        Only the columns of interface DOFs that carry a force are read: contact is local, and the columns are
-        what would fill the memory bus. Interface DOFs are ordered along the beam, so these are few runs.
+        Only the columns that carry a force are read: contact is local, and the columns are what would fill the
+        memory bus. They are ordered along the beam, so these are few runs.
         """
-        resultant = self._contact.resultant(forces)
-        loaded = np.flatnonzero(resultant)
+        loads = self._loads(forces)
+        loaded = np.flatnonzero(loads)
         if len(loaded) == 0:
             return x
         result = x.copy()
         for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > _RUN_BREAK) + 1):
             span = slice(run[0], run[-1] + 1)
-            result += self._columns[:, span] @ resultant[span]
+            result += self._columns[:, span] @ loads[span]
         return result
 
     def respond(self, forces: Array) -> Array:
-        """Return D f = G A^-1 G^T f, (m,)."""
-        contact = self._contact
-        return np.asarray(contact.gap_matrix @ (self.compliance @ contact.resultant(forces)))
+        """Return D f = G A^-1 H^T f, (m,)."""
+        return np.asarray(self._gaps @ self._loads(forces))
+
+    def _loads(self, forces: Array) -> Array:
+        return forces if self._by_point else self._contact.resultant(forces)
 
 
 _RUN_BREAK = 8  # a gap of a few unloaded columns is cheaper read than skipped

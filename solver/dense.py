@@ -6,6 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve
+from scipy.sparse import csr_matrix
 
 from solver.system import Array, Factor, Interface, Springs
 
@@ -20,11 +21,11 @@ class DenseFactor:
         """Return A^-1 b, (n,)."""
         return np.asarray(cho_solve(self.cholesky, right_side))
 
-    def solve_units(self, interface: Interface) -> Array:
-        """Return A^-1 e_j for every interface DOF, (n, interface.size)."""
-        units = np.zeros((len(self.cholesky[0]), interface.size))
-        units[interface.owned, interface.slots] = 1.0
-        return np.asfortranarray(cho_solve(self.cholesky, units))
+    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+        """Return A^-1 E X, (n, r)."""
+        right_sides = np.zeros((len(self.cholesky[0]), columns.shape[1]))
+        right_sides[interface.owned] = columns.toarray()[interface.slots]
+        return np.asfortranarray(cho_solve(self.cholesky, right_sides))
 
 
 class DenseOperators:

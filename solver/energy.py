@@ -102,7 +102,7 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
     kinetic, strain, structural, inner, *load_work = system.dots(pairs)
     kinetic, strain = 0.5 * kinetic, 0.5 * strain
     works = stage.load_factors * np.array(load_work)
-    weights, deeper = system.contact.weights, new.depth - old.depth
+    weights, deeper = system.contact.weights, system.contact.closing(old, new, system.operators)
     contact = _contact_energy(system, law, new)
     elastic_work = float(weights @ (stage.elastic_pressure * deeper))
     contact_loss = float(weights @ ((stage.pressure - stage.elastic_pressure) * deeper))

@@ -8,6 +8,7 @@ import numpy as np
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
+from scipy.sparse import csr_matrix
 
 from solver.elasticity import ElasticForms
 from solver.errors import RunError
@@ -36,28 +37,28 @@ class PetscFactor:
         self._preconditioner.apply(self._right_side, self._solution)
         return np.array(self._solution.array_r)
 
-    def solve_units(self, interface: Interface) -> Array:
-        """Return A^-1 e_j for every interface DOF, (n, interface.size), column-major. Collective."""
+    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+        """Return A^-1 E X for columns X on the interface DOFs, (n, r), column-major. Collective."""
         matrix = self._matrix
         local, total = matrix.getLocalSize()[0], matrix.getSize()[0]
-        columns = np.empty((local, interface.size), order="F")
+        wanted, mine = columns.shape[1], columns[interface.slots].tocsc()
+        result = np.empty((local, wanted), order="F")
         factored = self._preconditioner.getFactorMatrix()
-        for first in range(0, interface.size, SOLVE_BLOCK):
-            count = min(SOLVE_BLOCK, interface.size - first)
+        for first in range(0, wanted, SOLVE_BLOCK):
+            count = min(SOLVE_BLOCK, wanted - first)
             units, solved = (
                 PETSc.Mat().createDense(((local, total), (PETSc.DECIDE, count)), comm=matrix.comm) for _ in "bx"
             )
             units.setUp()
             solved.setUp()
-            mine = (interface.slots >= first) & (interface.slots < first + count)
-            units.getDenseArray()[interface.owned[mine], interface.slots[mine] - first] = 1.0
+            units.getDenseArray()[interface.owned] = mine[:, first : first + count].toarray()
             for dense in (units, solved):
                 dense.assemble()
             factored.matSolve(units, solved)
-            columns[:, first : first + count] = solved.getDenseArray()
+            result[:, first : first + count] = solved.getDenseArray()
             units.destroy()
             solved.destroy()
-        return columns
+        return result
 
 
 class PetscOperators:

@@ -1,8 +1,9 @@
 """The semi-discrete system, the one noun of gapbeam.
 
-    M a + C v + K u = sum_k s_k(t) f_k + G^T (w p),    C = c_M M + c_K K,    g = g0 + G u
+    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p),    C = c_M M + c_K K,    g = g0 + G u
 
-G (m x n) takes degrees of freedom to the gap at m contact points, w (m) are areas, p the contact pressure.
+G (m x n) takes degrees of freedom to the gap at m contact points, H puts pressures back as forces, w (m) are areas, p
+the contact pressure. H = G but for Nitsche's method, where both contain the stress (`solver.nitsche`).
 Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
 never know which. Vectors are numpy arrays of the part that this rank owns.
 """
@@ -11,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, Protocol
 
 import numpy as np
@@ -27,8 +29,8 @@ class Factor(Protocol):
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b; both arrays hold the owned part (n,). Collective."""
 
-    def solve_units(self, interface: Interface) -> Array:
-        """Return A^-1 e_j for every interface DOF j: (n, interface.size), column-major. Collective."""
+    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+        """Return A^-1 E X for columns X (interface.size, r) on the interface DOFs: (n, r), column-major. Collective."""
 
 
 class Operators(Protocol):
@@ -90,16 +92,18 @@ class Springs:
 
 @dataclass(frozen=True)
 class ContactOperator:
-    """G, w and g0 at the m contact points, replicated on all ranks.
+    """G, H, w and g0 at the m contact points, replicated on all ranks.
 
     Attributes:
-        interface: The DOFs that G touches.
+        interface: The DOFs that G and H touch.
         gap_matrix: G on the interface DOFs, (m, interface.size).
         weights: Area that belongs to each point, (m,), m^2.
         initial_gap: Gap of the undeformed body, (m,), m.
         faces: Index of the face of each point, (m,).
         face_names: Names of the faces.
         positions: Coordinates of the points, (m, 3), m.
+        force_matrix: H on the interface DOFs, (m, interface.size); None: H = G.
+        geometry_matrix: G without the stress of Nitsche's method, (m, interface.size); None: G.
     """
 
     interface: Interface
@@ -109,6 +113,13 @@ class ContactOperator:
     faces: Indices
     face_names: tuple[str, ...]
     positions: Array
+    force_matrix: csr_matrix | None = None
+    geometry_matrix: csr_matrix | None = None
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether H = G."""
+        return self.force_matrix is None
 
     @property
     def size(self) -> int:
@@ -116,17 +127,33 @@ class ContactOperator:
         return len(self.weights)
 
     def depth(self, interface_values: Array) -> Array:
-        """Return the penetration d = -(g0 + G u), (m,), m; negative where the gap is open."""
+        """Return what the law takes, d = -(g0 + G u), (m,), m; negative where the gap is open."""
         return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values))
+
+    def penetration(self, interface_values: Array) -> Array:
+        """Return the penetration of the faces themselves, (m,), m: the same but for Nitsche's method."""
+        matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
+        return np.asarray(-(self.initial_gap + matrix @ interface_values))
 
     def springs(self, stiffness: float) -> Springs:
         """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed."""
-        scaled = self.gap_matrix.multiply((stiffness * self.weights)[:, None])
-        return Springs(self.interface, csr_matrix(self.gap_matrix.T @ scaled))
+        matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
+        return Springs(self.interface, csr_matrix(matrix.T @ matrix.multiply((stiffness * self.weights)[:, None])))
 
     def resultant(self, forces: Array) -> Array:
-        """Return G^T f on the interface DOFs for point forces f = w p, (interface.size,), N."""
-        return np.asarray(self.gap_matrix.T @ forces)
+        """Return H^T f on the interface DOFs for point forces f = w p, (interface.size,), N."""
+        return np.asarray(self.resultants @ forces)
+
+    @cached_property
+    def resultants(self) -> csr_matrix:
+        """H^T on the interface DOFs, (interface.size, m)."""
+        return csr_matrix((self.gap_matrix if self.force_matrix is None else self.force_matrix).T)
+
+    def closing(self, old: State, new: State, operators: Operators) -> Array:
+        """Return -H (u1 - u0), (m,), m: what point forces do work on. Collective where H is not G."""
+        if self.symmetric:
+            return new.depth - old.depth
+        return np.asarray(-(self.resultants.T @ self.interface.trace(new.u[VALUE] - old.u[VALUE], operators)))
 
 
 @dataclass(frozen=True)
@@ -152,7 +179,7 @@ class Load:
 
 @dataclass(frozen=True)
 class SemiDiscreteSystem:
-    """M a + C v + K u = f(t) + G^T (w p), with C = mass_damping M + stiffness_damping K."""
+    """M a + C v + K u = f(t) + H^T (w p), with C = mass_damping M + stiffness_damping K."""
 
     operators: Operators
     contact: ContactOperator

@@ -48,8 +48,8 @@ def test_reactions_balance_the_weight(clearance: float) -> None:
     """A seat is found for every clearance, and its forces and moments are those of a rigid body in equilibrium.
 
     F_base - F_gland = m g, and the moments about x = 0 of contact, weight and weak restraint cancel: to 1e-8 of the
-    weight, 1e-9 of the contact forces and the round-off in K u, whose terms K_ij u_j are large for a beam that has
-    rotated in its clearance and cancel only to eps sum |K_ij u_j|.
+    weight and the round-off in K u, whose terms K_ij u_j are large for a beam that has rotated in its clearance and
+    cancel only to eps sum |K_ij u_j|. An interference fit, where 100 kN balance, to 5e-9 of the contact force.
     """
     model, seat = seated_beam(clearance)
     operators, contact = model.system.operators, model.system.contact
@@ -57,7 +57,7 @@ def test_reactions_balance_the_weight(clearance: float) -> None:
     reactions = face_forces(contact, pressure)
     terms = stiffness_of(model).multiply(u).tocsr().data
     round_off = np.finfo(float).eps * float(np.sum(np.abs(terms)))
-    tolerance = 1e-8 * WEIGHT + 1e-9 * reactions["base"] + round_off
+    tolerance = 1e-8 * WEIGHT + round_off + (5e-9 * reactions["base"] if clearance < 0.0 else 0.0)
     assert round_off < 4e-5 * WEIGHT
     assert reactions["base"] - reactions["gland"] == pytest.approx(WEIGHT, abs=tolerance)
     up = np.where(contact.faces == contact.face_names.index("base"), 1.0, -1.0)

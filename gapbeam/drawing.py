@@ -81,6 +81,7 @@ def render(
 
     factor, pixels = _scale(scale), _size(size)
     console = Console(stderr=True)
+    console.quiet = not console.is_terminal  # else a disabled bar still leaves an empty line
     with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
         task = progress.add_task("drawing", total=None)
         paths = draw(

@@ -113,7 +113,7 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
     softest = SEAT_SOFTNESS * min(stiffness, case.material.young_modulus / cell_length)
     mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
     weight = mass * sum(load.acceleration for load in case.load if isinstance(load, Gravity))
-    travel = abs(case.support.clearance)
+    travel = max(case.support.clearance, 0.0)
     return min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
 
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from typing import Any
 
 import basix
@@ -22,12 +23,23 @@ class FacePoints:
         values: Basis functions of these nodes at the point, (m, k).
         weights: Projected areas, (m,), m^2 (m times the width in 2D).
         positions: (m, 3), m.
+        gradients: Gradients of the basis functions at the point, (m, k, dimension), 1/m.
+        cells: Number of the cell of each point among all cells of all ranks, (m,).
     """
 
     nodes: Indices
     values: Array
     weights: Array
     positions: Array
+    gradients: Array
+    cells: Indices
+
+    @classmethod
+    def join(cls, parts: Sequence[FacePoints]) -> FacePoints:
+        """Return the points of several parts, one after the other."""
+        return cls(
+            **{field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)}
+        )
 
 
 @dataclass(frozen=True)
@@ -36,14 +48,18 @@ class _Rule:
 
     Attributes:
         basis: Basis functions at the points, (q, k).
+        derivatives: Their derivatives on the reference cell, (dimension, q, k).
         shape: Shape functions of the geometry, (q, c).
-        slopes: Their derivatives along the one or two tangents of the facet, (t, q, c).
+        shape_derivatives: Their derivatives on the reference cell, (dimension, q, c).
+        tangents: Tangents of the facet on the reference cell, (t, dimension).
         factors: Quadrature weights, (q,).
     """
 
     basis: Array
+    derivatives: Array
     shape: Array
-    slopes: Array
+    shape_derivatives: Array
+    tangents: Array
     factors: Array
 
 
@@ -69,11 +85,18 @@ def face_points(space: Any, facets: Indices, degree: int, width: float) -> FaceP
     owned_cells = topology.index_map(dimension).size_local
     rules = _rules(space, degree)
     coordinates, cell_coordinates = mesh.geometry.x, coordinate_dofs(mesh)
-    empty: Array = np.empty((0, rules[0].basis.shape[1]))
-    nodes: list[Indices] = [empty.astype(np.int64)]
-    values: list[Array] = [empty]
-    weights: list[Array] = [np.empty(0)]
-    positions: list[Array] = [np.empty((0, 3))]
+    count = rules[0].basis.shape[1]
+    first_cell = topology.index_map(dimension).local_range[0]
+    parts = [
+        FacePoints(
+            np.empty((0, count), dtype=np.int64),
+            np.empty((0, count)),
+            np.empty(0),
+            np.empty((0, 3)),
+            np.empty((0, count, dimension)),
+            np.empty(0, dtype=np.int64),
+        )
+    ]
     for facet in facets:
         cell = facet_to_cell.links(facet)[0]
         if cell >= owned_cells:
@@ -81,24 +104,25 @@ def face_points(space: Any, facets: Indices, degree: int, width: float) -> FaceP
         rule = rules[int(np.flatnonzero(cell_to_facet.links(cell) == facet)[0])]
         corners = coordinates[cell_coordinates[cell]]
         cell_nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
-        nodes.append(np.broadcast_to(cell_nodes, rule.basis.shape).astype(np.int64))
-        values.append(rule.basis)
-        weights.append(rule.factors * width * _projected(np.einsum("tqc,cx->tqx", rule.slopes, corners)))
-        positions.append(rule.shape @ corners)
-    return FacePoints(np.concatenate(nodes), np.concatenate(values), np.concatenate(weights), np.concatenate(positions))
+        jacobian = np.einsum("dqc,cx->qdx", rule.shape_derivatives, corners[:, :dimension])
+        parts.append(
+            FacePoints(
+                np.broadcast_to(cell_nodes, rule.basis.shape).astype(np.int64),
+                rule.basis,
+                rule.factors * width * _projected(np.einsum("td,qdx->tqx", rule.tangents, jacobian)),
+                rule.shape @ corners,
+                np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), rule.derivatives),
+                np.full(len(rule.factors), first_cell + cell),
+            )
+        )
+    return FacePoints.join(parts)
 
 
 def gather_points(comm: MPI.Comm, points: FacePoints) -> FacePoints:
     """Return the points of all ranks, ordered along the beam and across it. Collective."""
-    everywhere: list[FacePoints] = comm.allgather(points)
-    positions = np.concatenate([part.positions for part in everywhere])
-    order = along_beam(positions)
-    return FacePoints(
-        np.concatenate([part.nodes for part in everywhere])[order],
-        np.concatenate([part.values for part in everywhere])[order],
-        np.concatenate([part.weights for part in everywhere])[order],
-        positions[order],
-    )
+    points = FacePoints.join(comm.allgather(points))
+    order = along_beam(points.positions)
+    return FacePoints(**{field.name: getattr(points, field.name)[order] for field in fields(FacePoints)})
 
 
 def along_beam(positions: Array) -> Indices:
@@ -109,7 +133,7 @@ def along_beam(positions: Array) -> Indices:
 
 
 def _projected(tangents: Array) -> Array:
-    """Return the length (2D) or area (3D) that tangents (t, q, 3) span, projected on the bending axis."""
+    """Return the length (2D) or area (3D) that tangents (t, q, dimension) span, projected on the bending axis."""
     if len(tangents) == 1:
         return np.asarray(np.abs(tangents[0, :, 0]))
     first, second = tangents
@@ -121,17 +145,16 @@ def _rules(space: Any, degree: int) -> list[_Rule]:
     mesh = space.mesh
     dimension = mesh.topology.dim
     cell_type = getattr(basix.CellType, mesh.topology.cell_name())
-    element = _lagrange(cell_type, space.element.basix_element.degree)
-    geometry = _lagrange(cell_type, geometry_order(mesh))
+    element = lagrange(cell_type, space.element.basix_element.degree)
+    geometry = lagrange(cell_type, geometry_order(mesh))
     rules = []
     for facet in basix.topology(cell_type)[dimension - 1]:
         corners = basix.geometry(cell_type)[facet]
         points, factors = basix.make_quadrature(_FACETS[dimension, len(corners)], degree)
         tangents = corners[1:dimension] - corners[0]
         on_cell = corners[0] + points @ tangents
-        shape = geometry.tabulate(1, on_cell)[:, :, :, 0]
-        slopes = np.einsum("td,dqc->tqc", tangents, shape[1:])
-        rules.append(_Rule(element.tabulate(0, on_cell)[0, :, :, 0], shape[0], slopes, factors))
+        basis, shape = element.tabulate(1, on_cell)[..., 0], geometry.tabulate(1, on_cell)[..., 0]
+        rules.append(_Rule(basis[0], basis[1:], shape[0], shape[1:], tangents, factors))
     return rules
 
 
@@ -142,6 +165,7 @@ _FACETS = {
 }
 
 
-def _lagrange(cell_type: Any, degree: int) -> Any:
+def lagrange(cell_type: Any, degree: int) -> Any:
+    """Return the scalar Lagrange element that DOLFINx uses."""
     variant = basix.LagrangeVariant.gll_warped
     return basix.create_element(basix.ElementFamily.P, cell_type, degree, variant, dtype=np.float64)

@@ -1,4 +1,4 @@
-"""From tagged faces to the contact operator G, w, g0.
+"""From tagged faces to the contact operator G, H, w, g0.
 
 Contact points are the quadrature points of the facets of base and gland. The faces are met along the bending
 axis: the base lies below the lowest point of its face, the gland `clearance` above the highest point of its
@@ -8,15 +8,32 @@ face, so faces that are not flat start with their own gaps. Weights are areas pr
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from solver.face_points import along_beam, face_points, gather_points
-from solver.system import Array, ContactOperator, Indices, Interface
+from solver.face_points import FacePoints, along_beam, face_points, gather_points
+from solver.nitsche import Nitsche, correction, stress_rows, trace_bounds
+from solver.system import Array, ContactOperator, Indices, Interface, Springs
 
 NO_ENTRY = 1.0e-12  # basis functions that are zero but for round-off
+
+
+@dataclass(frozen=True)
+class NitscheContact:
+    """A contact operator that contains stress, and what comes with it.
+
+    Attributes:
+        operator: G_N, H_N, w, g0.
+        gamma: Nitsche's parameter at each point, (m,), Pa/m.
+        correction: What is added to K.
+    """
+
+    operator: ContactOperator
+    gamma: Array
+    correction: Springs
 
 
 def contact_operator(
@@ -33,51 +50,112 @@ def contact_operator(
 
     Collective.
     """
-    axis = space.mesh.geometry.dim - 1
-    gathered = {
-        name: gather_points(space.mesh.comm, face_points(space, facets, degree, width))
-        for name, facets in faces.items()
-    }
+    axis, block = space.mesh.geometry.dim - 1, space.dofmap.index_map_bs
+    points, _ = _points(space, faces, width, degree)
+    used = np.abs(points.merged.values) > NO_ENTRY
+    numbers = points.merged.nodes * block + axis
+    interface, slots = _interface(space, [numbers[rows][used[rows]] for rows in points.rows], block)
+    row, local = np.nonzero(used)
+    columns = slots(numbers[row, local])
+    gap = (points.signs[:, None] * points.merged.values)[row, local]
+    return points.operator(interface, csr_matrix((gap, (row, columns)), (len(used), interface.size)), clearance)
+
+
+def nitsche_operator(
+    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, degree: int, settings: Nitsche
+) -> NitscheContact:
+    """Build G_N, H_N, w, g0, gamma and the correction of K; arguments as in `contact_operator`. Collective."""
+    dimension, block = space.mesh.geometry.dim, space.dofmap.index_map_bs
+    points, local_points = _points(space, faces, width, degree)
+    bounds = trace_bounds(space, local_points, settings)
+    gamma = settings.factor * np.array([bounds[int(cell)] for cell in points.merged.cells])
+    numbers = points.merged.nodes[:, :, None] * block + np.arange(dimension)
+    interface, slots = _interface(space, [numbers[rows].reshape(-1) for rows in points.rows], block)
+    count = numbers[0].size
+    rows, columns = np.repeat(np.arange(len(numbers)), count), slots(numbers.reshape(-1))
+    shape = (len(numbers), interface.size)
+    gap = np.zeros(numbers.shape)
+    gap[..., -1] = points.signs[:, None] * points.merged.values
+    geometry = csr_matrix((gap.reshape(-1), (rows, columns)), shape)
+    geometry.eliminate_zeros()
+    stress = csr_matrix((stress_rows(points.merged, settings.lame).reshape(-1), (rows, columns)), shape)
+    scaled = csr_matrix(stress.multiply((1.0 / gamma)[:, None]))
+    force = None if settings.theta == 1.0 else csr_matrix(geometry + settings.theta * scaled)
+    operator = points.operator(interface, csr_matrix(geometry + scaled), clearance, force, geometry)
+    added = correction(stress, points.merged.weights, gamma, settings.theta)
+    return NitscheContact(operator, gamma, Springs(interface, added))
+
+
+@dataclass(frozen=True)
+class _Points:
+    """The points of all faces, one face after the other: rows of each face, and +1 at the base, -1 at the gland."""
+
+    merged: FacePoints
+    names: tuple[str, ...]
+    rows: list[slice]
+    signs: Array
+
+    def operator(
+        self,
+        interface: Interface,
+        gap_matrix: csr_matrix,
+        clearance: float,
+        force_matrix: csr_matrix | None = None,
+        geometry_matrix: csr_matrix | None = None,
+    ) -> ContactOperator:
+        height = self.merged.positions[:, gap_axis(self.merged)]
+        gaps = np.empty(len(height))
+        for name, rows in zip(self.names, self.rows, strict=True):
+            level = height[rows].min() if name == "base" else height[rows].max() + clearance
+            gaps[rows] = self.signs[rows] * (height[rows] - level)
+        return ContactOperator(
+            interface=interface,
+            gap_matrix=gap_matrix,
+            weights=self.merged.weights,
+            initial_gap=gaps,
+            faces=np.concatenate([np.full(rows.stop - rows.start, face) for face, rows in enumerate(self.rows)]),
+            face_names=self.names,
+            positions=self.merged.positions,
+            force_matrix=force_matrix,
+            geometry_matrix=geometry_matrix,
+        )
+
+
+def gap_axis(points: FacePoints) -> int:
+    """Return the bending axis: the last one."""
+    return points.gradients.shape[2] - 1
+
+
+def _points(
+    space: Any, faces: Mapping[str, Indices], width: float, degree: int
+) -> tuple[_Points, dict[str, FacePoints]]:
+    """Return the points of all ranks, and those of this rank by face. Collective."""
+    mine = {name: face_points(space, facets, degree, width) for name, facets in faces.items()}
+    gathered = [gather_points(space.mesh.comm, points) for points in mine.values()]
+    ends = np.cumsum([len(points.weights) for points in gathered])
+    rows = [slice(int(end) - len(points.weights), int(end)) for end, points in zip(ends, gathered, strict=True)]
+    signs = np.concatenate(
+        [np.full(r.stop - r.start, 1.0 if n == "base" else -1.0) for n, r in zip(mine, rows, strict=True)]
+    )
+    return _Points(FacePoints.join(gathered), tuple(mine), rows, signs), mine
+
+
+def _interface(space: Any, numbers: list[Indices], block: int) -> tuple[Interface, Callable[[Indices], Indices]]:
+    """Return the interface DOFs in the order along the beam, face by face, and their slots by global number."""
     coordinates = _node_coordinates(space)
-    slots: dict[int, int] = {}
-    rows, columns, entries, gaps = [], [], [], []
-    count = 0
-    for name, points in gathered.items():
-        used = np.abs(points.values) > NO_ENTRY
-        nodes = np.unique(points.nodes[used])
-        for node in nodes[along_beam(coordinates(nodes))]:
-            slots.setdefault(int(node), len(slots))
-        sign = 1.0 if name == "base" else -1.0
-        height = points.positions[:, axis]
-        level = height.min() if name == "base" else height.max() + clearance
-        gaps.append(sign * (height - level))
-        point, local = np.nonzero(used)
-        rows.append(point + count)
-        columns.append([slots[int(node)] for node in points.nodes[point, local]])
-        entries.append(sign * points.values[point, local])
-        count += len(height)
-    pattern = (np.concatenate(rows), np.concatenate(columns))
-    return ContactOperator(
-        interface=_interface(space, slots, axis),
-        gap_matrix=csr_matrix((np.concatenate(entries), pattern), shape=(count, len(slots))),
-        weights=np.concatenate([points.weights for points in gathered.values()]),
-        initial_gap=np.concatenate(gaps),
-        faces=np.repeat(np.arange(len(gathered)), [len(points.weights) for points in gathered.values()]),
-        face_names=tuple(gathered),
-        positions=np.concatenate([points.positions for points in gathered.values()]),
-    )
+    order: dict[int, None] = {}
+    for face in numbers:
+        wanted = np.unique(face)
+        order.update(dict.fromkeys(int(dof) for dof in wanted[along_beam(coordinates(wanted // block))]))
+    listed = np.array(list(order), dtype=np.int64)
+    first, end = (block * bound for bound in space.dofmap.index_map.local_range)
+    mine = np.flatnonzero((listed >= first) & (listed < end))
+    by_number = np.argsort(listed)
 
+    def slots(wanted: Indices) -> Indices:
+        return np.asarray(by_number[np.searchsorted(listed, wanted, sorter=by_number)])
 
-def _interface(space: Any, slots: dict[int, int], axis: int) -> Interface:
-    """Return the interface DOFs: one component of some nodes, given by global node number and slot."""
-    index_map, block = space.dofmap.index_map, space.dofmap.index_map_bs
-    first, end = index_map.local_range
-    mine = [(node, slot) for node, slot in slots.items() if first <= node < end]
-    return Interface(
-        size=len(slots),
-        owned=np.array([(node - first) * block + axis for node, _ in mine], dtype=np.int64),
-        slots=np.array([slot for _, slot in mine], dtype=np.int64),
-    )
+    return Interface(size=len(listed), owned=listed[mine] - first, slots=mine), slots
 
 
 def _node_coordinates(space: Any) -> Callable[[Indices], Array]:

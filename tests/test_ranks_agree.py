@@ -129,13 +129,13 @@ def test_fields_agree(results: list[Results]) -> None:
 
 
 def test_seats_agree(results: list[Results]) -> None:
-    """Reactions of the seat within 1e-9 of one rank, and in balance with the weight of the beam."""
+    """Reactions of the seat within 1e-7 of one rank, and in balance with the weight of the beam within 1e-7."""
     seats = [one.summary["seat"] for one in results]
     for seat in seats:
-        assert seat["base_force"] == pytest.approx(seats[0]["base_force"], rel=1e-9)
-        assert seat["gland_force"] == pytest.approx(seats[0]["gland_force"], rel=1e-9)
+        assert seat["base_force"] == pytest.approx(seats[0]["base_force"], rel=1e-7)
+        assert seat["gland_force"] == pytest.approx(seats[0]["gland_force"], rel=1e-7)
         weight = 7919.0 * 0.51 * 0.012 * 0.02 * 9.81
-        assert seat["base_force"] - seat["gland_force"] == pytest.approx(weight, rel=1e-8)
+        assert seat["base_force"] - seat["gland_force"] == pytest.approx(weight, rel=1e-7)
 
 
 @pytest.mark.slow

@@ -29,6 +29,7 @@ from solver.system import STIFFNESS, VALUE, Array, Imaged, SemiDiscreteSystem, S
 MAX_ITERATIONS = 400
 TOLERANCE = 1.0e-12  # of the energy norm
 STALLED = 1.0e-6
+NOISY = 3  # updates that have stopped to contract
 
 
 @dataclass(frozen=True)
@@ -75,8 +76,7 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         energy, change = system.dots([(u[VALUE], u[STIFFNESS]), (moved[VALUE], moved[STIFFNESS])])
         potential = 2.0 * float(contact.weights @ law.potential(depth))
         updates.append(float(np.sqrt(abs(change) / (abs(energy) + potential))) if change != 0.0 else 0.0)
-        stalled = len(updates) > 1 and updates[-1] >= 0.5 * updates[-2]
-        if updates[-1] <= TOLERANCE or (stalled and updates[-1] <= STALLED):
+        if updates[-1] <= TOLERANCE or (updates[-1] <= STALLED and _is_noise(updates)):
             return Seat(_at_rest(law, u, depth, carries_acceleration), updates[-1], iteration)
     raise NotConverged(
         f"no static seat was found in {MAX_ITERATIONS} iterations (last relative update {updates[-1]:.2e}): "
@@ -84,6 +84,11 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         "check the direction of gravity and [restraint]",
         tuple(updates),
     )
+
+
+def _is_noise(updates: list[float]) -> bool:
+    """Return whether the updates no longer contract: the last ones are not half of the one before them."""
+    return len(updates) > NOISY and min(updates[-NOISY:]) >= 0.5 * updates[-NOISY - 1]
 
 
 def _at_rest(law: ContactLaw, u: Imaged, depth: Array, carries_acceleration: bool) -> State:

@@ -1,0 +1,114 @@
+"""Nitsche's method for unilateral contact: no penalty, the contact pressure is the stress of the body.
+
+    p = gamma <d - sigma_n(u) / gamma>,    a(u, v) - int theta/gamma sigma_n(u) sigma_n(v)
+                                           - int p (G v + theta/gamma sigma_n(v)) = l(v)
+
+With S the operator of the normal stress at the contact points this is penalty contact with other operators:
+G_N = G + S/gamma, H_N = G + theta S/gamma and K_N = K - theta S^T (w/gamma) S, stiffness gamma. The method is
+consistent: gamma need not go to infinity. theta = 1 is symmetric (it has a potential, so that discrete gradients and
+energy balances work), 0 incomplete, -1 skew.
+
+gamma has to exceed the largest eigenvalue of the trace problem on each contact cell,
+
+    int_facet sigma_n(u)^2 <= lambda int_cell sigma(u) : eps(u)     for all u,
+
+which is computed here, cell by cell, instead of guessed.
+
+Source: Chouly, Hild and Renard (2015), Math. Comp. 84, 1089-1112.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import basix
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from meshes.compat import coordinate_dofs, geometry_order
+from solver.face_points import FacePoints, lagrange
+from solver.system import Array
+
+RIGID = 1.0e-10  # of the largest eigenvalue of a cell's stiffness; below it lie its rigid motions
+
+
+@dataclass(frozen=True)
+class Nitsche:
+    """How Nitsche's method shall be used.
+
+    Attributes:
+        theta: 1, 0 or -1.
+        factor: gamma relative to the eigenvalue of the trace problem.
+        lame: (lambda, mu), Pa; in plane stress the reduced lambda.
+        width: Factor of the cell integrals in 2D, 1 in 3D, m.
+    """
+
+    theta: float
+    factor: float
+    lame: tuple[float, float]
+    width: float
+
+
+def stress_rows(points: FacePoints, lame: tuple[float, float]) -> Array:
+    """Return the normal stress at the points per unit nodal displacement, (m, k, dimension), Pa/m.
+
+    sigma_n = lambda div u + 2 mu du_e/de along the bending axis e, the last one.
+    """
+    first, second = lame
+    rows: Array = first * points.gradients
+    rows[..., -1] += 2.0 * second * points.gradients[..., -1]
+    return rows
+
+
+def trace_bounds(space: Any, faces: Mapping[str, FacePoints], settings: Nitsche) -> dict[int, float]:
+    """Return the eigenvalue of the trace problem of every contact cell, Pa/m, by global cell number.
+
+    Args:
+        space: Blocked vector Lagrange space.
+        faces: Points of each face on this rank.
+        settings: Material and width.
+
+    Collective.
+    """
+    mesh = space.mesh
+    first_cell = mesh.topology.index_map(mesh.topology.dim).local_range[0]
+    bounds: dict[int, float] = {}
+    for points in faces.values():
+        rows = stress_rows(points, settings.lame)
+        for cell in np.unique(points.cells):
+            mine = points.cells == cell
+            stress = np.sqrt(points.weights[mine])[:, None] * rows[mine].reshape(np.count_nonzero(mine), -1)
+            values, vectors = np.linalg.eigh(_cell_stiffness(space, int(cell) - first_cell, settings))
+            elastic = values > RIGID * values[-1]
+            scaled = stress @ vectors[:, elastic] / np.sqrt(values[elastic])
+            bounds[int(cell)] = max(bounds.get(int(cell), 0.0), float(np.linalg.norm(scaled, 2) ** 2))
+    return {cell: bound for part in mesh.comm.allgather(bounds) for cell, bound in part.items()}
+
+
+def correction(stress: csr_matrix, weights: Array, gamma: Array, theta: float) -> csr_matrix:
+    """Return -theta S^T (w/gamma) S on the interface DOFs, N/m."""
+    return csr_matrix(-theta * (stress.T @ stress.multiply((weights / gamma)[:, None])))
+
+
+def _cell_stiffness(space: Any, cell: int, settings: Nitsche) -> Array:
+    """Return the stiffness of one cell, (k dimension, k dimension), N/m."""
+    mesh = space.mesh
+    dimension = mesh.topology.dim
+    cell_type = getattr(basix.CellType, mesh.topology.cell_name())
+    element = lagrange(cell_type, space.element.basix_element.degree)
+    geometry = lagrange(cell_type, geometry_order(mesh))
+    points, factors = basix.make_quadrature(cell_type, 2 * element.degree + 2)
+    corners = mesh.geometry.x[coordinate_dofs(mesh)[cell], :dimension]
+    jacobian = np.einsum("dqc,cx->qdx", geometry.tabulate(1, points)[1:, ..., 0], corners)
+    gradients = np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), element.tabulate(1, points)[1:, ..., 0])
+    weights = settings.width * factors * np.abs(np.linalg.det(jacobian))
+    first, second = settings.lame
+    count = gradients.shape[1]
+    # lambda div div + mu (grad : grad + grad : grad^T), the same as lambda div div + 2 mu eps : eps
+    divergence = np.einsum("q,qkx,qly->kxly", weights, gradients, gradients)
+    laplace = np.einsum("q,qkz,qlz->kl", weights, gradients, gradients)
+    stiffness = first * divergence + second * divergence.transpose(0, 3, 2, 1)
+    stiffness += second * np.einsum("kl,xy->kxly", laplace, np.eye(dimension))
+    return np.asarray(stiffness.reshape(count * dimension, count * dimension))

@@ -1,0 +1,141 @@
+"""Runs that cannot be trusted or cannot go on: exit status, what is told, and what is left on disk."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam
+from tests.command import DEMO, MAIN, RATTLE, alone, called, programmed, settings
+
+pytestmark = alone
+
+# Newmark on a contact a thousand times stiffer than the beam below it: every impact creates energy.
+GROWING = ("time.scheme=newmark", "contact.stiffness=1e14", *RATTLE, "time.end=0.02")
+# One iteration of the contact solve, no halving: the first time a face opens is one too many.
+STUCK = ("time.max_iterations=1", "time.max_halvings=0", *RATTLE, "time.end=0.02")
+
+POISON = f"""
+import solver.integrators.midpoint as module
+from dataclasses import replace
+
+honest = module.Midpoint.advance
+
+def poisoned(self, system, operators, law, state, dt, iterations):
+    step = honest(self, system, operators, law, state, dt, iterations)
+    if state.time < 1e-3:
+        return step
+    return replace(step, new=replace(step.new, {{part}}=step.new.{{part}} * {{factor}}))
+
+module.Midpoint.advance = poisoned
+{MAIN}
+"""
+
+
+def summary_of(folder: Path) -> dict[str, Any]:
+    """Return summary.json, read as strict JSON: no NaN in it."""
+
+    def refuse(word: str) -> None:
+        raise AssertionError(f"{word} in summary.json")
+
+    return json.loads((folder / "summary.json").read_text(encoding="utf-8"), parse_constant=refuse)
+
+
+def test_created_energy_fails_the_run(tmp_path: Path) -> None:
+    """Exit status 3, told when, how much and what to try; the records up to then can be read and show it."""
+    done = called("run", DEMO, *settings(*GROWING), "--output", tmp_path)
+    assert done.returncode == 3, done.stderr
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    for told in ("created", "at t = ", "scheme discrete-gradient", "time.step", "contact.stiffness", str(tmp_path)):
+        assert told in done.stderr
+    summary = summary_of(tmp_path)
+    assert (summary["status"], summary["exit_status"]) == ("failed", 3)
+    assert summary["message"] in done.stderr
+    assert summary["energy"]["relative_growth"] > summary["gates"]["limits"]["total_growth"]
+    history = gapbeam.open_results(tmp_path).history
+    assert 1 < history.sizes["time"] < 201
+    assert history["time"].values[-1] == pytest.approx(float(summary["message"].split()[3]), abs=1.5e-4)
+    assert history["algorithmic_dissipation"].values[-1] < 0.0
+
+
+def test_created_energy_can_be_accepted(tmp_path: Path) -> None:
+    """The same with gates.accept_energy_growth: to the end, exit status 0, and the summary warns of it."""
+    done = called("run", DEMO, *settings(*GROWING, "gates.accept_energy_growth=true"), "--output", tmp_path)
+    assert done.returncode == 0, done.stderr
+    summary = summary_of(tmp_path)
+    assert summary["status"] == "completed"
+    assert summary["energy"]["relative_growth"] > 0.05
+    assert [text for text in summary["warnings"] if "accepted by gates.accept_energy_growth" in text]
+    assert gapbeam.open_results(tmp_path).history.sizes["time"] == 201
+
+
+def test_conserving_scheme_passes_the_same_gates(tmp_path: Path) -> None:
+    """The remedy that the message names works: discrete-gradient on the same contact creates nothing."""
+    assert gapbeam.run(DEMO, [*GROWING, "time.scheme=discrete-gradient"], tmp_path).exit_status == 0
+    summary = summary_of(tmp_path)
+    assert abs(summary["energy"]["relative_growth"]) < 1e-6
+    assert summary["gates"]["violations"] == 0
+
+
+def test_step_that_does_not_converge_fails_the_run(tmp_path: Path) -> None:
+    """Exit status 4, told when, on which face and where, and what to try; the steps before it are on disk."""
+    done = called("run", DEMO, *settings(*STUCK), "--output", tmp_path)
+    assert done.returncode == 4, done.stderr
+    assert done.stdout == ""
+    assert "Traceback" not in done.stderr
+    summary = summary_of(tmp_path)
+    assert (summary["status"], summary["exit_status"]) == ("failed", 4)
+    message = summary["message"]
+    assert message in done.stderr
+    for told in ("with a step of 0.0001 s", ", point (", "did not converge in 1 iterations", "max_iterations"):
+        assert told in message
+    assert "at the base" in message or "at the gland" in message
+    history = gapbeam.open_results(tmp_path).history
+    assert history.sizes["time"] == summary["convergence"]["steps"] + 1 > 1
+    assert history["time"].values[-1] == pytest.approx(float(message.split()[3]), rel=1e-6)
+    assert np.isfinite(history["displacement"]).all()
+
+
+def test_halving_gets_over_the_step_that_did_not_converge(tmp_path: Path) -> None:
+    """The same with few iterations and halvings allowed: parts of steps are counted, and records stay whole steps."""
+    overrides = [*RATTLE, "time.end=0.01", "time.max_iterations=4", "time.max_halvings=12"]
+    outcome = gapbeam.run(DEMO, overrides, tmp_path)
+    assert outcome.exit_status == 0, outcome.message
+    convergence = outcome.summary["convergence"]
+    assert convergence["parts_of_halved_steps"] > 0
+    assert convergence["iterations_max"] <= 4
+    history = gapbeam.open_results(tmp_path).history
+    np.testing.assert_allclose(history["time"], 1e-4 * np.arange(101), rtol=1e-12)
+    assert history["time"].values[-1] == 0.01
+
+
+def test_beam_that_nothing_holds_fails_in_its_seat(tmp_path: Path) -> None:
+    """Gravity turned around with the beam in play: it seats at the gland instead, or the run says so with status 4."""
+    outcome = gapbeam.run(DEMO, ["load.gravity.direction=[0.0, 1.0]", "time.end=2.5e-3"], tmp_path)
+    assert outcome.exit_status == 0
+    seat = outcome.summary["seat"]
+    assert seat["gland_force"] > seat["base_force"] > 0.0
+
+
+@pytest.mark.parametrize(
+    ("part", "factor"),
+    [("u", "float('nan')"), ("v", "float('nan')"), ("u", "float('inf')"), ("v", "1e300"), ("depth", "float('nan')")],
+)
+def test_what_is_not_finite_is_never_a_success(part: str, factor: str, tmp_path: Path) -> None:
+    """A NaN or an infinity in the state after 1 ms: not status 0, never called done, and the summary is valid JSON."""
+    done = programmed(
+        POISON.format(part=part, factor=factor), "run", DEMO, *settings("time.end=5e-3"), "--output", tmp_path
+    )
+    assert done.returncode in (3, 4), done.stderr
+    assert "done:" not in done.stdout + done.stderr
+    assert "Traceback" not in done.stderr
+    summary = summary_of(tmp_path)
+    assert (summary["status"], summary["exit_status"]) == ("failed", done.returncode)
+    history = gapbeam.open_results(tmp_path).history
+    assert np.isfinite(history["displacement"]).all()
+    assert history["time"].values[-1] < 2e-3

@@ -11,25 +11,11 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import AllowInfNan, BaseModel, BeforeValidator, ConfigDict, Field, Strict
+from pydantic import Field
 
-Number = Annotated[float, Strict(), AllowInfNan(False)]
-Positive = Annotated[Number, Field(gt=0)]
-NonNegative = Annotated[Number, Field(ge=0)]
-Whole = Annotated[int, Strict()]
-Switch = Annotated[bool, Strict()]
-Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)]
-Vector = tuple[Number, Number] | tuple[Number, Number, Number]
-
-
-class Table(BaseModel):
-    """A table of the case file: immutable, unknown keys refused, no text or switch taken for a number.
-
-    Descriptions read "what it is, unit; default where the default is derived": messages, the JSON schema, the
-    case file that a run leaves behind and docs/case-files.md are made from them.
-    """
-
-    model_config = ConfigDict(frozen=True, extra="forbid")
+from solver.case_tables.contact import Contact
+from solver.case_tables.time import Time
+from solver.case_tables.values import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole
 
 
 class Beam(Table):
@@ -113,32 +99,6 @@ class Mesh(Table):
     )
 
 
-class Contact(Table):
-    """Unilateral contact at base and gland."""
-
-    formulation: Literal["penalty"] = Field(default="penalty", description="how the gap enters the equations")
-    stiffness: Literal["auto"] | Positive = Field(
-        default="auto",
-        description="penalty stiffness per area, Pa/m; auto: from the load, the clearance and the modulus",
-    )
-    damping: NonNegative = Field(default=0.0, description="Kelvin-Voigt damping per area, Pa s/m")
-    tension: Literal["clipped", "adhesive"] = Field(
-        default="clipped",
-        description="may the damper pull the face while it separates? clipped never, adhesive yes",
-    )
-    quadrature_degree: Whole | None = Field(
-        default=None,
-        ge=1,
-        le=20,
-        description="quadrature degree on the contact faces; default 2*mesh.degree + 2",
-    )
-    touch_depth: Literal["auto"] | Positive = Field(
-        default="auto",
-        description="depth over which the damped law is switched on (Newmark and generalized-alpha), m; "
-        "auto: 1e-8, at most 1e-4 of the clearance",
-    )
-
-
 class Gravity(Table):
     """Body force density * acceleration; part of the static seat."""
 
@@ -193,60 +153,6 @@ class Probe(Table):
     name: Name = Field(description="name in results, different for every probe", examples=["tip"])
     point: Number | Vector = Field(
         description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.51]
-    )
-
-
-class DiscreteGradient(Table):
-    """Midpoint rule with the discrete gradient of the contact potential: conserves energy at any step."""
-
-    type: Literal["discrete-gradient"] = Field(default="discrete-gradient", description="name of the scheme")
-
-
-class ImplicitMidpoint(Table):
-    """Midpoint rule with the contact pressure fully implicit: cheap, dissipates at impacts."""
-
-    type: Literal["implicit-midpoint"] = Field(description="name of the scheme")
-
-
-class Newmark(Table):
-    """Newmark (1959); creates energy with stiff contact."""
-
-    type: Literal["newmark"] = Field(description="name of the scheme")
-    beta: Number = Field(
-        default=0.25, gt=0, le=1, description="weight of the new acceleration in the displacement, no unit"
-    )
-    gamma: Number = Field(
-        default=0.5, ge=0.5, le=1, description="weight of the new acceleration in the velocity, no unit"
-    )
-
-
-class GeneralizedAlpha(Table):
-    """Generalized-alpha, Chung and Hulbert (1993)."""
-
-    type: Literal["generalized-alpha"] = Field(description="name of the scheme")
-    rho_inf: Number = Field(default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit")
-
-
-Scheme = Annotated[DiscreteGradient | ImplicitMidpoint | Newmark | GeneralizedAlpha, Field(discriminator="type")]
-
-
-def _named_scheme(value: object) -> object:
-    """Read a plain name, scheme = "newmark", as the table that holds only that type."""
-    return {"type": value} if isinstance(value, str) else value
-
-
-class Time(Table):
-    """Span, step and scheme."""
-
-    end: Positive = Field(description="end of the run, s", examples=[0.6])
-    step: Positive = Field(description="time step, s", examples=[1.0e-4])
-    scheme: Annotated[Scheme, BeforeValidator(_named_scheme)] = Field(
-        default=DiscreteGradient(),
-        description="time integration: a name, or a table with the type and its keys",
-    )
-    max_halvings: Whole = Field(default=6, ge=0, le=20, description="how often a step that does not converge is halved")
-    max_iterations: Whole = Field(
-        default=60, ge=1, le=1000, description="largest number of contact iterations in one step"
     )
 
 

@@ -6,12 +6,15 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce
+from solver.case_tables.contact import AugmentedLagrangian, Unilateral
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
 SOFTEST = 0.05  # of E/h
 STIFFEST_CONSERVING = 100.0  # of E/h, for schemes that cannot create energy
 STIFFEST_OTHERS = 1.0
+RIGID = 1.0e8  # of E/h, for unilateral contact: compresses by 1e-8 of what the body does
+AUGMENTED = 10.0  # of E/h, for multipliers
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
@@ -69,9 +72,18 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
         case: The case.
         cell_length: Length h of the facets of the contact faces along the beam, m.
     """
+    law, formulation = case.contact.law, case.contact.formulation
+    unit = "Pa/m" if getattr(law, "exponent", 1.0) == 1.0 else f"Pa/m^{getattr(law, 'exponent', 1.0):g}"
     if case.contact.stiffness != "auto":
-        return Default("contact.stiffness", case.contact.stiffness, "Pa/m", "given in the case")
+        return Default("contact.stiffness", case.contact.stiffness, unit, "given in the case")
+    body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"
     body = case.material.young_modulus / cell_length
+    if isinstance(formulation, Unilateral):
+        reason = f"{RIGID:g} E/h: rigid beside the body ({body_words})"
+        return Default("contact.stiffness", RIGID * body, "Pa/m", reason)
+    if isinstance(formulation, AugmentedLagrangian):
+        reason = f"{AUGMENTED:g} E/h: multipliers settle in a few updates ({body_words})"
+        return Default("contact.stiffness", AUGMENTED * body, "Pa/m", reason)
     pressure = IMPACT * support_reaction(case) / (case.beam.width * cell_length)
     clearance = abs(case.support.clearance)
     if case.support.clearance < 0.0:
@@ -86,7 +98,6 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
         why = f"penetration of {WANTED_RATIO:.0%} of the clearance under an impact pressure of {pressure:.3g} Pa"
     else:
         why = f"{SOFTEST:g} E/h: as stiff as the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
-    body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"
     return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})")
 
 

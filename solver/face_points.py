@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from typing import Any
 
 import basix
@@ -12,6 +12,19 @@ from mpi4py import MPI
 
 from meshes.compat import coordinate_dofs, geometry_order
 from solver.system import Array, Indices
+
+
+@dataclass(frozen=True)
+class PointRule:
+    """Where the contact points of a facet lie.
+
+    Attributes:
+        degree: Of the quadrature; of the nodes if nodal.
+        nodal: The points are the nodes of a Lagrange space, with lumped areas that are all positive.
+    """
+
+    degree: int
+    nodal: bool = False
 
 
 @dataclass(frozen=True)
@@ -41,6 +54,10 @@ class FacePoints:
             **{field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)}
         )
 
+    def taken(self, rows: Indices) -> FacePoints:
+        """Return some of the points."""
+        return FacePoints(**{field.name: getattr(self, field.name)[rows] for field in fields(FacePoints)})
+
 
 @dataclass(frozen=True)
 class _Rule:
@@ -63,7 +80,7 @@ class _Rule:
     factors: Array
 
 
-def face_points(space: Any, facets: Indices, degree: int, width: float) -> FacePoints:
+def face_points(space: Any, facets: Indices, rule: PointRule, width: float) -> FacePoints:
     """Tabulate a scalar or blocked Lagrange space at the quadrature points of facets of this rank.
 
     The faces are met along the bending axis (the last one), so weights are areas projected on it.
@@ -71,7 +88,7 @@ def face_points(space: Any, facets: Indices, degree: int, width: float) -> FaceP
     Args:
         space: The space; its nodes (blocks) are meant, not its components.
         facets: Local numbers of exterior facets.
-        degree: Quadrature degree.
+        rule: Where the points of a facet lie.
         width: Factor of the weights.
 
     Not collective; facets of ghost cells are left out, so every facet counts on one rank only.
@@ -83,7 +100,7 @@ def face_points(space: Any, facets: Indices, degree: int, width: float) -> FaceP
     facet_to_cell = topology.connectivity(dimension - 1, dimension)
     cell_to_facet = topology.connectivity(dimension, dimension - 1)
     owned_cells = topology.index_map(dimension).size_local
-    rules = _rules(space, degree)
+    rules = _rules(space, rule)
     coordinates, cell_coordinates = mesh.geometry.x, coordinate_dofs(mesh)
     count = rules[0].basis.shape[1]
     first_cell = topology.index_map(dimension).local_range[0]
@@ -101,34 +118,50 @@ def face_points(space: Any, facets: Indices, degree: int, width: float) -> FaceP
         cell = facet_to_cell.links(facet)[0]
         if cell >= owned_cells:
             continue
-        rule = rules[int(np.flatnonzero(cell_to_facet.links(cell) == facet)[0])]
+        here = rules[int(np.flatnonzero(cell_to_facet.links(cell) == facet)[0])]
         corners = coordinates[cell_coordinates[cell]]
         cell_nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
-        jacobian = np.einsum("dqc,cx->qdx", rule.shape_derivatives, corners[:, :dimension])
+        jacobian = np.einsum("dqc,cx->qdx", here.shape_derivatives, corners[:, :dimension])
         parts.append(
             FacePoints(
-                np.broadcast_to(cell_nodes, rule.basis.shape).astype(np.int64),
-                rule.basis,
-                rule.factors * width * _projected(np.einsum("td,qdx->tqx", rule.tangents, jacobian)),
-                rule.shape @ corners,
-                np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), rule.derivatives),
-                np.full(len(rule.factors), first_cell + cell),
+                np.broadcast_to(cell_nodes, here.basis.shape).astype(np.int64),
+                here.basis,
+                here.factors * width * _projected(np.einsum("td,qdx->tqx", here.tangents, jacobian)),
+                here.shape @ corners,
+                np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), here.derivatives),
+                np.full(len(here.factors), first_cell + cell),
             )
         )
     return FacePoints.join(parts)
 
 
-def gather_points(comm: MPI.Comm, points: FacePoints) -> FacePoints:
-    """Return the points of all ranks, ordered along the beam and across it. Collective."""
+def gather_points(comm: MPI.Comm, points: FacePoints, merged: bool = False) -> FacePoints:
+    """Return the points of all ranks, ordered along the beam and across it.
+
+    Args:
+        comm: The ranks.
+        points: Those of this rank.
+        merged: Make one of points that coincide, with the sum of their weights: for points at nodes.
+
+    Collective.
+    """
     points = FacePoints.join(comm.allgather(points))
-    order = along_beam(points.positions)
-    return FacePoints(**{field.name: getattr(points, field.name)[order] for field in fields(FacePoints)})
+    points = points.taken(along_beam(points.positions))
+    if not merged or len(points.weights) == 0:
+        return points
+    apart = np.any(np.diff(_rounded(points.positions), axis=0) != 0.0, axis=1)
+    starts = np.flatnonzero(np.concatenate([[True], apart]))
+    return replace(points.taken(starts), weights=np.add.reduceat(points.weights, starts))
+
+
+def _rounded(positions: Array) -> Array:
+    span = float(np.ptp(positions[:, 0])) if len(positions) else 1.0
+    return np.asarray(np.round(positions / max(span, 1e-300) * 1e7))
 
 
 def along_beam(positions: Array) -> Indices:
     """Return the order by x, then y, then z, insensitive to round-off."""
-    span = float(np.ptp(positions[:, 0])) if len(positions) else 1.0
-    rounded = np.round(positions / max(span, 1e-300) * 1e7)
+    rounded = _rounded(positions)
     return np.asarray(np.lexsort((rounded[:, 2], rounded[:, 1], rounded[:, 0])), dtype=np.int64)
 
 
@@ -140,7 +173,7 @@ def _projected(tangents: Array) -> Array:
     return np.asarray(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]))
 
 
-def _rules(space: Any, degree: int) -> list[_Rule]:
+def _rules(space: Any, rule: PointRule) -> list[_Rule]:
     """Return one rule for each facet of the reference cell."""
     mesh = space.mesh
     dimension = mesh.topology.dim
@@ -150,7 +183,9 @@ def _rules(space: Any, degree: int) -> list[_Rule]:
     rules = []
     for facet in basix.topology(cell_type)[dimension - 1]:
         corners = basix.geometry(cell_type)[facet]
-        points, factors = basix.make_quadrature(_FACETS[dimension, len(corners)], degree)
+        facet_type = _FACETS[dimension, len(corners)]
+        place = _nodal_rule if rule.nodal else basix.make_quadrature
+        points, factors = place(facet_type, rule.degree)
         tangents = corners[1:dimension] - corners[0]
         on_cell = corners[0] + points @ tangents
         basis, shape = element.tabulate(1, on_cell)[..., 0], geometry.tabulate(1, on_cell)[..., 0]
@@ -163,6 +198,18 @@ _FACETS = {
     (3, 3): basix.CellType.triangle,
     (3, 4): basix.CellType.quadrilateral,
 }
+
+
+def _nodal_rule(facet_type: Any, degree: int) -> tuple[Array, Array]:
+    """Return the nodes of a facet and positive weights: Gauss-Lobatto's, on triangles lumped."""
+    if facet_type != basix.CellType.triangle:
+        points, weights = basix.make_quadrature(facet_type, 2 * degree - 1, basix.QuadratureType.gll)
+        return np.asarray(points), np.asarray(weights)
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    if degree == 1:
+        return corners, np.full(3, 1.0 / 6.0)
+    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
+    return np.vstack([corners, middles]), np.repeat([1.0 / 24.0, 1.0 / 8.0], 3)
 
 
 def lagrange(cell_type: Any, degree: int) -> Any:

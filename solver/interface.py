@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from solver.face_points import FacePoints, along_beam, face_points, gather_points
+from solver.face_points import FacePoints, PointRule, along_beam, face_points, gather_points
 from solver.nitsche import Nitsche, correction, stress_rows, trace_bounds
 from solver.system import Array, ContactOperator, Indices, Interface, Springs
 
@@ -37,7 +37,7 @@ class NitscheContact:
 
 
 def contact_operator(
-    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, degree: int
+    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, rule: PointRule
 ) -> ContactOperator:
     """Build G, w and g0 for base (below, gap u) and gland (above, gap clearance - u).
 
@@ -46,12 +46,12 @@ def contact_operator(
         faces: Local facets of "base" and "gland".
         clearance: m, of any sign.
         width: Factor of the weights in 2D, 1 in 3D, m.
-        degree: Quadrature degree on the facets.
+        rule: Where the contact points of a facet lie.
 
     Collective.
     """
     axis, block = space.mesh.geometry.dim - 1, space.dofmap.index_map_bs
-    points, _ = _points(space, faces, width, degree)
+    points, _ = _points(space, faces, width, rule)
     used = np.abs(points.merged.values) > NO_ENTRY
     numbers = points.merged.nodes * block + axis
     interface, slots = _interface(space, [numbers[rows][used[rows]] for rows in points.rows], block)
@@ -62,11 +62,11 @@ def contact_operator(
 
 
 def nitsche_operator(
-    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, degree: int, settings: Nitsche
+    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, rule: PointRule, settings: Nitsche
 ) -> NitscheContact:
     """Build G_N, H_N, w, g0, gamma and the correction of K; arguments as in `contact_operator`. Collective."""
     dimension, block = space.mesh.geometry.dim, space.dofmap.index_map_bs
-    points, local_points = _points(space, faces, width, degree)
+    points, local_points = _points(space, faces, width, rule)
     bounds = trace_bounds(space, local_points, settings)
     gamma = settings.factor * np.array([bounds[int(cell)] for cell in points.merged.cells])
     numbers = points.merged.nodes[:, :, None] * block + np.arange(dimension)
@@ -127,11 +127,11 @@ def gap_axis(points: FacePoints) -> int:
 
 
 def _points(
-    space: Any, faces: Mapping[str, Indices], width: float, degree: int
+    space: Any, faces: Mapping[str, Indices], width: float, rule: PointRule
 ) -> tuple[_Points, dict[str, FacePoints]]:
     """Return the points of all ranks, and those of this rank by face. Collective."""
-    mine = {name: face_points(space, facets, degree, width) for name, facets in faces.items()}
-    gathered = [gather_points(space.mesh.comm, points) for points in mine.values()]
+    mine = {name: face_points(space, facets, rule, width) for name, facets in faces.items()}
+    gathered = [gather_points(space.mesh.comm, points, merged=rule.nodal) for points in mine.values()]
     ends = np.cumsum([len(points.weights) for points in gathered])
     rows = [slice(int(end) - len(points.weights), int(end)) for end, points in zip(ends, gathered, strict=True)]
     signs = np.concatenate(

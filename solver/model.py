@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 
 import basix.ufl
@@ -13,15 +14,19 @@ from mpi4py import MPI
 from meshes.describe import describe
 from meshes.tagged import TaggedMesh
 from solver.case import Case
-from solver.contact.law import ContactLaw, kelvin_voigt
+from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
+from solver.contact.choice import make_law
+from solver.contact.law import ContactLaw
 from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
-from solver.elasticity import elastic_forms
-from solver.interface import contact_operator
+from solver.elasticity import elastic_forms, lame
+from solver.face_points import PointRule
+from solver.interface import contact_operator, nitsche_operator
 from solver.loads.patterns import axis_point, make_loads
 from solver.mesh_of_case import mesh_of_case
+from solver.nitsche import Nitsche
 from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
-from solver.system import SemiDiscreteSystem
+from solver.system import Array, ContactOperator, Indices, SemiDiscreteSystem, Springs
 
 
 @dataclass(frozen=True)
@@ -56,14 +61,19 @@ class Model:
         return int(self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs)
 
     @property
-    def quadrature_degree(self) -> int:
-        """Quadrature degree on the contact facets."""
-        return facet_quadrature(self.case)
+    def point_rule(self) -> PointRule:
+        """Where the contact points of a facet lie."""
+        return point_rule(self.case)
 
 
-def facet_quadrature(case: Case) -> int:
-    """Return the quadrature degree on contact facets, given or 2 degree + 2."""
-    return case.contact.quadrature_degree or 2 * case.mesh.degree + 2
+def point_rule(case: Case) -> PointRule:
+    """Return where contact points lie: quadrature of the degree given or 2 degree + 2, or the nodes.
+
+    Constraints need points that are not more than the DOFs they constrain; pressures that follow a law do not.
+    """
+    if isinstance(case.contact.formulation, Unilateral | AugmentedLagrangian):
+        return PointRule(case.mesh.degree, nodal=True)
+    return PointRule(case.contact.quadrature_degree or 2 * case.mesh.degree + 2)
 
 
 def build_model(case: Case, comm: MPI.Comm) -> Model:
@@ -84,36 +94,46 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     element = basix.ufl.element("Lagrange", mesh.basix_cell(), case.mesh.degree, shape=(dimension,))
     space = fem.functionspace(mesh, element)
     faces = {name: tagged.facets_of(name) for name in ("base", "gland")}
+    facet_length = describe(tagged)["mean_contact_facet_length"]
+    contact, chosen, gamma, correction = _contact(case, space, faces, width, facet_length)
+    area = float(contact.weights.sum())
     measure = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)
-    contact = contact_operator(space, faces, case.support.clearance, width, facet_quadrature(case))
-    area = float(contact.weights.sum()) / width
     forms = elastic_forms(
         space,
         case.material,
         case.mesh.plane == "stress",
         width,
-        (case.restraint.axial / (area * width), case.restraint.lateral / (area * width)),
+        (case.restraint.axial / area, case.restraint.lateral / area),
         measure((tagged.groups["base"], tagged.groups["gland"])),
     )
-    operators = PetscOperators(forms, space)
+    operators = PetscOperators(forms, space, correction)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
-    facet_length = describe(tagged)["mean_contact_facet_length"]
-    stiffness = contact_stiffness(case, facet_length)
     probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
     return Model(
         case,
         tagged,
         space,
         system,
-        kelvin_voigt(
-            stiffness.value,
-            case.contact.damping,
-            case.contact.tension == "adhesive",
-            touch_depth(case),
-        ),
+        make_law(case.contact, chosen.value if gamma is None else gamma, touch_depth(case)),
         probes,
-        (stiffness,),
-        seat_springs(case, stiffness.value, facet_length, area * width),
+        (chosen,),
+        seat_springs(case, chosen.value, facet_length, area),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )
+
+
+def _contact(
+    case: Case, space: fem.FunctionSpace, faces: Mapping[str, Indices], width: float, facet_length: float
+) -> tuple[ContactOperator, Default, Array | None, Springs | None]:
+    """Return operator, stiffness with its reason, gamma at each point and correction of K (both for Nitsche only)."""
+    clearance, rule, formulation = case.support.clearance, point_rule(case), case.contact.formulation
+    if not isinstance(formulation, NitscheMethod):
+        operator = contact_operator(space, faces, clearance, width, rule)
+        return operator, contact_stiffness(case, facet_length), None, None
+    plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
+    settings = Nitsche(formulation.theta, formulation.factor, lame(case.material, plane_stress), width)
+    nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
+    reason = f"{formulation.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
+    chosen = Default("Nitsche's gamma", float(nitsche.gamma.max()), "Pa/m", reason)
+    return nitsche.operator, chosen, nitsche.gamma, nitsche.correction

@@ -67,16 +67,19 @@ class PetscOperators:
     Args:
         forms: The UFL forms.
         space: The vector space they live on.
+        correction: What a contact formulation adds to K.
 
     Collective to make and to use.
     """
 
-    def __init__(self, forms: ElasticForms, space: fem.FunctionSpace) -> None:
+    def __init__(self, forms: ElasticForms, space: fem.FunctionSpace, correction: Springs | None = None) -> None:
         self._comm = space.mesh.comm
         self._mass = _assemble(forms.mass)
         self._restraint = _assemble(forms.restraint)
         self._stiffness = _assemble(forms.stiffness)
         self._stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        if correction is not None:
+            self._add_springs(self._stiffness, correction)
         self._components = space.dofmap.index_map_bs
         self.size = self._mass.getLocalSize()[0]
         # Every component has the same mass matrix: products with one of them cost a ninth (3D) of the whole.

@@ -135,6 +135,12 @@ class ContactOperator:
         matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
         return np.asarray(-(self.initial_gap + matrix @ interface_values))
 
+    def penetration_of(self, state: State, operators: Operators) -> Array:
+        """Return the penetration of the faces in a state, (m,), m. Collective for Nitsche's method."""
+        if self.geometry_matrix is None:
+            return state.depth
+        return self.penetration(self.interface.trace(state.u[VALUE], operators))
+
     def springs(self, stiffness: float) -> Springs:
         """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed."""
         matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix

@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import json
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
@@ -14,6 +16,25 @@ PROJECT = Path(__file__).parents[1]
 DEMO = PROJECT / "cases" / "demo.toml"
 GAPBEAM = (sys.executable, "-m", "gapbeam")
 MAIN = "import sys; from gapbeam.command_line import main; main(sys.argv[1:])"
+
+SEVERAL = """
+import contextlib, io, json, sys, traceback
+from gapbeam.command_line import main
+
+told = []
+for arguments in json.loads(sys.argv[1]):
+    out, err = io.StringIO(), io.StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
+        try:
+            main(arguments)
+        except SystemExit as leaving:
+            status = leaving.code
+        except BaseException:
+            traceback.print_exc()
+            status = 1
+    told.append((status, out.getvalue(), err.getvalue()))
+print(json.dumps(told))
+"""
 
 # A process of its own does not start ranks of MPI beside those that run the tests.
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts processes of its own")
@@ -35,6 +56,15 @@ def called(*arguments: str | Path, timeout: float = 120.0) -> subprocess.Complet
 def programmed(program: str, *arguments: str | Path, timeout: float = 120.0) -> subprocess.CompletedProcess[str]:
     """Run a Python program, which may change something before it calls the command line."""
     return _done([sys.executable, "-c", program, *map(str, arguments)], timeout)
+
+
+def called_in_turn(*calls: Sequence[str | Path]) -> list[subprocess.CompletedProcess[str]]:
+    """Call the command line several times in one process, which saves the imports."""
+    words = [list(map(str, arguments)) for arguments in calls]
+    done = programmed(SEVERAL, json.dumps(words))
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    return [subprocess.CompletedProcess(arguments, *one) for arguments, one in zip(words, told, strict=True)]
 
 
 def on_ranks(

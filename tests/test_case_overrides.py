@@ -6,9 +6,10 @@ from pathlib import Path
 
 import pytest
 
-from solver.case import Damping, GeneralizedAlpha, HarmonicForce, Newmark
+from solver.case import Damping, HarmonicForce
 from solver.case_file.overrides import parse_value
 from solver.case_file.reader import read_case
+from solver.case_tables.time import GeneralizedAlpha, Newmark
 from tests.case_texts import faults_of, spoiled, written
 
 

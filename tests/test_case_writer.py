@@ -10,10 +10,11 @@ import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
-from solver.case import Case, DiscreteGradient
+from solver.case import Case
 from solver.case_file.consistency import contradictions_in
 from solver.case_file.keys import tables
 from solver.case_file.reader import CaseError, case_to_toml, read_case, warnings
+from solver.case_tables.time import DiscreteGradient
 from tests.case_texts import GOOD, written
 
 CASES = sorted((Path(__file__).parents[1] / "cases").glob("*.toml"))

@@ -114,7 +114,7 @@ def test_adams_impact(name: str) -> None:
     new=st.floats(-1e-4, 1e-4),
     stiffness=st.floats(1e2, 1e14),
 )
-def test_mean_pressure_does_the_work_of_the_potential(exponent: float, old: float, new: float, stiffness: float) -> None:
+def test_mean_pressure_does_the_work(exponent: float, old: float, new: float, stiffness: float) -> None:
     """(d1 - d0) p = psi(d1) - psi(d0) for any two depths, and p does not decrease in d1."""
     spring = Spring(stiffness, exponent)
     depths = np.array([old]), np.array([new])

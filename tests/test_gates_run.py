@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,30 +11,22 @@ import numpy as np
 import pytest
 
 import gapbeam
-from tests.command import DEMO, MAIN, RATTLE, alone, called, programmed, settings
+from solver.integrators.midpoint import Midpoint
+from solver.system import Step
+from tests.command import DEMO, RATTLE, alone, called, settings
 
 pytestmark = alone
 
 # Newmark on a contact a thousand times stiffer than the beam below it: every impact creates energy.
 GROWING = ("time.scheme=newmark", "contact.stiffness=1e14", *RATTLE, "time.end=0.02")
 # One iteration of the contact solve, no halving: the first time a face opens is one too many.
-STUCK = ("time.max_iterations=1", "time.max_halvings=0", *RATTLE, "time.end=0.02")
-
-POISON = f"""
-import solver.integrators.midpoint as module
-from dataclasses import replace
-
-honest = module.Midpoint.advance
-
-def poisoned(self, system, operators, law, state, dt, iterations):
-    step = honest(self, system, operators, law, state, dt, iterations)
-    if state.time < 1e-3:
-        return step
-    return replace(step, new=replace(step.new, {{part}}=step.new.{{part}} * {{factor}}))
-
-module.Midpoint.advance = poisoned
-{MAIN}
-"""
+STUCK = (
+    "time.max_iterations=1",
+    "time.max_halvings=0",
+    "load.shaker.amplitude=100.0",
+    "load.shaker.ramp=0.0",
+    "time.end=0.02",
+)
 
 
 def summary_of(folder: Path) -> dict[str, Any]:
@@ -108,34 +101,48 @@ def test_halving_gets_over_the_step_that_did_not_converge(tmp_path: Path) -> Non
     assert outcome.exit_status == 0, outcome.message
     convergence = outcome.summary["convergence"]
     assert convergence["parts_of_halved_steps"] > 0
-    assert convergence["iterations_max"] <= 4
     history = gapbeam.open_results(tmp_path).history
     np.testing.assert_allclose(history["time"], 1e-4 * np.arange(101), rtol=1e-12)
     assert history["time"].values[-1] == 0.01
 
 
-def test_beam_that_nothing_holds_fails_in_its_seat(tmp_path: Path) -> None:
-    """Gravity turned around with the beam in play: it seats at the gland instead, or the run says so with status 4."""
-    outcome = gapbeam.run(DEMO, ["load.gravity.direction=[0.0, 1.0]", "time.end=2.5e-3"], tmp_path)
-    assert outcome.exit_status == 0
-    seat = outcome.summary["seat"]
-    assert seat["gland_force"] > seat["base_force"] > 0.0
-
-
 @pytest.mark.parametrize(
     ("part", "factor"),
-    [("u", "float('nan')"), ("v", "float('nan')"), ("u", "float('inf')"), ("v", "1e300"), ("depth", "float('nan')")],
+    [("u", np.nan), ("v", np.nan), ("u", np.inf), ("v", 1e300), ("depth", np.nan)],
 )
-def test_what_is_not_finite_is_never_a_success(part: str, factor: str, tmp_path: Path) -> None:
-    """A NaN or an infinity in the state after 1 ms: not status 0, never called done, and the summary is valid JSON."""
-    done = programmed(
-        POISON.format(part=part, factor=factor), "run", DEMO, *settings("time.end=5e-3"), "--output", tmp_path
-    )
-    assert done.returncode in (3, 4), done.stderr
-    assert "done:" not in done.stdout + done.stderr
-    assert "Traceback" not in done.stderr
+def test_what_is_not_finite_is_never_a_success(
+    part: str, factor: float, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A NaN or an infinity in the state after 1 ms: not status 0, and what is on disk up to then is finite."""
+    poison(monkeypatch, part, factor, 1e-3)
+    with np.errstate(all="ignore"):
+        outcome = gapbeam.run(DEMO, ["time.end=5e-3"], tmp_path)
+    assert outcome.exit_status in (3, 4), outcome.message
     summary = summary_of(tmp_path)
-    assert (summary["status"], summary["exit_status"]) == ("failed", done.returncode)
+    assert (summary["status"], summary["exit_status"]) == ("failed", outcome.exit_status)
     history = gapbeam.open_results(tmp_path).history
     assert np.isfinite(history["displacement"]).all()
-    assert history["time"].values[-1] < 2e-3
+    assert np.isfinite(history["contact_force"]).all()
+    assert 5e-4 < history["time"].values[-1] < 1.5e-3
+
+
+@pytest.mark.xfail(strict=True, reason="the gate looks at the energy, which the last pressure is no part of")
+def test_pressure_of_the_last_step_is_finite(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A NaN in the contact pressure of the very last step, after which nothing can trip over it: not status 0."""
+    poison(monkeypatch, "pressure", np.nan, 5e-3)
+    with np.errstate(all="ignore"):
+        outcome = gapbeam.run(DEMO, ["time.end=5e-3"], tmp_path)
+    assert outcome.exit_status == 4
+
+
+def poison(monkeypatch: pytest.MonkeyPatch, part: str, factor: float, after: float) -> None:
+    """Multiply a part of every state from a time on."""
+    honest = Midpoint.advance
+
+    def poisoned(self: Midpoint, *arguments: Any) -> Step:
+        step = honest(self, *arguments)
+        if step.new.time < after - 1e-9:
+            return step
+        return replace(step, new=replace(step.new, **{part: getattr(step.new, part) * factor}))
+
+    monkeypatch.setattr(Midpoint, "advance", poisoned)

@@ -143,14 +143,14 @@ def test_solid_beam_of_li_agrees(tmp_path: Path) -> None:
     """The first 0.01 s of cases/li2013.toml, 29 000 DOFs: histories against one rank.
 
     Hardly anything drives the beam across its bending plane, where a weak spring at one end is all that holds it:
-    round-off turns it by about 1e-8 m at the tip. So the lateral displacement is held to 0.1 % of the clearance.
+    round-off moves its tip by some 1e-7 m. So the lateral displacement is held to 0.1 % of the clearance, and the
+    rest, which holds the energy of that spring, to five times the tolerances of the small cases.
     """
-    overrides = ("time.end=0.01", "load.shaker.amplitude=500.0", "load.shaker.ramp=0.0")
-    results = run_on_ranks(PROJECT / "cases" / "li2013.toml", overrides, tmp_path, timeout=600.0)
+    results = run_on_ranks(PROJECT / "cases" / "li2013.toml", (*RATTLE, "time.end=0.01"), tmp_path, timeout=600.0)
     histories = [one.history for one in results]
     lateral = [history["displacement"].sel(component="y").values for history in histories]
     for one in lateral[1:]:
         assert np.abs(one - lateral[0]).max() < 1e-3 * 0.107e-3
     for history in histories:
         history["displacement"].loc[{"component": "y"}] = 0.0
-    assert too_far(results, loosened=10.0) == {}
+    assert too_far(results, loosened=5.0) == {}

@@ -68,7 +68,9 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     for iteration in range(1, MAX_ITERATIONS + 1):
         free = condensed.solve_free(force - u[STIFFNESS])
         free_depth = depth - contact.gap_matrix @ contact.interface.trace(free, operators)
-        solution = solve_contact(condensed, 1.0, free_depth, contact.weights, law.static, point_forces)
+        solution = solve_contact(
+            condensed, 1.0, free_depth, contact.weights, law.static, point_forces, augmented=law.augmented
+        )
         moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.forces))
         moved += u
         point_forces = solution.forces
@@ -77,7 +79,8 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         potential = 2.0 * float(contact.weights @ law.potential(depth))
         updates.append(float(np.sqrt(abs(change) / (abs(energy) + potential))) if change != 0.0 else 0.0)
         if updates[-1] <= TOLERANCE or (updates[-1] <= STALLED and _is_noise(updates)):
-            return Seat(_at_rest(law, u, depth, carries_acceleration), updates[-1], iteration)
+            pressure = point_forces / contact.weights
+            return Seat(_at_rest(u, depth, pressure, carries_acceleration), updates[-1], iteration)
     raise NotConverged(
         f"no static seat was found in {MAX_ITERATIONS} iterations (last relative update {updates[-1]:.2e}): "
         "the static loads push the beam where neither base, gland nor restraint holds it; "
@@ -91,13 +94,13 @@ def _is_noise(updates: list[float]) -> bool:
     return len(updates) > NOISY and min(updates[-NOISY:]) >= 0.5 * updates[-NOISY - 1]
 
 
-def _at_rest(law: ContactLaw, u: Imaged, depth: Array, carries_acceleration: bool) -> State:
+def _at_rest(u: Imaged, depth: Array, pressure: Array, carries_acceleration: bool) -> State:
     rest = np.zeros_like(u)
     return State(
         time=0.0,
         u=u,
         v=rest,
         depth=depth,
-        pressure=law.static(depth).pressure,
+        pressure=pressure,
         a=rest.copy() if carries_acceleration else None,
     )

@@ -9,7 +9,6 @@ from solver.case import (
     BaseMotion,
     Beam,
     Case,
-    Contact,
     Damping,
     Gates,
     Gravity,
@@ -17,7 +16,6 @@ from solver.case import (
     Material,
     Output,
     Support,
-    Time,
 )
 from solver.case_file.faults import Fault, Key
 from solver.case_file.geometry import (
@@ -39,6 +37,8 @@ from solver.case_file.places import (
     probes_have_a_node,
     probes_lie_in_the_beam,
 )
+from solver.case_tables.contact import AugmentedLagrangian, Contact, NitscheMethod, Penalty, Unilateral
+from solver.case_tables.time import Time
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
@@ -180,12 +180,51 @@ def contact_is_shallow(support: Support, contact: Contact) -> Iterator[Fault]:
         )
 
 
+def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
+    """Formulation, law, stiffness and damping go together."""
+    formulation, law = contact.formulation, contact.law
+    plain, where = isinstance(formulation, Penalty), (("contact", "formulation"),)
+    exponent = getattr(law, "exponent", 1.0)
+    if not plain and law.type != "kelvin-voigt":
+        expected = f"kelvin-voigt, the law that the formulation {formulation.type} knows"
+        yield Fault(("contact", "law"), law.type, expected, 'formulation = "penalty"', where)
+    if contact.damping > 0.0 and not (plain and law.type == "kelvin-voigt"):
+        what = f"the law {law.type} brings its own" if plain else f"the formulation {formulation.type} has no"
+        found, related = f"{contact.damping:g} Pa s/m", (("contact", "law" if plain else "formulation"),)
+        yield Fault(("contact", "damping"), found, f"0: {what} damping", "leave damping out", related)
+    if contact.stiffness != "auto" and isinstance(formulation, NitscheMethod | Unilateral):
+        expected = f'"auto": the formulation {formulation.type} has no stiffness to choose'
+        yield Fault(("contact", "stiffness"), f"{contact.stiffness:g} Pa/m", expected, "leave stiffness out", where)
+    if contact.stiffness == "auto" and exponent > 1.0:
+        expected = f"a number in Pa/m^{exponent:g}: it cannot be computed for a law with an exponent"
+        yield Fault(("contact", "stiffness"), '"auto"', expected, "stiffness = 1e15", (("contact", "law"),))
+
+
+def scheme_fits_the_formulation(contact: Contact, time: Time) -> Iterator[Fault]:
+    """A discrete gradient needs a contact potential."""
+    match contact.formulation:
+        case AugmentedLagrangian():
+            found = "augmented-lagrangian"
+        case NitscheMethod(theta=theta) if theta != 1:
+            found = f"nitsche, theta = {theta}"
+        case _:
+            return
+    if time.scheme.type == "discrete-gradient":
+        yield Fault(
+            ("time", "scheme"),
+            f"discrete-gradient with the formulation {found}",
+            "a scheme that asks for no contact potential, which this formulation does not have",
+            'scheme = "implicit-midpoint"',
+            (("contact", "formulation"),),
+        )
+
+
 def contact_carries_the_beam(
     beam: Beam, material: Material, support: Support, contact: Contact, load: Loads
 ) -> Iterator[Fault]:
     """The contact is stiff enough for the weight not to push the beam through its support."""
     gravity = max((entry.acceleration for entry in load.values() if isinstance(entry, Gravity)), default=0.0)
-    if contact.stiffness == "auto" or gravity == 0.0:
+    if contact.stiffness == "auto" or gravity == 0.0 or getattr(contact.law, "exponent", 1.0) > 1.0:
         return
     pressure = material.density * gravity * beam.thickness * beam.length / support.length
     if pressure / contact.stiffness > beam.thickness:
@@ -230,6 +269,8 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     step_follows_the_forcing,
     outputs_fall_on_steps,
     contact_is_shallow,
+    law_fits_the_formulation,
+    scheme_fits_the_formulation,
     contact_carries_the_beam,
     gates_are_in_order,
 )

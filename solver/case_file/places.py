@@ -7,8 +7,9 @@ from itertools import combinations, pairwise
 from operator import itemgetter
 
 from meshes.geometry import CLOSEST, SNAP
-from solver.case import Beam, Gravity, HarmonicForce, Load, Mesh, Probe, Support, Vector
+from solver.case import Beam, Gravity, HarmonicForce, Load, Mesh, Probe, Support
 from solver.case_file.faults import Fault, Key
+from solver.case_tables.values import Vector
 
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""

@@ -4,17 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from solver.case import Case, Time
+from solver.case import Case
 from solver.case_file.keys import models_in, type_name
+from solver.case_tables.contact import Contact
+from solver.case_tables.time import Time
+
+NAMED = ((Time, "scheme"), (Contact, "formulation"), (Contact, "law"))
+"""Keys that take a name or a table."""
 
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a case file."""
     document = _without_null(Case.model_json_schema())
-    scheme = document["$defs"]["Time"]["properties"]["scheme"]
-    tables = {key: scheme.pop(key) for key in ("oneOf", "discriminator")}
-    names = [type_name(model) for model in models_in(Time.model_fields["scheme"].annotation)]
-    scheme["anyOf"] = [{"enum": names}, tables]
+    for table, key in NAMED:
+        entry = document["$defs"][table.__name__]["properties"][key]
+        tables = {part: entry.pop(part) for part in ("oneOf", "discriminator")}
+        names = [type_name(model) for model in models_in(table.model_fields[key].annotation)]
+        entry["anyOf"] = [{"enum": names}, tables]
     return {
         **document,
         "$schema": "https://json-schema.org/draft/2020-12/schema",

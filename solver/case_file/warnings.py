@@ -5,8 +5,9 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterator
 
-from solver.case import BaseMotion, Case, GeneralizedAlpha, Gravity, HarmonicForce, Newmark, Restraint
+from solver.case import BaseMotion, Case, Gravity, HarmonicForce, Restraint
 from solver.case_file.consistency import MULTIPLE_TOLERANCE
+from solver.case_tables.time import GeneralizedAlpha, Newmark
 from solver.defaults import overhang_frequency
 
 USUAL = (

@@ -43,6 +43,7 @@ class ContactLaw:
         touch_depth: Depth over which `endpoint` switches a damper that jumps at touch on, m.
         touch_product: p = chi v0 of a damper whose chi follows from the speed v0 at touch of each point; None: chi is
             given.
+        augmented: Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used.
     """
 
     spring: Spring
@@ -50,11 +51,12 @@ class ContactLaw:
     adhesive: bool = False
     touch_depth: float = 1.0e-8
     touch_product: float | None = None
+    augmented: float | None = None
 
     @property
     def stiffness(self) -> float:
-        """K of the spring."""
-        return self.spring.stiffness
+        """K of the spring; the largest where points differ."""
+        return float(np.max(self.spring.stiffness))
 
     def touched_at(self, speed: Array | None) -> ContactLaw:
         """Return the law for contacts that began at these speeds, (m,), m/s; itself where that makes no difference."""

@@ -17,10 +17,10 @@ searched exactly by bisection on its derivative; without that the iteration can 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve
 
 from solver.condensation import CondensedOperator
 from solver.contact.law import StagePressure
@@ -30,6 +30,9 @@ from solver.system import Array
 RELATIVE_TOLERANCE = 1.0e-11
 ROUND_OFF = 1.0e-14  # of the terms that cancel in d_free - s D f
 FULL_STEPS = 3
+FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
+SOFTENED = (1.0e-4, 1.0e-3, 1.0e-2, 0.1, 1.0)  # shares of the law on the way to a hard solution
+MOST_UPDATES = 100  # of the multipliers
 
 
 @dataclass(frozen=True)
@@ -50,8 +53,12 @@ def solve_contact(
     law: Callable[[Array], StagePressure],
     start: Array,
     max_iterations: int = 60,
+    augmented: float | None = None,
 ) -> ContactSolution:
-    """Solve d = d_free - s D f, f = w P(d).
+    """Solve d = d_free - s D f, f = w P(d), or the same with multipliers: f = w P(d + shift).
+
+    The shift, a multiplier over the stiffness, grows by the penetration (Uzawa) until that is below `augmented` times
+    the penetration without it.
 
     Args:
         condensed: Holds the Delassus operator D.
@@ -60,7 +67,8 @@ def solve_contact(
         weights: w, (m,), m^2.
         law: P with its slope, at m penetrations.
         start: Point forces to start from, (m,), N.
-        max_iterations: Limit.
+        max_iterations: Limit, of each solution.
+        augmented: Relative penetration to reach by multipliers, or None.
 
     Returns:
         The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure.
@@ -68,6 +76,65 @@ def solve_contact(
     Raises:
         NotConverged: With the history of the residual (Pa), after `max_iterations`.
     """
+    solution = _solve_by_softening(condensed, scale, free_depth, weights, law, start, max_iterations)
+    if augmented is None:
+        return solution
+    shift, allowed = np.zeros_like(free_depth), augmented * _deepest(solution)
+    for _ in range(MOST_UPDATES):
+        if _deepest(solution) <= allowed:
+            return solution
+        shift = np.maximum(shift + solution.depth, 0.0)
+        # solved for d + shift, whose law is the one given
+        shifted = _solve_by_softening(
+            condensed, scale, free_depth + shift, weights, law, solution.forces, max_iterations
+        )
+        iterations = solution.iterations + shifted.iterations
+        solution = replace(shifted, depth=shifted.depth - shift, iterations=iterations)
+    raise NotConverged(
+        f"the multipliers did not settle in {MOST_UPDATES} updates: {_deepest(solution):.3e} m of penetration are "
+        "left; a stiffer contact.stiffness needs fewer",
+        (_deepest(solution),),
+        int(np.argmax(solution.depth)),
+    )
+
+
+def _deepest(solution: ContactSolution) -> float:
+    return float(np.max(solution.depth, initial=0.0))
+
+
+def _solve_by_softening(
+    condensed: CondensedOperator,
+    scale: float,
+    free_depth: Array,
+    weights: Array,
+    law: Callable[[Array], StagePressure],
+    start: Array,
+    max_iterations: int,
+) -> ContactSolution:
+    """Solve, and where that fails solve softer laws first, each from the solution of the softer one."""
+    try:
+        return _solve(condensed, scale, free_depth, weights, law, start, max_iterations)
+    except NotConverged:
+        forces, iterations = start, max_iterations
+    for share in SOFTENED:
+
+        def softened(depth: Array, share: float = share) -> StagePressure:
+            return StagePressure(*(share * value for value in law(depth)))
+
+        solution = _solve(condensed, scale, free_depth, weights, softened, forces, max_iterations)
+        forces, iterations = solution.forces, iterations + solution.iterations
+    return replace(solution, iterations=iterations)
+
+
+def _solve(
+    condensed: CondensedOperator,
+    scale: float,
+    free_depth: Array,
+    weights: Array,
+    law: Callable[[Array], StagePressure],
+    start: Array,
+    max_iterations: int,
+) -> ContactSolution:
     forces = start
     depth = free_depth - scale * condensed.respond(forces) if np.any(forces) else free_depth
     size = float(np.max(np.abs(free_depth), initial=0.0))
@@ -88,8 +155,9 @@ def solve_contact(
         update = _newton_forces(condensed, scale, free_depth, weights, depth, stage) - forces
         change = -scale * condensed.respond(update)
         length = 1.0
-        if iteration >= FULL_STEPS:
-            length = _exact_step(weights, forces, update, depth, change, law)
+        if iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):
+            search = _exact_step if condensed.symmetric else _shorter_step
+            length = search(weights, forces, update, depth, change, law)
         forces = forces + length * update
         depth = depth + length * change if length < 1.0 else free_depth - scale * condensed.respond(forces)
     raise NotConverged(
@@ -120,6 +188,9 @@ def _newton_forces(
         target -= scale * condensed.respond(fixed)[active]
     matrix = scale * condensed.delassus[np.ix_(active, active)]
     matrix[np.diag_indices_from(matrix)] += 1.0 / (weights[active] * stage.slope[active])
+    if not condensed.symmetric:
+        forces[active] = solve(matrix, target, check_finite=False)
+        return forces
     try:
         forces[active] = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
     except LinAlgError:
@@ -154,3 +225,20 @@ def _exact_step(
         else:
             low = middle
     return high
+
+
+def _shorter_step(
+    weights: Array,
+    forces: Array,
+    update: Array,
+    depth: Array,
+    change: Array,
+    law: Callable[[Array], StagePressure],
+) -> float:
+    """Return the length in (0, 1] at which the law is missed least: without a potential (D not symmetric)."""
+
+    def missed(length: float) -> float:
+        pressure = law(depth + length * change).pressure
+        return float(np.max(np.abs((forces + length * update) / weights - pressure)))
+
+    return min((0.5**halvings for halvings in range(8)), key=missed)

@@ -17,11 +17,11 @@ class Spring:
     """K > 0 (Pa/m^n) and n >= 1.
 
     Attributes:
-        stiffness: K, Pa/m^n; N/m^n for resultants at points.
+        stiffness: K, Pa/m^n, one number or one per point, (m,); N/m^n for resultants at points.
         exponent: n; 1 is linear, 1.5 that of Hertz.
     """
 
-    stiffness: float
+    stiffness: float | Array
     exponent: float = 1.0
 
     def pressure(self, depth: Array) -> Array:
@@ -72,7 +72,7 @@ class Spring:
         slope = (self.pressure(new) - mean) / divisor
         if np.any(close):
             shares = 0.5 * (1.0 + _NODES)
-            between = old[close] + np.outer(shares, apart[close])
-            mean[close] = 0.5 * _WEIGHTS @ self.pressure(between)
-            slope[close] = 0.5 * (_WEIGHTS * shares) @ self.slope(between)
+            between = old + np.outer(shares, apart)
+            mean = np.where(close, 0.5 * _WEIGHTS @ self.pressure(between), mean)
+            slope = np.where(close, 0.5 * (_WEIGHTS * shares) @ self.slope(between), slope)
         return mean, np.maximum(slope, 0.0)

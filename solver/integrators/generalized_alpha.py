@@ -98,6 +98,7 @@ class GeneralizedAlpha:
             stage_law,
             contact.weights * old.pressure,
             max_iterations,
+            law.augmented,
         )
         acceleration = image_of_solution(system, condensed, free, right_side, solution.forces)
         stage_pressure = solution.forces / contact.weights

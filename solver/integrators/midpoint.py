@@ -80,6 +80,7 @@ class Midpoint:
             lambda depth: pressure_over_step(old.depth, depth, dt),
             contact.weights * old.pressure,
             max_iterations,
+            law.augmented,
         )
         middle_velocity = image_of_solution(system, condensed, free, right_side, solution.forces)
         new = State(

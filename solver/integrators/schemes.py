@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from solver.case import DiscreteGradient, ImplicitMidpoint, Newmark, Scheme
+from solver.case_tables.time import DiscreteGradient, ImplicitMidpoint, Newmark, Scheme
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.integrators.generalized_alpha import GeneralizedAlpha

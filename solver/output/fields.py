@@ -87,7 +87,8 @@ class FieldWriter:
         parts = [
             gather_points(
                 self._comm,
-                face_points(self._space, tagged.facets_of(name), model.quadrature_degree, width),
+                face_points(self._space, tagged.facets_of(name), model.point_rule, width),
+                merged=model.point_rule.nodal,
             )
             for name in model.system.contact.face_names
         ]

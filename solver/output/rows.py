@@ -123,7 +123,8 @@ class Recorder:
 
     def _deepest(self, state: State) -> Array:
         contact = self.model.system.contact
-        return np.array([state.depth[contact.faces == face].max() for face in range(len(contact.face_names))])
+        penetration = contact.penetration_of(state, self.model.system.operators)
+        return np.array([penetration[contact.faces == face].max() for face in range(len(contact.face_names))])
 
     def _frame_acceleration(self, start: float, end: float) -> Array:
         """Return the mean acceleration of the support over an interval, (3,)."""

@@ -67,7 +67,7 @@ def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
     total = np.bincount(contact.faces, weights=forces, minlength=len(contact.face_names))
     reactions = {f"{name}_force": float(f) for name, f in zip(contact.face_names, total, strict=True)}
     return reactions | {
-        "largest_penetration": float(np.max(state.depth)),
+        "largest_penetration": float(np.max(contact.penetration_of(state, model.system.operators))),
         "iterations": seat.iterations,
         "last_update": seat.last_update,
         "probes": {

@@ -1,0 +1,58 @@
+"""The table [time]: span, step and scheme."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from solver.case_tables.values import Number, Positive, Table, Whole, named
+
+
+class DiscreteGradient(Table):
+    """Midpoint rule with the discrete gradient of the contact potential: conserves energy at any step."""
+
+    type: Literal["discrete-gradient"] = Field(default="discrete-gradient", description="name of the scheme")
+
+
+class ImplicitMidpoint(Table):
+    """Midpoint rule with the contact pressure fully implicit: cheap, dissipates at impacts."""
+
+    type: Literal["implicit-midpoint"] = Field(description="name of the scheme")
+
+
+class Newmark(Table):
+    """Newmark (1959); creates energy with stiff contact."""
+
+    type: Literal["newmark"] = Field(description="name of the scheme")
+    beta: Number = Field(
+        default=0.25, gt=0, le=1, description="weight of the new acceleration in the displacement, no unit"
+    )
+    gamma: Number = Field(
+        default=0.5, ge=0.5, le=1, description="weight of the new acceleration in the velocity, no unit"
+    )
+
+
+class GeneralizedAlpha(Table):
+    """Generalized-alpha, Chung and Hulbert (1993)."""
+
+    type: Literal["generalized-alpha"] = Field(description="name of the scheme")
+    rho_inf: Number = Field(default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit")
+
+
+Scheme = Annotated[DiscreteGradient | ImplicitMidpoint | Newmark | GeneralizedAlpha, Field(discriminator="type")]
+
+
+class Time(Table):
+    """Span, step and scheme."""
+
+    end: Positive = Field(description="end of the run, s", examples=[0.6])
+    step: Positive = Field(description="time step, s", examples=[1.0e-4])
+    scheme: Annotated[Scheme, BeforeValidator(named)] = Field(
+        default=DiscreteGradient(),
+        description="time integration: a name, or a table with the type and its keys",
+    )
+    max_halvings: Whole = Field(default=6, ge=0, le=20, description="how often a step that does not converge is halved")
+    max_iterations: Whole = Field(
+        default=60, ge=1, le=1000, description="largest number of contact iterations in one step"
+    )

@@ -1,0 +1,294 @@
+"""The rules of the house, by walking its source: who imports whom, names, docstrings, sizes, lists."""
+
+from __future__ import annotations
+
+import ast
+import re
+import sys
+import tomllib
+from collections.abc import Iterator
+from functools import cache
+from pathlib import Path
+
+import pytest
+
+PROJECT = Path(__file__).parents[1]
+PACKAGES = ("gapbeam", "meshes", "solver", "postprocess")
+ABOUT = tomllib.loads((PROJECT / "pyproject.toml").read_text(encoding="utf-8"))
+FILES = sorted(path for package in PACKAGES for path in (PROJECT / package).rglob("*.py"))
+
+ARROWS = {
+    "gapbeam": {"solver", "meshes", "postprocess"},
+    "solver": {"meshes"},
+    "meshes": set(),
+    "postprocess": set(),
+}
+RECORDS = "solver.output.records"  # the one module that postprocess reads of another package
+
+LONGEST = 320  # lines
+# DOLFINx and what it stands on come from the environment, not from PyPI.
+OF_ENVIRONMENT = {"dolfinx", "ufl", "basix", "petsc4py", "slepc4py", "mpi4py"}
+IMPORTED_AS = {"vtkmodules": "pyvista", "vtk": "pyvista", "click": "typer", "PIL": "pyvista"}  # brought by these
+OPTIONAL = {"imageio_ffmpeg"}
+BY_NAME = {"h5netcdf"}  # asked for by its name, as the engine of xarray
+
+MODULE_NAMES = {"util", "utils", "helper", "helpers", "manager", "managers", "handler", "handlers", "common", "misc"}
+BANNED_PARTS = {"util", "utils", "helper", "helpers", "manager", "managers", "disp", "vel", "master", "slave"}
+HANDLERS = {"handler", "handlers"}  # what the modules logging and signal call their own; elsewhere not used
+# "context manager" is a word of the language.
+BANNED_WORDS = re.compile(r"\b(disp|vel|helpers?|(?<!context )managers?|utils?|masters?|slaves?)\b", re.IGNORECASE)
+
+
+def name_of(path: Path) -> str:
+    """Return the dotted name of a module of ours."""
+    parts = list(path.relative_to(PROJECT).with_suffix("").parts)
+    return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+@cache
+def tree(path: Path) -> ast.Module:
+    """Return the syntax tree of a file."""
+    return ast.parse(path.read_text(encoding="utf-8"), str(path))
+
+
+def imports(path: Path, top_only: bool = False) -> Iterator[tuple[str, int]]:
+    """Yield what a file imports, `from a import b` as both a and a.b where that is a module; with the line.
+
+    Args:
+        path: The file.
+        top_only: Leave out what is imported within functions or for type checkers only.
+    """
+    known = {name_of(file) for file in FILES}
+    for node in _at_top(tree(path)) if top_only else ast.walk(tree(path)):
+        if isinstance(node, ast.Import):
+            yield from ((alias.name, node.lineno) for alias in node.names)
+        elif isinstance(node, ast.ImportFrom):
+            module = node.module or ""
+            yield module, node.lineno
+            below = (f"{module}.{alias.name}" for alias in node.names)
+            yield from ((name, node.lineno) for name in below if name in known)
+
+
+def _at_top(node: ast.AST) -> Iterator[ast.AST]:
+    for child in ast.iter_child_nodes(node):
+        for_types = isinstance(child, ast.If) and "TYPE_CHECKING" in ast.dump(child.test)
+        if not isinstance(child, ast.FunctionDef | ast.AsyncFunctionDef | ast.Lambda) and not for_types:
+            yield child
+            yield from _at_top(child)
+
+
+def place(path: Path, line: int = 1) -> str:
+    """Return file and line for a message."""
+    return f"{path.relative_to(PROJECT)}:{line}"
+
+
+def test_there_is_something_to_walk() -> None:
+    """Every package of the house has modules; a renamed folder would make the other rules pass over nothing."""
+    for package in PACKAGES:
+        assert [path for path in FILES if path.is_relative_to(PROJECT / package)], package
+
+
+def test_import_arrows() -> None:
+    """Packages import only those that the arrows of the house point to; postprocess one module of solver."""
+    wrong = []
+    for path in FILES:
+        package = path.relative_to(PROJECT).parts[0]
+        for module, line in imports(path):
+            target = module.split(".")[0]
+            if target not in ARROWS or target == package or target in ARROWS[package]:
+                continue
+            if package == "postprocess" and module == RECORDS:
+                continue
+            wrong.append(f"{place(path, line)} imports {module}")
+    assert wrong == []
+
+
+def test_records_stand_alone() -> None:
+    """What postprocess reads of solver brings nothing of ours, and nothing but the standard library."""
+    path = PROJECT / (RECORDS.replace(".", "/") + ".py")
+    assert [module for module, _ in imports(path) if module.split(".")[0] not in sys.stdlib_module_names] == []
+    for parent in (path.parent / "__init__.py", path.parent.parent / "__init__.py"):
+        assert list(imports(parent)) == []
+
+
+def test_no_circle_of_imports() -> None:
+    """No module imports itself by way of others, as far as imports at the top of modules go."""
+    known = {name_of(path): path for path in FILES}
+    arrows = {
+        name: sorted({module for module, _ in imports(path, top_only=True) if module in known and module != name})
+        for name, path in known.items()
+    }
+    done: set[str] = set()
+    circles: list[str] = []
+
+    def follow(name: str, way: tuple[str, ...]) -> None:
+        if name in way:
+            circles.append(" -> ".join([*way[way.index(name) :], name]))
+        elif name not in done:
+            for other in arrows[name]:
+                follow(other, (*way, name))
+            done.add(name)
+
+    for name in arrows:
+        follow(name, ())
+    assert circles == []
+
+
+def test_imports_are_absolute() -> None:
+    """No `from . import`, in packages and tests."""
+    tests = (PROJECT / "tests").glob("*.py")
+    wrong = [
+        place(path, node.lineno)
+        for path in [*FILES, *tests]
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.ImportFrom) and node.level > 0
+    ]
+    assert wrong == []
+
+
+def test_no_star_imports() -> None:
+    """Every name that is used says where it comes from."""
+    wrong = [
+        place(path, node.lineno)
+        for path in FILES
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.ImportFrom) and any(alias.name == "*" for alias in node.names)
+    ]
+    assert wrong == []
+
+
+def test_everything_public_has_a_docstring() -> None:
+    """Modules, classes, functions and methods whose names do not begin with an underscore."""
+    lacking = []
+    for path in FILES:
+        if ast.get_docstring(tree(path)) is None:
+            lacking.append(place(path))
+        lacking += [
+            f"{place(path, node.lineno)} {node.name}" for node in _public(tree(path)) if ast.get_docstring(node) is None
+        ]
+    assert lacking == []
+
+
+def _public(body: ast.AST) -> Iterator[ast.ClassDef | ast.FunctionDef]:
+    for node in ast.iter_child_nodes(body):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef) and not node.name.startswith("_"):
+            yield node
+            if isinstance(node, ast.ClassDef):
+                yield from _public(node)
+
+
+def test_package_files_hold_one_docstring_line() -> None:
+    """`__init__.py` is one line of docstring; that of gapbeam may export besides."""
+    for path in FILES:
+        if path.name != "__init__.py":
+            continue
+        docstring = ast.get_docstring(tree(path), clean=False)
+        assert docstring, place(path)
+        assert "\n" not in docstring, place(path)
+        if path.parent != PROJECT / "gapbeam":
+            assert len(path.read_text(encoding="utf-8").splitlines()) == 1, place(path)
+
+
+def test_names_say_what_things_are() -> None:
+    """No module or identifier that is called a helper, manager or the like, nor disp, vel, master or slave."""
+    wrong = [
+        f"{place(path)} module {part}"
+        for path in FILES
+        for part in path.relative_to(PROJECT).with_suffix("").parts
+        if set(part.lower().split("_")) & MODULE_NAMES
+    ]
+    for path in FILES:
+        foreign = {"logging", "signal"} & {module for module, _ in imports(path)}
+        banned = BANNED_PARTS if foreign else BANNED_PARTS | HANDLERS
+        for name, line in _identifiers(tree(path)):
+            words = {word.lower() for word in re.findall(r"[A-Z]?[a-z]+|[A-Z]+", name)}
+            if words & banned or words == {"common"}:
+                wrong.append(f"{place(path, line)} {name}")
+    assert wrong == []
+
+
+def test_no_class_is_called_a_handler() -> None:
+    """The logging module has handlers; nothing of ours is one."""
+    wrong = [
+        f"{place(path, node.lineno)} {node.name}"
+        for path in FILES
+        for node in ast.walk(tree(path))
+        if isinstance(node, ast.ClassDef) and "handler" in node.name.lower()
+    ]
+    assert wrong == []
+
+
+def _identifiers(module: ast.Module) -> Iterator[tuple[str, int]]:
+    """Yield every name that a module defines: classes, functions, arguments, variables, attributes of self."""
+    for node in ast.walk(module):
+        if isinstance(node, ast.ClassDef | ast.FunctionDef):
+            yield node.name, node.lineno
+        elif isinstance(node, ast.arg):
+            yield node.arg, node.lineno
+        elif isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
+            yield node.id, node.lineno
+        elif isinstance(node, ast.Attribute) and isinstance(node.ctx, ast.Store):
+            yield node.attr, node.lineno
+
+
+def test_words_that_are_not_used() -> None:
+    """Nor do docstrings, comments, messages and case files use them."""
+    cases = sorted((PROJECT / "cases").glob("*.toml"))
+    wrong = [
+        f"{place(path, number)} {found[0]}"
+        for path in [*FILES, *cases]
+        for number, line in enumerate(path.read_text(encoding="utf-8").splitlines(), start=1)
+        if (found := BANNED_WORDS.search(line))
+    ]
+    assert wrong == []
+
+
+def test_no_file_is_long() -> None:
+    """At most 320 lines in a module."""
+    lengths = {place(path): len(path.read_text(encoding="utf-8").splitlines()) for path in FILES}
+    assert {name: length for name, length in lengths.items() if length > LONGEST} == {}
+
+
+def test_packages_of_the_distribution_are_the_folders() -> None:
+    """The list in pyproject.toml holds every folder with modules, each has an `__init__.py`, and no more."""
+    folders = {path.parent for path in FILES}
+    assert [str(folder) for folder in folders if not (folder / "__init__.py").is_file()] == []
+    listed = ABOUT["tool"]["setuptools"]["packages"]
+    assert sorted(listed) == sorted(".".join(folder.relative_to(PROJECT).parts) for folder in folders)
+
+
+def test_third_party_imports_are_declared() -> None:
+    """Whatever is imported is a dependency in pyproject.toml, comes with one, or is DOLFINx's company."""
+    declared = {re.split(r"[^\w-]", need)[0] for need in ABOUT["project"]["dependencies"]}
+    ours = {*PACKAGES, *sys.stdlib_module_names}
+    used: dict[str, str] = {}
+    for path in FILES:
+        for module, line in imports(path):
+            top = module.split(".")[0]
+            if top not in ours | OF_ENVIRONMENT | OPTIONAL:
+                used.setdefault(IMPORTED_AS.get(top, top), place(path, line))
+    assert {name: where for name, where in used.items() if name not in declared} == {}
+    assert declared - set(used) == BY_NAME, "declared but never imported"
+    sources = "".join(path.read_text(encoding="utf-8") for path in FILES)
+    assert [name for name in BY_NAME if f'"{name}"' not in sources] == []
+
+
+def test_cases_are_toml_that_introduces_itself() -> None:
+    """Everything in cases/ is TOML that opens with a comment, which says how to run it."""
+    files = [path for path in (PROJECT / "cases").rglob("*") if path.is_file()]
+    assert files
+    for path in files:
+        assert path.suffix == ".toml", path
+        text = path.read_text(encoding="utf-8")
+        assert tomllib.loads(text)["title"]
+        header = text.split("\n\n")[0].splitlines()
+        assert len(header) >= 4, path
+        assert all(line.startswith("#") for line in header), path
+        assert f"gapbeam run cases/{path.name}" in "\n".join(header)
+
+
+@pytest.mark.parametrize("path", sorted((PROJECT / "tests").glob("test_*.py")), ids=lambda path: path.stem)
+def test_test_files_say_what_they_check(path: Path) -> None:
+    """A test file opens with a docstring, and its names are free of the unused words as well."""
+    assert ast.get_docstring(tree(path))
+    assert not set(path.stem.split("_")) & MODULE_NAMES

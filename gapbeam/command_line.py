@@ -52,8 +52,8 @@ def run(
     outcome = run_file(case, override or [], output, overwrite)
     if first_rank():
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
-        word = "done" if outcome.exit_status == 0 else outcome.summary["status"]
-        console.print(f"{word}: {outcome.message}", markup=False)
+        if outcome.exit_status == 0:  # the message of a failure is in the log already
+            console.print(f"done: {outcome.message}", markup=False)
         console.print(f"results: {outcome.folder}", markup=False)
     return outcome.exit_status
 
@@ -121,7 +121,7 @@ def _log_to_terminal(talks: bool) -> None:
     logger = logging.getLogger("gapbeam")
     logger.setLevel(logging.INFO if talks else logging.CRITICAL + 1)
     logger.propagate = False
-    logger.addHandler(_terminal_handler())
+    logger.handlers[:] = [_terminal_handler()]
 
 
 def _terminal_handler() -> logging.Handler:

@@ -49,10 +49,10 @@ class EnergyGates:
             NotFinite: The energy is not a number.
             EnergyCreated: More energy was created than `total_growth` allows, unless the case accepts it.
         """
-        if not np.isfinite(ledger.total):
+        if not (np.isfinite(ledger.total) and np.all(np.isfinite(step.new.pressure))):
             raise NotFinite(
-                f"at t = {step.new.time:.6g} s the energy is not finite; try a smaller time.step or the "
-                "scheme discrete-gradient"
+                f"at t = {step.new.time:.6g} s energy or contact pressure is not finite; "
+                "try a smaller time.step or the scheme discrete-gradient"
             )
         self._watch_impacts(step.new.pressure, ledger)
         growth = self.growth(ledger)

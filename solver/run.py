@@ -34,7 +34,7 @@ from solver.output.records import CASE_FILE, HISTORY_FILE
 from solver.output.rows import Recorder
 from solver.system import State, Step
 from solver.tally import Tally
-from solver.verdict import contact_words, figures, judge, remarks
+from solver.verdict import balance_words, contact_words, figures, judge, remarks
 
 LOG = logging.getLogger("gapbeam")
 
@@ -90,6 +90,12 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
             summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
             summary["exit_status"], summary["message"] = error.exit_status, str(error)
             LOG.error("%s", error)
+        except BaseException as error:
+            summary["status"], summary["exit_status"] = "crashed", 1
+            summary["message"] = f"{type(error).__name__}: {error}"
+            if comm.rank == 0:
+                summaries.write_summary(folder, summary)
+            raise
         summary["wall_time"]["total"] = time.perf_counter() - started
         summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
         if comm.rank == 0:
@@ -157,10 +163,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
             LOG.warning("%s", remark)
     judge(model, course.ledger, course.gates)
     summary["status"], summary["exit_status"] = "completed", 0
-    summary["message"] = (
-        f"{course.tally.steps} steps, energy residual {summary['energy']['relative_residual']:.1e} "
-        "of the energy exchanged"
-    )
+    summary["message"] = f"{course.tally.steps} steps, {balance_words(course.ledger)}"
 
 
 def _plan(model: Model, scheme: Integrator) -> March:

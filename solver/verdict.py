@@ -51,6 +51,13 @@ def contact_words(model: Model, recorder: Recorder) -> str:
     return f"largest contact force: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
 
 
+def balance_words(ledger: Ledger) -> str:
+    """Return how well the energy balance closes."""
+    if abs(ledger.residual) <= ledger.round_off or ledger.exchanged == 0.0:
+        return "energy balance closed to round-off"
+    return f"energy residual {abs(ledger.residual) / ledger.exchanged:.1e} of the energy exchanged"
+
+
 def remarks(model: Model, recorder: Recorder, episodes: Episodes, ledger: Ledger, gates: EnergyGates) -> list[str]:
     """Return what a user has to know before using the figures, one sentence each."""
     found = []

@@ -193,10 +193,35 @@ CONTRADICTIONS = {
         "[output]\nhistory_interval = 1.0e-5",
         ["[output] history_interval", "0.1 steps", "at least 1", "history_interval = 0.0001"],
     ),
-    "fields after the end": (
-        "[output]",
-        "[output]\nfields_interval = 2.0",
-        ["[output] fields_interval", "2 s", "at most the end of the run, 0.6 s"],
+    "law without its formulation": (
+        'stiffness = "auto"',
+        'formulation = "nitsche"\nlaw = { type = "hunt-crossley", restitution = 0.8 }',
+        ["[contact.law]", "hunt-crossley", "kelvin-voigt", 'formulation = "penalty"'],
+    ),
+    "damping of another law": (
+        'stiffness = "auto"',
+        'damping = 1e4\nlaw = { type = "hunt-crossley", restitution = 0.8 }',
+        ["[contact] damping", "10000 Pa s/m", "the law hunt-crossley brings its own damping"],
+    ),
+    "damping without a law": (
+        'stiffness = "auto"',
+        'damping = 1e4\nformulation = "unilateral"',
+        ["[contact] damping", "the formulation unilateral has no damping"],
+    ),
+    "stiffness of exact contact": (
+        'stiffness = "auto"',
+        'stiffness = 1e12\nformulation = "unilateral"',
+        ["[contact] stiffness", "1e+12 Pa/m", "has no stiffness to choose", "leave stiffness out"],
+    ),
+    "stiffness with an exponent": (
+        'stiffness = "auto"',
+        'law = { type = "hunt-crossley", restitution = 0.8, exponent = 1.5 }',
+        ["[contact] stiffness", '"auto"', "a number in Pa/m^1.5", "stiffness = 1e15"],
+    ),
+    "no potential": (
+        'stiffness = "auto"',
+        'formulation = { type = "nitsche", theta = -1 }',
+        ["[time] scheme", "nitsche, theta = -1", 'scheme = "implicit-midpoint"'],
     ),
     "deep touch": (
         'stiffness = "auto"',

@@ -89,7 +89,7 @@ def test_folder_holds_the_documented_files(folder: Path) -> None:
 def test_terminal_gets_two_lines_and_a_log(done: subprocess.CompletedProcess[str], folder: Path) -> None:
     """Standard output tells only the outcome and the folder; the rest is on standard error, and in run.log."""
     outcome, place = done.stdout.splitlines()
-    assert outcome.startswith("done: 200 steps, energy residual ")
+    assert outcome.startswith("done: 200 steps, energy ")
     assert place == f"results: {folder}"
     log = (folder / "run.log").read_text(encoding="utf-8")
     for told in ("770 DOFs", "contact.stiffness", "seated in", "largest contact force"):

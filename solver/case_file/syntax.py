@@ -12,6 +12,7 @@ from solver.case_file.near_misses import near
 from solver.case_file.words import either, printable
 
 LARGEST = 1_000_000
+NO_CASES = ("pyproject.toml",)
 """The largest case file that is read, bytes."""
 LONGEST_LINE = 300
 
@@ -150,11 +151,11 @@ def _similar(path: Path) -> str:
     """Return a hint at the case file that was probably meant."""
     if not path.parent.is_dir():
         return f"there is no folder {path.parent} either; the current folder is {Path.cwd()}"
-    names = [file.name for file in path.parent.glob("*.toml")]
+    names = [file.name for file in path.parent.glob("*.toml") if file.name not in NO_CASES]
     close = near(path.name, names) or near(f"{path.name}.toml", names)
     return f"did you mean {path.parent / close}?" if close else _cases_in(path.parent)
 
 
 def _cases_in(folder: Path) -> str:
-    names = sorted(str(file) for file in folder.glob("*.toml"))[:8]
+    names = sorted(str(file) for file in folder.glob("*.toml") if file.name not in NO_CASES)[:8]
     return f"one of its case files: {either(names)}" if names else f"there is no case file in {folder}"

@@ -149,6 +149,10 @@ def weight_pressure(case: Case) -> float:
 
 def output(case: Case) -> Iterator[str]:
     """Yield outputs that are too coarse to show the forcing, or too many to keep."""
+    for name in ("history_interval", "fields_interval"):
+        interval = getattr(case.output, name)
+        if interval is not None and interval > case.time.end * (1 + MULTIPLE_TOLERANCE):
+            yield f"[output] {name} = {interval:g} is longer than the run: only its start and end are written"
     interval = case.output.history_interval or case.time.step
     for load in case.load:
         if isinstance(load, HarmonicForce | BaseMotion) and interval > 0.1 / load.frequency >= case.time.step:

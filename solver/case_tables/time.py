@@ -54,5 +54,5 @@ class Time(Table):
     )
     max_halvings: Whole = Field(default=6, ge=0, le=20, description="how often a step that does not converge is halved")
     max_iterations: Whole = Field(
-        default=60, ge=1, le=1000, description="largest number of contact iterations in one step"
+        default=60, ge=1, le=1000, description="largest number of iterations of one contact solve"
     )

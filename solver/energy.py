@@ -34,6 +34,7 @@ class Ledger:
         algorithmic: Loss by the scheme; negative: created.
         exchanged: What created energy is measured against: the sum of |work of the loads that are not static|
             over all steps, plus the largest kinetic energy so far.
+        contact_gain: What steps took out of contact damping, which only loses energy: created.
         round_off: What the balance cannot resolve: round-off in u K u of the displacements so far.
     """
 
@@ -49,6 +50,7 @@ class Ledger:
     largest_kinetic: float = 0.0
     absolute_work: float = 0.0
     round_off: float = 0.0
+    contact_gain: float = 0.0
 
     @property
     def total(self) -> float:
@@ -63,8 +65,8 @@ class Ledger:
 
     @property
     def created(self) -> float:
-        """Energy that came from nowhere: algorithmic growth and residual."""
-        return self.residual - self.algorithmic
+        """Energy that came from nowhere: algorithmic growth, residual, and what contact damping gave."""
+        return self.residual - self.algorithmic + self.contact_gain
 
 
 def open_ledger(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> Ledger:
@@ -120,6 +122,7 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
         load_work=ledger.load_work + works,
         structural=ledger.structural + float(structural),
         contact_loss=ledger.contact_loss + contact_loss,
+        contact_gain=ledger.contact_gain + max(-contact_loss, 0.0),
         algorithmic=ledger.algorithmic + float(algorithmic),
         largest_kinetic=largest,
         absolute_work=absolute,

@@ -13,6 +13,8 @@ from mpi4py import MPI
 from meshes.compat import coordinate_dofs, geometry_order
 from solver.system import Array, Indices
 
+STEEPEST = 1.0e-6  # component of the unit normal along the bending axis, of faces that can be met along it
+
 
 @dataclass(frozen=True)
 class PointRule:
@@ -37,6 +39,7 @@ class FacePoints:
         weights: Projected areas, (m,), m^2 (m times the width in 2D).
         positions: (m, 3), m.
         gradients: Gradients of the basis functions at the point, (m, k, dimension), 1/m.
+        normals: Normal of the face over its component along the bending axis, (m, dimension): that axis if it is flat.
         cells: Number of the cell of each point among all cells of all ranks, (m,).
     """
 
@@ -45,6 +48,7 @@ class FacePoints:
     weights: Array
     positions: Array
     gradients: Array
+    normals: Array
     cells: Indices
 
     @classmethod
@@ -83,7 +87,8 @@ class _Rule:
 def face_points(space: Any, facets: Indices, rule: PointRule, width: float) -> FacePoints:
     """Tabulate a scalar or blocked Lagrange space at the quadrature points of facets of this rank.
 
-    The faces are met along the bending axis (the last one), so weights are areas projected on it.
+    The faces are met along the bending axis (the last one), so weights are areas projected on it, and points where
+    the face is parallel to it are left out.
 
     Args:
         space: The space; its nodes (blocks) are meant, not its components.
@@ -111,6 +116,7 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float) -> F
             np.empty(0),
             np.empty((0, 3)),
             np.empty((0, count, dimension)),
+            np.empty((0, dimension)),
             np.empty(0, dtype=np.int64),
         )
     ]
@@ -122,16 +128,18 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float) -> F
         corners = coordinates[cell_coordinates[cell]]
         cell_nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
         jacobian = np.einsum("dqc,cx->qdx", here.shape_derivatives, corners[:, :dimension])
-        parts.append(
-            FacePoints(
-                np.broadcast_to(cell_nodes, here.basis.shape).astype(np.int64),
-                here.basis,
-                here.factors * width * _projected(np.einsum("td,qdx->tqx", here.tangents, jacobian)),
-                here.shape @ corners,
-                np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), here.derivatives),
-                np.full(len(here.factors), first_cell + cell),
-            )
+        normals = _normals(np.einsum("td,qdx->tqx", here.tangents, jacobian))
+        met = np.abs(normals[:, -1]) > STEEPEST * np.linalg.norm(normals, axis=1)
+        points = FacePoints(
+            np.broadcast_to(cell_nodes, here.basis.shape).astype(np.int64),
+            here.basis,
+            here.factors * width * np.abs(normals[:, -1]),
+            here.shape @ corners,
+            np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), here.derivatives),
+            normals / np.where(met, normals[:, -1], 1.0)[:, None],
+            np.full(len(here.factors), first_cell + cell),
         )
+        parts.append(points if np.all(met) else points.taken(np.flatnonzero(met)))
     return FacePoints.join(parts)
 
 
@@ -141,17 +149,20 @@ def gather_points(comm: MPI.Comm, points: FacePoints, merged: bool = False) -> F
     Args:
         comm: The ranks.
         points: Those of this rank.
-        merged: Make one of points that coincide, with the sum of their weights: for points at nodes.
+        merged: Make one of the points at the same node, with the sum of their weights: for points at nodes.
 
     Collective.
     """
     points = FacePoints.join(comm.allgather(points))
     points = points.taken(along_beam(points.positions))
-    if not merged or len(points.weights) == 0:
+    if not merged:
         return points
-    apart = np.any(np.diff(_rounded(points.positions), axis=0) != 0.0, axis=1)
-    starts = np.flatnonzero(np.concatenate([[True], apart]))
-    return replace(points.taken(starts), weights=np.add.reduceat(points.weights, starts))
+    # by number: rounded places of the same node can differ between two cells
+    own = np.take_along_axis(points.nodes, np.argmax(points.values, axis=1)[:, None], axis=1)[:, 0]
+    _, first, which = np.unique(own, return_index=True, return_inverse=True)
+    weights = np.bincount(which, weights=points.weights)
+    order = np.argsort(first)
+    return replace(points.taken(first[order]), weights=weights[order])
 
 
 def _rounded(positions: Array) -> Array:
@@ -165,12 +176,11 @@ def along_beam(positions: Array) -> Indices:
     return np.asarray(np.lexsort((rounded[:, 2], rounded[:, 1], rounded[:, 0])), dtype=np.int64)
 
 
-def _projected(tangents: Array) -> Array:
-    """Return the length (2D) or area (3D) that tangents (t, q, dimension) span, projected on the bending axis."""
+def _normals(tangents: Array) -> Array:
+    """Return the normal of what tangents (t, q, dimension) span, (q, dimension), as long as it is long or large."""
     if len(tangents) == 1:
-        return np.asarray(np.abs(tangents[0, :, 0]))
-    first, second = tangents
-    return np.asarray(np.abs(first[:, 0] * second[:, 1] - first[:, 1] * second[:, 0]))
+        return np.stack([-tangents[0, :, 1], tangents[0, :, 0]], axis=1)
+    return np.asarray(np.cross(tangents[0], tangents[1]))
 
 
 def _rules(space: Any, rule: PointRule) -> list[_Rule]:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import basix.ufl
 import ufl
@@ -15,6 +15,7 @@ from meshes.describe import describe
 from meshes.tagged import TaggedMesh
 from solver.case import Case
 from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
+from solver.case_tables.time import MoreauJean
 from solver.contact.choice import make_law
 from solver.contact.law import ContactLaw
 from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
@@ -107,6 +108,9 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         measure((tagged.groups["base"], tagged.groups["gland"])),
     )
     operators = PetscOperators(forms, space, correction)
+    law = make_law(case.contact, chosen.value if gamma is None else gamma, touch_depth(case))
+    if isinstance(case.time.scheme, MoreauJean):
+        law = replace(law, stores_energy=False)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
     probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
@@ -115,7 +119,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         tagged,
         space,
         system,
-        make_law(case.contact, chosen.value if gamma is None else gamma, touch_depth(case)),
+        law,
         probes,
         (chosen,),
         seat_springs(case, chosen.value, facet_length, area),

@@ -8,11 +8,15 @@ G_N = G + S/gamma, H_N = G + theta S/gamma and K_N = K - theta S^T (w/gamma) S, 
 consistent: gamma need not go to infinity. theta = 1 is symmetric (it has a potential, so that discrete gradients and
 energy balances work), 0 incomplete, -1 skew.
 
-gamma has to exceed the largest eigenvalue of the trace problem on each contact cell,
+gamma has to exceed (1 + theta)^2 / 4 of the largest eigenvalue of the trace problem on each contact cell,
 
-    int_facet sigma_n(u)^2 <= lambda int_cell sigma(u) : eps(u)     for all u,
+    int_facets sigma_n(u)^2 <= lambda int_cell sigma(u) : eps(u)     for all u,
 
-which is computed here, cell by cell, instead of guessed.
+over all its contact facets; it is computed here, cell by cell, instead of guessed. Above that the problem is strongly
+monotone, and has one solution: for every gamma where theta = -1.
+
+sigma_n is the force on the face along the bending axis per projected area, e . sigma n / (e . n): faces that are
+not flat are met along that axis without friction.
 
 Source: Chouly, Hild and Renard (2015), Math. Comp. 84, 1089-1112.
 """
@@ -28,10 +32,11 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from meshes.compat import coordinate_dofs, geometry_order
+from solver.errors import UserError
 from solver.face_points import FacePoints, lagrange
 from solver.system import Array
 
-RIGID = 1.0e-10  # of the largest eigenvalue of a cell's stiffness; below it lie its rigid motions
+RIGID_MOTIONS = {2: 3, 3: 6}
 
 
 @dataclass(frozen=True)
@@ -50,15 +55,25 @@ class Nitsche:
     lame: tuple[float, float]
     width: float
 
+    def __post_init__(self) -> None:
+        """Refuse a gamma for which the problem need not have a solution."""
+        least = 0.25 * (1.0 + self.theta) ** 2
+        if self.factor <= least:
+            raise UserError(
+                f"contact.formulation: found factor = {self.factor:g}; nitsche with theta = {self.theta:g} needs more "
+                f"than {least:g}, and 2 is enough for every theta"
+            )
+
 
 def stress_rows(points: FacePoints, lame: tuple[float, float]) -> Array:
     """Return the normal stress at the points per unit nodal displacement, (m, k, dimension), Pa/m.
 
-    sigma_n = lambda div u + 2 mu du_e/de along the bending axis e, the last one.
+    sigma_n = lambda div u + mu (du_e/dn + n . du/de) along the bending axis e, the last one, with n . e = 1.
     """
     first, second = lame
     rows: Array = first * points.gradients
-    rows[..., -1] += 2.0 * second * points.gradients[..., -1]
+    rows[..., -1] += second * np.einsum("qkx,qx->qk", points.gradients, points.normals)
+    rows += second * points.gradients[..., -1:] * points.normals[:, None, :]
     return rows
 
 
@@ -74,16 +89,15 @@ def trace_bounds(space: Any, faces: Mapping[str, FacePoints], settings: Nitsche)
     """
     mesh = space.mesh
     first_cell = mesh.topology.index_map(mesh.topology.dim).local_range[0]
+    joined = FacePoints.join(list(faces.values()))  # a cell may have facets of both faces
+    rows = np.sqrt(joined.weights)[:, None, None] * stress_rows(joined, settings.lame)
     bounds: dict[int, float] = {}
-    for points in faces.values():
-        rows = stress_rows(points, settings.lame)
-        for cell in np.unique(points.cells):
-            mine = points.cells == cell
-            stress = np.sqrt(points.weights[mine])[:, None] * rows[mine].reshape(np.count_nonzero(mine), -1)
-            values, vectors = np.linalg.eigh(_cell_stiffness(space, int(cell) - first_cell, settings))
-            elastic = values > RIGID * values[-1]
-            scaled = stress @ vectors[:, elastic] / np.sqrt(values[elastic])
-            bounds[int(cell)] = max(bounds.get(int(cell), 0.0), float(np.linalg.norm(scaled, 2) ** 2))
+    for cell in np.unique(joined.cells):
+        mine = joined.cells == cell
+        values, vectors = np.linalg.eigh(_cell_stiffness(space, int(cell) - first_cell, settings))
+        elastic = slice(RIGID_MOTIONS[mesh.topology.dim], None)
+        scaled = rows[mine].reshape(np.count_nonzero(mine), -1) @ vectors[:, elastic] / np.sqrt(values[elastic])
+        bounds[int(cell)] = float(np.linalg.norm(scaled, 2) ** 2)
     return {cell: bound for part in mesh.comm.allgather(bounds) for cell, bound in part.items()}
 
 

@@ -38,7 +38,7 @@ from solver.case_file.places import (
     probes_lie_in_the_beam,
 )
 from solver.case_tables.contact import AugmentedLagrangian, Contact, NitscheMethod, Penalty, Unilateral
-from solver.case_tables.time import Time
+from solver.case_tables.time import MoreauJean, Time
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
@@ -197,6 +197,18 @@ def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
         yield Fault(("contact", "stiffness"), '"auto"', expected, "stiffness = 1e15", (("contact", "law"),))
 
 
+def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
+    """Moreau and Jean's scheme replaces the law of contact by impulses."""
+    if isinstance(time.scheme, MoreauJean) and not isinstance(contact.formulation, Unilateral):
+        yield Fault(
+            ("contact", "formulation"),
+            contact.formulation.type,
+            "unilateral: the scheme moreau-jean knows impulses, no law",
+            'formulation = "unilateral"',
+            (("time", "scheme"),),
+        )
+
+
 def scheme_fits_the_formulation(contact: Contact, time: Time) -> Iterator[Fault]:
     """A discrete gradient needs a contact potential."""
     match contact.formulation:
@@ -267,6 +279,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     outputs_fall_on_steps,
     contact_is_shallow,
     law_fits_the_formulation,
+    impulses_are_unilateral,
     scheme_fits_the_formulation,
     contact_carries_the_beam,
     gates_are_in_order,

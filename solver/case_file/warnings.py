@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce, Restraint
 from solver.case_file.consistency import MULTIPLE_TOLERANCE
-from solver.case_tables.time import GeneralizedAlpha, Newmark
+from solver.case_tables.time import GeneralizedAlpha, HHTAlpha, Newmark
 from solver.defaults import overhang_frequency
 
 USUAL = (
@@ -117,6 +117,8 @@ def scheme(case: Case) -> Iterator[str]:
                 yield f"[time.scheme] beta = {beta:g} < gamma/2 is unstable unless the step is tiny"
             elif gamma == 0.5:
                 yield "[time.scheme] newmark creates energy at impacts; discrete-gradient conserves it"
+        case HHTAlpha():
+            yield "[time.scheme] hht-alpha creates energy at impacts; discrete-gradient conserves it"
         case GeneralizedAlpha(rho_inf=rho) if rho > 0.5:
             yield f"[time.scheme] rho_inf = {rho:g} creates energy at impacts; 0.5 or less hardly does"
 

@@ -40,7 +40,27 @@ class GeneralizedAlpha(Table):
     rho_inf: Number = Field(default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit")
 
 
-Scheme = Annotated[DiscreteGradient | ImplicitMidpoint | Newmark | GeneralizedAlpha, Field(discriminator="type")]
+class HHTAlpha(Table):
+    """HHT-alpha, Hilber, Hughes and Taylor (1977); creates energy with stiff contact."""
+
+    type: Literal["hht-alpha"] = Field(description="name of the scheme")
+    alpha: Number = Field(
+        default=0.05, ge=0, le=0.3333333333333333, description="weight of the old forces, no unit; 0 is Newmark's rule"
+    )
+
+
+class MoreauJean(Table):
+    """Moreau and Jean's scheme: contact as impulses with a restitution; for the formulation unilateral."""
+
+    type: Literal["moreau-jean"] = Field(description="name of the scheme")
+    theta: Number = Field(default=0.5, ge=0.5, le=1, description="weight of the new velocity, no unit")
+    restitution: Number = Field(default=0.0, ge=0, le=1, description="coefficient of restitution, no unit")
+
+
+Scheme = Annotated[
+    DiscreteGradient | ImplicitMidpoint | Newmark | HHTAlpha | GeneralizedAlpha | MoreauJean,
+    Field(discriminator="type"),
+]
 
 
 class Time(Table):

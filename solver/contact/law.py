@@ -43,6 +43,7 @@ class ContactLaw:
         touch_depth: Depth over which `endpoint` switches a damper that jumps at touch on, m.
         touch_product: p = chi v0 of a damper whose chi follows from the speed v0 at touch of each point; None: chi is
             given.
+        stores_energy: False where the scheme puts impulses in the place of the spring.
         augmented: Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used.
     """
 
@@ -52,6 +53,7 @@ class ContactLaw:
     touch_depth: float = 1.0e-8
     touch_product: float | None = None
     augmented: float | None = None
+    stores_energy: bool = True
 
     @property
     def stiffness(self) -> float:
@@ -67,7 +69,7 @@ class ContactLaw:
 
     def potential(self, depth: Array) -> Array:
         """Return psi(d), J/m^2."""
-        return self.spring.potential(depth)
+        return self.spring.potential(depth) if self.stores_energy else np.zeros_like(depth)
 
     def static(self, depth: Array) -> StagePressure:
         """Return p = e(d): the law at rest."""

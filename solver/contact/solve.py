@@ -28,6 +28,7 @@ from solver.errors import NotConverged
 from solver.system import Array
 
 RELATIVE_TOLERANCE = 1.0e-11
+NOTHING = 1.0e-290  # Pa; below it numbers lose their digits
 ROUND_OFF = 1.0e-14  # of the terms that cancel in d_free - s D f
 FULL_STEPS = 3
 FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
@@ -146,7 +147,7 @@ def _solve(
         if not np.isfinite(residual):
             break
         residuals.append(residual)
-        wanted = RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0))
+        wanted = max(RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0)), NOTHING)
         cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(forces)))
         floor = ROUND_OFF * float(np.max(stage.slope, initial=0.0)) * max(size, cancelled)
         stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]

@@ -1,4 +1,4 @@
-"""Generalized-alpha (Chung and Hulbert 1993), with Newmark (1959) as its special case.
+"""Generalized-alpha (Chung and Hulbert 1993), with Newmark (1959) and HHT-alpha (1977) as special cases.
 
     u1 = u0 + dt v0 + dt^2 ((1/2 - beta) a0 + beta a1),    v1 = v0 + dt ((1 - gamma) a0 + gamma a1)
     M a_m + C v_f + K u_f = f_f + G^T (w p_f),    x_m = (1-alpha_m) x1 + alpha_m x0,   x_f = (1-alpha_f) x1 + alpha_f x0
@@ -42,6 +42,11 @@ class GeneralizedAlpha:
         alpha_f = rho_inf / (rho_inf + 1.0)
         shift = 1.0 - alpha_m + alpha_f
         return cls(alpha_m, alpha_f, 0.25 * shift * shift, 0.5 - alpha_m + alpha_f)
+
+    @classmethod
+    def hht(cls, alpha: float) -> GeneralizedAlpha:
+        """Return Hilber, Hughes and Taylor's scheme (1977), alpha in [0, 1/3] (theirs is negative)."""
+        return cls(0.0, alpha, 0.25 * (1.0 + alpha) ** 2, 0.5 + alpha)
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
         """Return (c_m, c_k) of the effective operator."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from solver.case_tables.time import DiscreteGradient, ImplicitMidpoint, Newmark, Scheme
+from solver.case_tables.time import DiscreteGradient, HHTAlpha, ImplicitMidpoint, Newmark, Scheme
+from solver.case_tables.time import MoreauJean as MoreauJeanScheme
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
+from solver.integrators.moreau_jean import MoreauJean
 from solver.system import SemiDiscreteSystem, State, Step
 
 
@@ -42,4 +44,8 @@ def make_integrator(scheme: Scheme) -> Integrator:
         return Midpoint(implicit=True)
     if isinstance(scheme, Newmark):
         return GeneralizedAlpha.newmark(scheme.beta, scheme.gamma)
+    if isinstance(scheme, HHTAlpha):
+        return GeneralizedAlpha.hht(scheme.alpha)
+    if isinstance(scheme, MoreauJeanScheme):
+        return MoreauJean(scheme.theta, scheme.restitution)
     return GeneralizedAlpha.from_spectral_radius(scheme.rho_inf)

@@ -1,0 +1,95 @@
+"""Moreau and Jean's scheme: contact as impulses, with a coefficient of restitution.
+
+    M (v1 - v0) + dt (C vt + K ut) = dt f(t0 + theta dt) + H^T P,    vt = theta v1 + (1-theta) v0,
+    u1 = u0 + dt vt,    ut = u0 + theta dt vt
+
+Where the gap predicted at half a step is closed, the gap rate obeys Newton's law of impact,
+
+    0 <= P  orthogonal to  g'1 + e g'0 >= 0;    elsewhere P = 0.
+
+The unknown is vt: ((M / (theta dt) + C + theta dt K) vt = f + H^T P/dt + M v0 / (theta dt) - K u0. First order at
+impacts; gaps are not corrected, so a face penetrates by up to its approach speed times half a step, and stays there.
+
+Source: Jean (1999), Comput. Methods Appl. Mech. Eng. 177, 235-257; Acary and Brogliato (2008), ch. 10.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.condensation import CondensedOperator
+from solver.contact.law import ContactLaw, StagePressure
+from solver.contact.solve import solve_contact
+from solver.integrators.effective import image_of_solution
+from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, Stage, State, Step
+
+RIGID = 1.0e-10  # compliance of the rate constraint relative to that of the contact points
+
+
+@dataclass(frozen=True)
+class MoreauJean:
+    """Coefficients: `theta` in [1/2, 1], `restitution` e in [0, 1]."""
+
+    theta: float = 0.5
+    restitution: float = 0.0
+    carries_acceleration = False
+
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
+        """Return (c_m, c_k) of the effective operator."""
+        return 1.0 / (self.theta * dt) + system.mass_damping, self.theta * dt + system.stiffness_damping
+
+    def advance(
+        self,
+        system: SemiDiscreteSystem,
+        condensed: CondensedOperator,
+        law: ContactLaw,  # noqa: ARG002 - impulses follow from the rates alone
+        old: State,
+        dt: float,
+        max_iterations: int = 60,
+    ) -> Step:
+        """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`."""
+        contact, operators, theta = system.contact, system.operators, self.theta
+        factors = system.load_factors(old.time + theta * dt)
+        right_side = system.combine_loads(factors) + old.v[MASS] / (theta * dt) - old.u[STIFFNESS]
+        started = time.perf_counter()
+        free = condensed.solve_free(right_side)
+        solved = time.perf_counter()
+        rates = np.stack([contact.interface.trace(x, operators) for x in (free, old.v[VALUE])], axis=1)
+        free_rate, old_rate = -(contact.gap_matrix @ rates).T
+        closed = old.depth + 0.5 * dt * old_rate >= 0.0
+        allowed = (1.0 - theta - theta * self.restitution) * old_rate
+        stiffness = 1.0 / (RIGID * dt * np.maximum(np.diagonal(condensed.delassus), 1e-300) * contact.weights)
+
+        def impulses(excess: Array) -> StagePressure:
+            pressed = closed & (excess > 0.0)
+            pressure = np.where(pressed, stiffness * excess, 0.0)
+            return StagePressure(pressure, np.where(pressed, stiffness, 0.0), np.zeros_like(pressure))
+
+        solution = solve_contact(
+            condensed,
+            dt,
+            dt * (free_rate - allowed),
+            contact.weights,
+            impulses,
+            np.where(closed, contact.weights * old.pressure, 0.0),
+            max_iterations,
+        )
+        velocity = image_of_solution(system, condensed, free, right_side, solution.forces)
+        new = State(
+            time=old.time + dt,
+            u=old.u + dt * velocity,
+            v=np.asarray((velocity - (1.0 - theta) * old.v) / theta),
+            depth=old.depth + solution.depth + dt * allowed,
+            pressure=solution.forces / contact.weights,
+        )
+        stage = Stage(
+            load_factors=factors,
+            inertia_and_elastic=(new.v[MASS] - old.v[MASS]) / dt + old.u[STIFFNESS] + theta * dt * velocity[STIFFNESS],
+            velocity=velocity,
+            pressure=new.pressure,
+            elastic_pressure=np.zeros_like(new.pressure),
+        )
+        return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})

@@ -9,6 +9,7 @@ import numpy as np
 from mpi4py import MPI
 from rich.console import Group
 from rich.table import Table
+from rich.text import Text
 
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
@@ -48,7 +49,7 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
                 ("march", _duration(steps * per_step), "estimated from it; output not counted"),
             ],
         ),
-        *(f"warning: {text}" for text in [*warnings(case), *_restraint_warnings(model)]),
+        *(Text(f"warning: {text}") for text in [*warnings(case), *_restraint_warnings(model)]),
     )
 
 
@@ -130,5 +131,5 @@ def _duration(seconds: float) -> str:
 def _table(title: str, rows: list[tuple[str, str, str]]) -> Table:
     table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
     for row in rows:
-        table.add_row(*row)
+        table.add_row(*(Text(cell) for cell in row))
     return table

@@ -19,6 +19,7 @@ from rich.logging import RichHandler
 
 from gapbeam.drawing import plot, render
 from gapbeam.ranks import abort_together, first_rank
+from gapbeam.stability import stability
 
 INPUT_FAULT = 2
 INTERRUPTED = 130
@@ -86,6 +87,7 @@ def schema() -> int:
 
 app.command()(plot)
 app.command()(render)
+app.command()(stability)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

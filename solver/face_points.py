@@ -22,7 +22,8 @@ class PointRule:
 
     Attributes:
         degree: Of the quadrature; of the nodes if nodal.
-        nodal: The points are the nodes of a Lagrange space, with lumped areas that are all positive.
+        nodal: The points are nodes of a Lagrange space, with the areas that a uniform pressure gives them: all nodes
+            but the corners of quadratic triangles, whose areas are 0.
     """
 
     degree: int
@@ -157,12 +158,18 @@ def gather_points(comm: MPI.Comm, points: FacePoints, merged: bool = False) -> F
     points = points.taken(along_beam(points.positions))
     if not merged:
         return points
+    rows, weights = at_nodes(points)
+    return replace(points.taken(rows), weights=weights)
+
+
+def at_nodes(points: FacePoints) -> tuple[Indices, Array]:
+    """Return one of the points at each node, and the sum of the weights there; for points at nodes of their space."""
     # by number: rounded places of the same node can differ between two cells
     own = np.take_along_axis(points.nodes, np.argmax(points.values, axis=1)[:, None], axis=1)[:, 0]
     _, first, which = np.unique(own, return_index=True, return_inverse=True)
     weights = np.bincount(which, weights=points.weights)
     order = np.argsort(first)
-    return replace(points.taken(first[order]), weights=weights[order])
+    return first[order], np.asarray(weights[order], dtype=float)
 
 
 def _rounded(positions: Array) -> Array:
@@ -211,15 +218,12 @@ _FACETS = {
 
 
 def _nodal_rule(facet_type: Any, degree: int) -> tuple[Array, Array]:
-    """Return the nodes of a facet and positive weights: Gauss-Lobatto's, on triangles lumped."""
+    """Return the nodes of a facet that carry a uniform pressure, and their weights: Gauss-Lobatto's on edges."""
     if facet_type != basix.CellType.triangle:
         points, weights = basix.make_quadrature(facet_type, 2 * degree - 1, basix.QuadratureType.gll)
         return np.asarray(points), np.asarray(weights)
     corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
-    if degree == 1:
-        return corners, np.full(3, 1.0 / 6.0)
-    middles = 0.5 * (corners + np.roll(corners, -1, axis=0))
-    return np.vstack([corners, middles]), np.repeat([1.0 / 24.0, 1.0 / 8.0], 3)
+    return (corners if degree == 1 else 0.5 * (corners + np.roll(corners, -1, axis=0))), np.full(3, 1.0 / 6.0)
 
 
 def lagrange(cell_type: Any, degree: int) -> Any:

@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 import ufl
 from dolfinx import fem, mesh
-from scipy.linalg import eigh
-from scipy.sparse import csr_matrix
+from scipy.linalg import eigh, eigvalsh
 
 from solver.elasticity import lame, stress
 from solver.errors import UserError
+from solver.face_points import face_points
 from solver.interface import nitsche_operator
-from solver.nitsche import Nitsche, correction, stress_rows, trace_bounds
+from solver.nitsche import Nitsche, correction, trace_bounds
 from solver.system import Springs
 from tests.models import beam_model, spread, stiffness_of
 
 WIDTH = 0.02  # m, of the slices in 2D
 FACTOR = 2.0
-BLOCK = {"beam": {"length": 0.05}, "support": {"length": 0.05}}
-COARSE_BLOCK = {"support_size": 0.02, "edge_size": 0.02, "cells_through_thickness": 2, "cells_across_width": 1}
+THETAS = (1, 0, -1)
+CELLS = {"support_size": 0.02, "edge_size": 0.02, "size": 0.02, "cells_through_thickness": 2}
 MESHES = {
     f"{cell} {plane} {degree}": {"cell": cell, "plane": plane, "degree": degree, "dimension": dimension}
     for cell, dimension, planes in (
@@ -37,160 +38,233 @@ every_mesh = pytest.mark.parametrize("name", MESHES)
 
 
 class Block:
-    """A short beam with Nitsche's operators of one theta, and the same forms in UFL."""
+    """A beam as long as its support, with symmetric Nitsche contact, and what its forms are in UFL."""
 
-    def __init__(self, name, theta=1, layers=2):
+    def __init__(self, name, layers):
         settings = MESHES[name]
-        cells = COARSE_BLOCK | {"cells_through_thickness": layers}
-        if settings["dimension"] == 2:
-            cells.pop("cells_across_width")
-        contact = {"formulation": {"type": "nitsche", "theta": theta, "factor": FACTOR}}
-        scheme = {"scheme": {"type": "implicit-midpoint"}}
-        changes = BLOCK | {"mesh": {**cells, **settings, "size": 0.02}, "contact": contact, "time": scheme}
-        self.model = beam_model(changes, loads=())
-        self.space, self.tagged, self.theta = self.model.space, self.model.tagged, theta
         self.dimension = settings["dimension"]
-        self.width = WIDTH if self.dimension == 2 else 1.0
+        across = {"cells_across_width": 1} if self.dimension == 3 else {}
+        self.model = beam_model(
+            {
+                "beam": {"length": 0.05},
+                "support": {"length": 0.05},
+                "mesh": {**CELLS, **across, **settings, "cells_through_thickness": layers},
+                "contact": {"formulation": {"type": "nitsche", "factor": FACTOR}},
+            },
+            loads=(),
+        )
+        self.space, self.tagged, self.contact = self.model.space, self.model.tagged, self.model.system.contact
+        self.interface = self.contact.interface
+        self.width, self.axis = WIDTH if self.dimension == 2 else 1.0, self.dimension - 1
         self.plane_stress = settings["plane"] == "stress" and self.dimension == 2
-        self.degree = {"quadrature_degree": 2 * settings["degree"] + 2}
-        self.ds = ufl.Measure("ds", self.space.mesh, subdomain_data=self.tagged.facets, metadata=self.degree)
-        self.faces = {name: self.tagged.facets_of(name) for name in ("base", "gland")}
+        rule = {"quadrature_degree": self.model.point_rule.degree}
+        self.measure = ufl.Measure("ds", self.space.mesh, subdomain_data=self.tagged.facets, metadata=rule)
+        self.faces = {face: self.tagged.facets_of(face) for face in ("base", "gland")}
+        self.settings = Nitsche(1, FACTOR, lame(self.model.case.material, self.plane_stress), self.width)
+        self.bounds = trace_bounds(self.space, self.points, self.settings)
 
     @property
-    def settings(self):
-        return Nitsche(self.theta, FACTOR, lame(self.model.case.material, self.plane_stress), self.width)
+    def points(self):
+        """Contact points by face."""
+        rule = self.model.point_rule
+        return {face: face_points(self.space, facets, rule, self.width) for face, facets in self.faces.items()}
 
     @property
-    def contact(self):
-        return self.model.system.contact
+    def gamma(self):
+        """Gamma of each cell, as a function that is constant in every cell."""
+        gamma = fem.Function(fem.functionspace(self.space.mesh, ("DG", 0)))
+        gamma.x.array[:] = 1.0
+        for cell, bound in self.bounds.items():
+            gamma.x.array[cell] = FACTOR * bound
+        return gamma
 
     def sigma(self, u):
-        """Stress (UFL)."""
         return stress(u, self.model.case.material, self.plane_stress)
 
-    def normal_stress(self, u):
-        """Stress normal to both faces (UFL)."""
-        axis = self.dimension - 1
-        return self.sigma(u)[axis, axis]
+    def normal(self, u):
+        """Stress along the normal of both faces."""
+        return self.sigma(u)[self.axis, self.axis]
 
-    def of_face(self, integrand, name):
-        return self.width * integrand * self.ds(self.tagged.groups[name])
+    def over(self, integrand, face):
+        return self.width * integrand * self.measure(self.tagged.groups[face])
 
-    def operator(self):
-        return nitsche_operator(
-            self.space, self.faces, 1e-4, self.width, self.model.point_rule, self.settings
-        )
+    def over_both(self, integrand):
+        return self.over(integrand, "base") + self.over(integrand, "gland")
+
+    def operator(self, theta):
+        settings, rule = replace(self.settings, theta=theta), self.model.point_rule
+        return nitsche_operator(self.space, self.faces, 1e-4, self.width, rule, settings)
 
     def stress_matrix(self):
         """S on the interface DOFs, from what the method adds to G: (G_N - G) gamma."""
-        found = self.operator()
-        return csr_matrix((found.operator.gap_matrix - found.operator.geometry_matrix).multiply(found.gamma[:, None]))
+        found = self.operator(1)
+        return (found.operator.gap_matrix - found.operator.geometry_matrix).multiply(found.gamma[:, None]).tocsr()
 
-    def random_displacement(self, seed=0):
-        """A displacement without symmetries."""
+    def plain_stiffness(self):
+        """K of elasticity with the weak restraint."""
+        u, v, case = ufl.TrialFunction(self.space), ufl.TestFunction(self.space), self.model.case
+        springs = (case.restraint.axial, case.restraint.lateral)[: self.dimension - 1]
+        held = sum(k / (2.0 * 0.05 * WIDTH) * u[i] * v[i] for i, k in enumerate(springs))
+        return assembled(self.width * ufl.inner(self.sigma(u), ufl.grad(v)) * ufl.dx + self.over_both(held))
+
+    def random_displacement(self):
         u = fem.Function(self.space)
-        u.x.array[:] = np.random.default_rng(seed).standard_normal(len(u.x.array))
-        return u
+        u.x.array[:] = np.random.default_rng(1).standard_normal(len(u.x.array))
+        return u, self.interface.trace(u.x.array, self.model.system.operators)
 
-    def traced(self, u):
-        return self.contact.interface.trace(u.x.array, self.model.system.operators)
+    def spread(self, values):
+        """Interface values as a vector."""
+        total = np.zeros(self.model.dofs)
+        self.interface.add(total, values)
+        return total
 
 
 @cache
-def block(name, theta=1, layers=2):
+def block(name, layers=2):
     """A block, kept: several tests look at the same."""
-    return Block(name, theta, layers)
+    return Block(name, layers)
 
 
 def assembled(form):
-    """A bilinear form as a matrix."""
-    return fem.assemble_matrix(fem.form(form)).to_scipy().tocsr()
+    """A form as a vector or a matrix."""
+    form = fem.form(form)
+    return fem.assemble_vector(form).array if form.rank == 1 else fem.assemble_matrix(form).to_scipy().tocsr()
+
+
+def close(found, expected):
+    """Whether two vectors agree to 1e-12."""
+    return np.linalg.norm(expected) > 0.0 and np.linalg.norm(found - expected) < 1e-12 * np.linalg.norm(expected)
 
 
 @every_mesh
 def test_stress_operator_is_the_assembled_form(name: str) -> None:
-    """G^T w S u is int sigma_n(u) v ds, assembled by DOLFINx for a random u and all v, to 1e-12.
+    """G^T w S u is int sigma_n(u) v_n ds, assembled by DOLFINx for a random u and all v, to 1e-12.
 
-    With a gap that closes downward at the base and upward at the gland.
+    v_n opens the gap: it points upward at the base and downward at the gland.
     """
     body = block(name)
-    u, v, axis = body.random_displacement(), ufl.TestFunction(body.space), body.dimension - 1
-    form = body.of_face(body.normal_stress(u) * v[axis], "base") - body.of_face(body.normal_stress(u) * v[axis], "gland")
-    expected = fem.assemble_vector(fem.form(form)).array
-    contact = body.contact
-    found = np.zeros(len(expected))
-    stress_there = body.stress_matrix() @ body.traced(u)
-    contact.interface.add(found, contact.geometry_matrix.T @ (contact.weights * stress_there))
-    assert np.linalg.norm(expected) > 0.0
-    assert np.linalg.norm(found - expected) < 1e-12 * np.linalg.norm(expected)
+    (u, traced), v = body.random_displacement(), ufl.TestFunction(body.space)[body.axis]
+    expected = assembled(body.over(body.normal(u) * v, "base") - body.over(body.normal(u) * v, "gland"))
+    stress_there = body.stress_matrix() @ traced
+    assert close(body.spread(body.contact.geometry_matrix.T @ (body.contact.weights * stress_there)), expected)
 
 
+@pytest.mark.parametrize("theta", THETAS)
 @every_mesh
-def test_force_operator_carries_theta_times_the_stress(name: str) -> None:
-    """H^T w p is int p (G v + theta/gamma sigma_n(v)) for theta 1, 0, -1; G_N u is G u + sigma_n(u)/gamma.
+def test_gap_and_force_operators_are_the_assembled_forms(name: str, theta: int) -> None:
+    """H^T w p is int p (v_n + theta/gamma sigma_n(v)), p = gamma u_n + sigma_n(u), to 1e-12; H is G for theta = 1 only.
 
-    The pressure is that of a random displacement, gamma one number per cell; all forms assembled by DOLFINx, to 1e-12.
+    Source: Chouly, Hild and Renard (2015), the last term of the method; assembled by DOLFINx for a random u.
     """
-    for theta in (1, 0, -1):
-        body = block(name, theta)
-        found, u, v = body.operator(), body.random_displacement(), ufl.TestFunction(body.space)
-        axis, gamma = body.dimension - 1, cell_gamma(body)
-        total, contact = 0, found.operator
-        for face, sign in (("base", 1.0), ("gland", -1.0)):
-            pressure = gamma * sign * u[axis] + body.normal_stress(u)
-            total += body.of_face(pressure * (sign * v[axis] + theta / gamma * body.normal_stress(v)), face)
-        expected = fem.assemble_vector(fem.form(total)).array
-        pressure = found.gamma * (contact.gap_matrix @ body.traced(u))
-        result = np.zeros(len(expected))
-        contact.interface.add(result, contact.resultant(contact.weights * pressure))
-        assert np.linalg.norm(result - expected) < 1e-12 * np.linalg.norm(expected)
-        assert contact.symmetric == (theta == 1)
-
-
-def cell_gamma(body):
-    """Gamma as a function that is constant in every cell."""
-    gamma = fem.Function(fem.functionspace(body.space.mesh, ("DG", 0)))
-    gamma.x.array[:] = 1.0
-    local = {face: points_of(body, face) for face in body.faces}
-    for cell, bound in trace_bounds(body.space, local, body.settings).items():
-        gamma.x.array[cell] = FACTOR * bound
-    return gamma
-
-
-def points_of(body, face):
-    """Contact points of one face."""
-    from solver.face_points import face_points
-
-    return face_points(body.space, body.faces[face], body.model.point_rule, body.width)
+    body = block(name)
+    (u, traced), v = body.random_displacement(), ufl.TestFunction(body.space)
+    found, gamma, form = body.operator(theta), body.gamma, 0
+    for face, sign in (("base", 1.0), ("gland", -1.0)):
+        pressure = gamma * sign * u[body.axis] + body.normal(u)
+        form += body.over(pressure * (sign * v[body.axis] + theta / gamma * body.normal(v)), face)
+    contact = found.operator
+    pressure = found.gamma * (contact.gap_matrix @ traced)
+    assert close(body.spread(contact.resultant(contact.weights * pressure)), assembled(form))
+    assert contact.symmetric == (theta == 1)
 
 
 @every_mesh
 def test_correction_of_the_stiffness_is_the_assembled_form(name: str) -> None:
-    """K_N = K - theta/gamma int sigma_n sigma_n, assembled by DOLFINx, to 1e-12 of its norm.
+    """K_N = K - theta/gamma int sigma_n sigma_n, assembled by DOLFINx, to 1e-12 of the largest entry of K.
 
-    `correction` with one gamma for all points, and the stiffness of the model with that of each cell; theta 1, 0, -1.
+    For `correction` with the same gamma at all points, for that of the operator, and for the stiffness of the model.
     """
-    for theta in (1, 0, -1):
-        body = block(name, theta)
-        u, v = ufl.TrialFunction(body.space), ufl.TestFunction(body.space)
-        product = body.normal_stress(u) * body.normal_stress(v)
-        faces = [body.of_face(product, face) for face in body.faces]
-        added = assembled(sum(faces[1:], faces[0]))
-        gamma, contact = 3.0e14, body.contact
-        same = np.full(contact.size, gamma)
-        springs = Springs(contact.interface, correction(body.stress_matrix(), contact.weights, same, theta))
-        found = spread(springs, added.shape[0])
-        assert abs(found + theta / gamma * added).max() <= 1e-12 * abs(added).max() / gamma
-        plain = Block.__dict__["plain_stiffness"](body) if hasattr(Block, "plain_stiffness") else plain_stiffness(body)
-        varying = [body.of_face(product / cell_gamma(body), face) for face in body.faces]
-        expected = plain - theta * assembled(sum(varying[1:], varying[0]))
-        assert abs(stiffness_of(body.model) - expected).max() <= 1e-12 * abs(plain).max()
+    body = block(name)
+    u, v = ufl.TrialFunction(body.space), ufl.TestFunction(body.space)
+    product, gamma, size = body.normal(u) * body.normal(v), 3.0e13, body.model.dofs
+    plain, same = body.plain_stiffness(), assembled(body.over_both(product)) / gamma
+    varying = assembled(body.over_both(product / body.gamma))
+    for theta in THETAS:
+        alike = correction(body.stress_matrix(), body.contact.weights, np.full(body.contact.size, gamma), theta)
+        assert abs(spread(Springs(body.interface, alike), size) + theta * same).max() < 1e-12 * abs(plain).max()
+        own = spread(body.operator(theta).correction, size)
+        assert abs(own + theta * varying).max() < 1e-12 * abs(plain).max()
+    assert abs(varying).max() > 1e-2 * abs(plain).max()
+    assert abs(stiffness_of(body.model) - (plain - varying)).max() < 1e-12 * abs(plain).max()
 
 
-def plain_stiffness(body):
-    """K of elasticity with the weak restraint, assembled from UFL."""
-    u, v, case = ufl.TrialFunction(body.space), ufl.TestFunction(body.space), body.model.case
-    elastic = body.width * ufl.inner(body.sigma(u), ufl.grad(v)) * ufl.dx
-    area = 2.0 * case.support.length * WIDTH
-    spring = sum(k / area * u[i] * v[i] for i, k in enumerate((case.restraint.axial, case.restraint.lateral)[: body.dimension - 1]))
-    return assembled(elastic + body.of_face(spring, "base") + body.of_face(spring, "gland"))
+@pytest.mark.parametrize("layers", [1, 2])
+@every_mesh
+def test_trace_bound_is_sharp(name: str, layers: int) -> None:
+    """Int sigma_n^2 <= lambda a(u, u) on the contact cells for random u, and equal for the worst u within 1e-8.
+
+    A cell's own forms, assembled by DOLFINx with tags for this cell alone; the largest eigenvalue by SciPy. With one
+    layer of cells both faces press on the same cell, whose bound is that of both facets together.
+    """
+    body = block(name, layers)
+    u, v, topology = ufl.TrialFunction(body.space), ufl.TestFunction(body.space), body.space.mesh.topology
+    topology.create_connectivity(body.dimension - 1, body.dimension)
+    owner = topology.connectivity(body.dimension - 1, body.dimension)
+    both = set.intersection(*({int(owner.links(facet)[0]) for facet in facets} for facets in body.faces.values()))
+    assert bool(both) == (layers == 1 and "ahedron" not in name.replace("hexahedron", "")) or "tri" in name or "tet" in name
+    cells = sorted(body.bounds)
+    random = np.random.default_rng(0)
+    for cell in {cells[0], cells[-1], *list(both)[:1]}:
+        one = np.array([cell], dtype=np.int32)
+        tagged = mesh.meshtags(body.space.mesh, body.dimension, one, one * 0 + 1)
+        facets = np.array([f for face in body.faces.values() for f in face if owner.links(f)[0] == cell], dtype=np.int32)
+        sides = mesh.meshtags(body.space.mesh, body.dimension - 1, np.sort(facets), facets * 0 + 1)
+        inside = ufl.Measure("dx", body.space.mesh, subdomain_data=tagged)(1)
+        outside = ufl.Measure("ds", body.space.mesh, subdomain_data=sides)(1)
+        dofs = body.space.dofmap.cell_dofs(cell)
+        mine = (dofs[:, None] * body.dimension + np.arange(body.dimension)).reshape(-1)
+        elastic, traced = (
+            assembled(body.width * form)[mine][:, mine].toarray()
+            for form in (ufl.inner(body.sigma(u), ufl.grad(v)) * inside, body.normal(u) * body.normal(v) * outside)
+        )
+        values, vectors = np.linalg.eigh(elastic)
+        assert values[{2: 3, 3: 6}[body.dimension] - 1] < 1e-12 * values[-1] < values[{2: 3, 3: 6}[body.dimension]]
+        vectors = vectors[:, {2: 3, 3: 6}[body.dimension] :]
+        worst = eigh(vectors.T @ traced @ vectors, vectors.T @ elastic @ vectors, eigvals_only=True)[-1]
+        assert body.bounds[cell] == pytest.approx(worst, rel=1e-8)
+        for _ in range(20):
+            x = random.standard_normal(len(mine))
+            assert x @ traced @ x <= body.bounds[cell] * (x @ elastic @ x)
+
+
+@pytest.mark.parametrize("layers", [1, 2])
+@every_mesh
+def test_corrected_stiffness_is_semidefinite(name: str, layers: int) -> None:
+    """K_N has no negative eigenvalue with the factors 2 and 1, and one with a factor of 0.3, for theta = 1.
+
+    Source: the trace inequality, cell by cell; eigenvalues by LAPACK, to 1e-13 of the largest.
+    """
+    body = block(name, layers)
+    plain, own = body.plain_stiffness(), spread(body.operator(1).correction, body.model.dofs)
+    for factor, semidefinite in ((2.0, True), (1.0, True), (0.3, False)):
+        values = eigvalsh((plain + own * (FACTOR / factor)).toarray())
+        assert (values[0] > -1e-13 * values[-1]) == semidefinite
+    # away from the bound: what is elastic stays so, but for half of its stiffness
+    assert eigvalsh((plain + own).toarray() - 0.499 * plain.toarray())[0] > -1e-13 * abs(plain).max()
+
+
+def test_flat_cells_have_the_bound_of_their_height() -> None:
+    """Cells 240 times as high as long: the bound stays that of quadrilaterals twice as long, within a factor of 4.
+
+    An error of the rigid motions, which stiff and soft modes of such cells hide, would multiply it.
+    """
+    bounds = []
+    for size in (2.5e-5, 5.0e-5):
+        mesh_of_cells = {"size": 0.02, "support_size": 0.0125, "edge_size": size, "cells_through_thickness": 2}
+        model = beam_model(
+            {"mesh": mesh_of_cells, "contact": {"formulation": {"type": "nitsche"}}, "beam": {"length": 0.1}}, loads=()
+        )
+        bounds.append(model.law.spring.stiffness / 2.0)
+    assert bounds[0].max() == pytest.approx(bounds[1].max(), rel=3.0)
+
+
+@pytest.mark.parametrize(("theta", "least"), [(1, 1.0), (0, 0.25)])
+def test_too_small_a_factor_is_refused(theta: int, least: float) -> None:
+    """At (1 + theta)^2 / 4 the method is no longer monotone: said, not computed. theta = -1 takes any factor.
+
+    Source: Chouly, Hild and Renard (2015): the method is well posed for gamma above a bound, which falls to 0 with theta = -1.
+    """
+    with pytest.raises(UserError, match=f"factor = {least:g}; nitsche with theta = {theta:g} needs more"):
+        Nitsche(theta, least, (1.0, 1.0), 1.0)
+    assert Nitsche(theta, 1.01 * least, (1.0, 1.0), 1.0).factor > least
+    assert Nitsche(-1, 1e-6, (1.0, 1.0), 1.0).theta == -1

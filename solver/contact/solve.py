@@ -29,7 +29,7 @@ from solver.system import Array
 
 RELATIVE_TOLERANCE = 1.0e-11
 NOTHING = 1.0e-290  # Pa; below it numbers lose their digits
-ROUND_OFF = 1.0e-14  # of the terms that cancel in d_free - s D f
+ROUND_OFF = 5.0e-14  # of the terms that cancel in d_free - s D f
 FULL_STEPS = 3
 FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
 SOFTENED = (1.0e-4, 1.0e-3, 1.0e-2, 0.1, 1.0)  # shares of the law on the way to a hard solution

@@ -7,6 +7,7 @@ killed run leaves a readable series.
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,7 @@ import h5py
 import numpy as np
 from dolfinx import fem
 
-from solver.face_points import face_points, gather_points
+from solver.face_points import FacePoints, at_nodes, face_points, gather_points
 from solver.model import Model
 from solver.output.records import FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
 from solver.system import VALUE, Array, State
@@ -82,16 +83,7 @@ class FieldWriter:
 
     def _contact_rows(self, model: Model) -> None:
         """Tabulate hat functions at the contact points: nodal pressure = int N p / int N, never negative."""
-        tagged, case = model.tagged, model.case
-        width = case.beam.width if case.mesh.dimension == 2 else 1.0
-        parts = [
-            gather_points(
-                self._comm,
-                face_points(self._space, tagged.facets_of(name), model.point_rule, width),
-                merged=model.point_rule.nodal,
-            )
-            for name in model.system.contact.face_names
-        ]
+        parts = [self._points_on(name, model) for name in model.system.contact.face_names]
         nodes = np.concatenate([part.nodes for part in parts])
         values = np.concatenate([part.values for part in parts])
         weights = np.concatenate([part.weights for part in parts])
@@ -102,6 +94,16 @@ class FieldWriter:
         place = np.searchsorted(self._contact_nodes, nodes[point, local])
         np.add.at(rows, (place, point), values[point, local])
         self._hat_forces, self._hat_areas = rows, rows @ weights
+
+    def _points_on(self, face: str, model: Model) -> FacePoints:
+        """Return the contact points of a face with the hat functions of the linear mesh. Collective."""
+        width = model.case.beam.width if model.case.mesh.dimension == 2 else 1.0
+        facets, rule = model.tagged.facets_of(face), model.point_rule
+        coarse = gather_points(self._comm, face_points(self._space, facets, rule, width))
+        if not rule.nodal:
+            return coarse
+        rows, weights = at_nodes(gather_points(self._comm, face_points(model.space, facets, rule, width)))
+        return replace(coarse.taken(rows), weights=weights)
 
     def _nodal(self, values: Array) -> Any:
         self._fine.x.array[: len(values)] = values

@@ -51,9 +51,9 @@ class DenseOperators:
         """Return K x."""
         return np.asarray(self.stiffness @ x)
 
-    def energy_round_off(self, x: Array) -> float:
-        """Return how far x K x / 2 is off by round-off."""
-        return float(np.finfo(float).eps * np.linalg.norm(np.diagonal(self.stiffness) * x * x))
+    def stiffness_round_off(self, x: Array) -> Array:
+        """Return about how far the entries of K x are off by round-off."""
+        return np.asarray(np.finfo(float).eps * np.diagonal(self.stiffness) * np.abs(x))
 
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the restraint adds."""

@@ -142,7 +142,8 @@ def _kinetic_and_strain(system: SemiDiscreteSystem, state: State) -> tuple[float
 
 
 def _round_off(system: SemiDiscreteSystem, state: State) -> float:
-    return ROUND_OFF_SAFETY * system.operators.energy_round_off(state.u[VALUE])
+    terms = state.u[VALUE] * system.operators.stiffness_round_off(state.u[VALUE])
+    return ROUND_OFF_SAFETY * float(np.sqrt(system.dots([(terms, terms)])[0]))
 
 
 def _contact_energy(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:

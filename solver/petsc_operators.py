@@ -103,10 +103,9 @@ class PetscOperators:
         """Return K x. Collective."""
         return self._product(self._stiffness, x)
 
-    def energy_round_off(self, x: Array) -> float:
-        """Return how far x K x / 2 is off by round-off. Collective."""
-        terms = self._stiffness_diagonal * x * x
-        return float(np.finfo(float).eps * np.sqrt(self.sum(np.array([terms @ terms]))[0]))
+    def stiffness_round_off(self, x: Array) -> Array:
+        """Return about how far the entries of K x are off by round-off."""
+        return np.asarray(np.finfo(float).eps * self._stiffness_diagonal * np.abs(x))
 
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the restraint adds. Collective."""

@@ -44,8 +44,8 @@ class Operators(Protocol):
     def apply_stiffness(self, x: Array) -> Array:
         """Return K x (n,). Collective."""
 
-    def energy_round_off(self, x: Array) -> float:
-        """Return how far x K x / 2 is off by round-off, J: eps |diag(K) x^2|, an estimate. Collective."""
+    def stiffness_round_off(self, x: Array) -> Array:
+        """Return about how far the entries of K x are off by round-off, (n,): eps diag(K) |x|."""
 
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the weak restraint adds (n,). Collective."""

@@ -29,6 +29,7 @@ from solver.system import STIFFNESS, VALUE, Array, Imaged, SemiDiscreteSystem, S
 MAX_ITERATIONS = 400
 TOLERANCE = 1.0e-12  # of the energy norm
 STALLED = 1.0e-6
+NOISE_SAFETY = 10.0
 NOISY = 3  # updates that have stopped to contract
 
 
@@ -78,7 +79,11 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         energy, change = system.dots([(u[VALUE], u[STIFFNESS]), (moved[VALUE], moved[STIFFNESS])])
         potential = 2.0 * float(contact.weights @ law.potential(depth))
         updates.append(float(np.sqrt(abs(change) / (abs(energy) + potential))) if change != 0.0 else 0.0)
-        if updates[-1] <= TOLERANCE or (updates[-1] <= STALLED and _is_noise(updates)):
+        settled = updates[-1] <= TOLERANCE
+        if not settled and _is_noise(updates):
+            noise = _noise(system, condensed, u[VALUE]) / (abs(energy) + potential)
+            settled = updates[-1] <= max(STALLED, NOISE_SAFETY * float(np.sqrt(noise)))
+        if settled:
             pressure = point_forces / contact.weights
             return Seat(_at_rest(u, depth, pressure, carries_acceleration), updates[-1], iteration)
     raise NotConverged(
@@ -92,6 +97,13 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
 def _is_noise(updates: list[float]) -> bool:
     """Return whether the updates no longer contract: the last ones are not half of the one before them."""
     return len(updates) > NOISY and min(updates[-NOISY:]) >= 0.5 * updates[-NOISY - 1]
+
+
+def _noise(system: SemiDiscreteSystem, condensed: CondensedOperator, u: Array) -> float:
+    """Return twice the energy of an update that round-off in K u alone makes. Collective."""
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(u))
+    moved = condensed.solve_free(signs * system.operators.stiffness_round_off(u))
+    return abs(float(system.dots([(moved, system.operators.apply_stiffness(moved))])[0]))
 
 
 def _at_rest(u: Imaged, depth: Array, pressure: Array, carries_acceleration: bool) -> State:

@@ -30,6 +30,7 @@ from solver.system import Array
 RELATIVE_TOLERANCE = 1.0e-11
 NOTHING = 1.0e-290  # Pa; below it numbers lose their digits
 ROUND_OFF = 5.0e-14  # of the terms that cancel in d_free - s D f
+SETTLED = 1.0e-7  # of the largest force: what round-off of the penetration leaves of an update
 FULL_STEPS = 3
 FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
 SOFTENED = (1.0e-4, 1.0e-3, 1.0e-2, 0.1, 1.0)  # shares of the law on the way to a hard solution
@@ -72,7 +73,8 @@ def solve_contact(
         augmented: Relative penetration to reach by multipliers, or None.
 
     Returns:
-        The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure.
+        The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure, or as well as
+        round-off of the penetration allows.
 
     Raises:
         NotConverged: With the history of the residual (Pa), after `max_iterations`.
@@ -151,9 +153,12 @@ def _solve(
         cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(forces)))
         floor = ROUND_OFF * float(np.max(stage.slope, initial=0.0)) * max(size, cancelled)
         stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
-        if residual <= wanted or (stalled and residual <= floor):
+        if residual <= wanted:
             return ContactSolution(forces, depth, stage, iteration)
         update = _newton_forces(condensed, scale, free_depth, weights, depth, stage) - forces
+        # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
+        if stalled and residual <= floor and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces)):
+            return ContactSolution(forces, depth, stage, iteration)
         change = -scale * condensed.respond(update)
         length = 1.0
         if iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):

@@ -11,12 +11,12 @@ from matplotlib.axes import Axes
 from matplotlib.colors import SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
-from numpy.typing import NDArray
 
 from postprocess.figures.style import journal_style
 
 RESOLVED, MOST = 1e-6, 1e1  # of the energy exchanged
 LABELS = {"contact.stiffness": "contact stiffness (Pa/m)", "time.step": "step (s)"}
+MOST_TICKS = 8
 MARKS = {"energy created": "x", "not converged": "s", "not finite": "*", "failed": "d", "refused": "_"}
 
 
@@ -34,14 +34,14 @@ def draw_stability_map(
     Args:
         records: One a point of the grid, with the keys and the figures of a trial.
         path: File to write; its suffix gives the format.
-        along: Key on the horizontal axis, numbers.
-        up: Key on the vertical axis, numbers.
+        along: Key on the horizontal axis.
+        up: Key on the vertical axis.
         panels: Key of the panels.
     """
     names = list(dict.fromkeys(str(record[panels]) for record in records))
     columns = min(3, len(names))
     rows = -(-len(names) // columns)
-    x, y = (sorted({float(record[key]) for record in records}) for key in (along, up))
+    x, y = (_ordered({str(record[key]) for record in records}) for key in (along, up))
     with journal_style():
         figure = Figure(figsize=(2.2 * columns + 0.9, 1.8 * rows + 0.7), layout="constrained")
         axes = figure.subplots(rows, columns, sharex=True, sharey=True, squeeze=False)
@@ -55,9 +55,11 @@ def draw_stability_map(
             worst = _worst(mine, along, up)
             values = np.array([[worst[a, b]["created"] if (a, b) in worst else np.nan for a in x] for b in y])
             norm = SymLogNorm(RESOLVED, vmin=-MOST, vmax=MOST, base=10)
-            mesh = panel.pcolormesh(_edges(x), _edges(y), np.clip(values, -MOST, MOST), norm=norm, cmap="RdBu_r")
-            used |= _mark(panel, worst)
-            panel.set(xscale="log", yscale="log", title=names[place])
+            mesh = panel.pcolormesh(np.clip(values, -MOST, MOST), norm=norm, cmap="RdBu_r")
+            used |= _mark(panel, {(x.index(a), y.index(b)): record for (a, b), record in worst.items()})
+            panel.set_title(names[place])
+            panel.set_xticks(*_ticks(x))
+            panel.set_yticks(*_ticks(y))
         for panel in axes[-1]:
             panel.set_xlabel(LABELS.get(along, along))
         for panel in axes[:, 0]:
@@ -76,11 +78,11 @@ def draw_stability_map(
     return path
 
 
-def _worst(records: Sequence[Mapping[str, Any]], along: str, up: str) -> dict[tuple[float, float], Mapping[str, Any]]:
+def _worst(records: Sequence[Mapping[str, Any]], along: str, up: str) -> dict[tuple[str, str], Mapping[str, Any]]:
     """Return the record that created most energy, or did not pass, at each point."""
-    found: dict[tuple[float, float], Mapping[str, Any]] = {}
+    found: dict[tuple[str, str], Mapping[str, Any]] = {}
     for record in records:
-        place = float(record[along]), float(record[up])
+        place = str(record[along]), str(record[up])
         if place not in found or _badness(record) > _badness(found[place]):
             found[place] = record
     return found
@@ -90,21 +92,37 @@ def _badness(record: Mapping[str, Any]) -> tuple[bool, float]:
     return record["verdict"] != "passed", float(record["created"])
 
 
-def _mark(panel: Axes, records: Mapping[tuple[float, float], Mapping[str, Any]]) -> set[str]:
+def _mark(panel: Axes, records: Mapping[tuple[int, int], Mapping[str, Any]]) -> set[str]:
     ended: dict[str, list[tuple[float, float]]] = {}
-    for place, record in records.items():
+    for (column, row), record in records.items():
         if record["verdict"] in MARKS:
-            ended.setdefault(record["verdict"], []).append(place)
+            ended.setdefault(record["verdict"], []).append((column + 0.5, row + 0.5))
     for verdict, places in ended.items():
         panel.plot(*zip(*places, strict=True), MARKS[verdict], color="black", markersize=3.5)
     return set(ended)
 
 
-def _edges(centers: Sequence[float]) -> NDArray[np.float64]:
-    """Return the edges of cells around centers that are spaced in the logarithm."""
-    logs = np.log10(centers)
-    if len(logs) == 1:
-        return np.asarray(10.0 ** (logs[0] + np.array([-0.5, 0.5])))
-    middles = 0.5 * (logs[1:] + logs[:-1])
-    ends = [2.0 * logs[0] - middles[0]], [2.0 * logs[-1] - middles[-1]]
-    return np.asarray(10.0 ** np.concatenate([ends[0], middles, ends[1]]))
+def _ordered(values: set[str]) -> list[str]:
+    """Return values in the order of their numbers; words come first."""
+    return sorted(values, key=lambda value: -np.inf if (number := _number(value)) is None else number)
+
+
+def _number(text: str) -> float | None:
+    try:
+        return float(text)
+    except ValueError:
+        return None
+
+
+def _ticks(values: Sequence[str]) -> tuple[list[float], list[str]]:
+    """Return places and labels of at most `MOST_TICKS` cells; powers of ten as such."""
+    shown = range(0, len(values), -(-len(values) // MOST_TICKS))
+    return [place + 0.5 for place in shown], [_label(values[place]) for place in shown]
+
+
+def _label(text: str) -> str:
+    number = _number(text)
+    if number is None:
+        return text
+    power = np.log10(number) if number > 0.0 else 0.5
+    return f"$10^{{{round(power)}}}$" if abs(power - round(power)) < 1e-9 else f"{number:.3g}"

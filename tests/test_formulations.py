@@ -56,8 +56,8 @@ def squeezed(cell, degree, name, clearance, loads=()):
 def test_patch_of_an_interference_fit(cell: str, degree: int, name: str) -> None:
     """Squeezed by |c| with nu = 0 the pressure is E |c| / h at all points: by penalty |c| / (2 / eps + h / E).
 
-    Source: a bar between rigid walls; between two springs of eps per area. To 1e-8 (penalty, Nitsche), 1e-7 (unilateral,
-    which compresses by 1e-8 of what the body does, per cell) and 1e-5 (multipliers that leave 1e-4 of the penetration).
+    Source: a bar between rigid walls; between two springs of eps per area. To 1e-8 (penalty, Nitsche), 1e-7
+    (unilateral, which compresses by 1e-8 of what a cell does) and 1e-5 (multipliers leave 1e-4 of the penetration).
     """
     model, seat = squeezed(cell, degree, name, -6.0e-6)
     compliance = 2.0 / model.law.stiffness if name == "penalty" else 0.0
@@ -68,14 +68,15 @@ def test_patch_of_an_interference_fit(cell: str, degree: int, name: str) -> None
 @pytest.mark.parametrize("clearance", [0.0, 1.0e-4])
 @every_formulation
 @pytest.mark.parametrize(
-    ("cell", "degree"), [("quadrilateral", 1), ("quadrilateral", 2), ("triangle", 2), ("hexahedron", 2), ("tetrahedron", 2)]
+    ("cell", "degree"),
+    [("quadrilateral", 1), ("quadrilateral", 2), ("triangle", 2), ("hexahedron", 2), ("tetrahedron", 2)],
 )
 def test_patch_of_a_block_at_rest(cell: str, degree: int, name: str, clearance: float) -> None:
     """In its clearance, or just fitting, a block presses on the base with rho a h at all points, and not on the gland.
 
-    Source: statics; under 1e5 times gravity, with nu = 0. Meshes in which the exact displacement is found, or whose
-    columns are all alike. To 1e-8. The exact formulations find the displacement -rho a h^2 / (2 E) of the top, to 1e-5 with
-    multipliers; on linear elements Nitsche's pressure holds but the displacement is off by their error.
+    Source: statics; under 1e5 times gravity, with nu = 0. On meshes in which the exact displacement is found, or whose
+    columns are all alike, to 1e-8. On quadratic cells the exact formulations also find the displacement of the top,
+    -rho a h^2 / (2 E), and no penetration, to 1e-5.
     """
     load = 1.0e6
     model, seat = squeezed(cell, degree, name, clearance, ({**GRAVITY, "acceleration": load},))
@@ -94,8 +95,8 @@ def test_patch_of_a_block_at_rest(cell: str, degree: int, name: str, clearance: 
 def test_seat_of_the_paper_beam(name: str) -> None:
     """38.986 N at the gland, 48.494 N at the base edge: statics of the overhanging beam, clearance 0.107 mm.
 
-    To 1e-4 where nodes at the edges carry, and to 2e-3 by Nitsche, whose gamma follows the height of the cells, 6 mm: its
-    pressure spreads over some of their 0.05 mm and shortens the lever.
+    To 1e-4 where nodes at the edges carry, and to 2e-3 by Nitsche, whose gamma follows the height of the cells, 6 mm:
+    its pressure spreads over some of their 0.05 mm and shortens the lever.
     """
     tolerance = 1e-4 if name in AT_NODES else 2e-3
     changes = {"contact": {"formulation": FORMULATIONS[name]}, "time": {"scheme": {"type": "implicit-midpoint"}}}
@@ -205,7 +206,7 @@ def test_exact_formulations_move_alike() -> None:
 
 
 def test_penalty_approaches_nitsche_with_its_stiffness() -> None:
-    """On the same points: forces and impulses come at least 3 times closer with every tenfold stiffness, to 1e-3 and 1e-4."""
+    """On the same points: with every tenfold stiffness at least 3 times closer, forces to 2e-3 and impulses to 1e-4."""
     exact = shaken("nitsche 1")
     motions = [shaken("penalty", stiffness=stiffness) for stiffness in (2.0e12, 2.0e13, 2.0e14)]
     impulses = [float(np.abs(motion.impulse / exact.impulse - 1.0).max()) for motion in motions]
@@ -216,7 +217,7 @@ def test_penalty_approaches_nitsche_with_its_stiffness() -> None:
 
 
 def test_unilateral_contact_is_complementary() -> None:
-    """g >= 0, p >= 0 and g p = 0 after every step, to round-off: what is closed is at -p / K, K 1e8 times the body's.
+    """G >= 0, p >= 0 and g p = 0 after every step, to round-off: what is closed is at -p / K, K 1e8 times the body's.
 
     Source: Signorini's conditions; K stands for rigid and compresses by 1e-8 of what a cell does.
     """
@@ -251,7 +252,7 @@ def test_discrete_gradients_conserve_energy(name: str) -> None:
 
 @pytest.mark.parametrize("name", FORMULATIONS)
 def test_the_implicit_midpoint_only_loses_energy(name: str) -> None:
-    """With 1 % damping: no formulation creates energy at impacts, not even those without a potential (theta 0 and -1)."""
+    """With 1 % damping no formulation creates energy at impacts, not even theta 0 and -1, which have no potential."""
     ledger = shaken(name).ledger
     assert 0.0 < ledger.algorithmic < 0.02 * ledger.exchanged
     assert abs(ledger.residual) < 1e-6 * ledger.exchanged

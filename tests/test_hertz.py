@@ -132,7 +132,7 @@ def press(folder: Path, name: str, cell: float, degree: int) -> Pressed:
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("name", FORMULATIONS)
 def test_pressure_approaches_that_of_hertz(tmp_path: Path, name: str, degree: int) -> None:
-    """Cells of a/2 and a/14: the error in L2 falls at least to a third; p0 is met to 0.4 %, on quadratic cells to 0.2 %.
+    """Cells of a/2 and a/14: the error in L2 falls to a third or less; p0 is met to 0.4 %, by quadratic cells to 0.2 %.
 
     Source: Hertz's line contact for the force that the contact pressure adds up to; cells straight or curved.
     """

@@ -29,7 +29,7 @@ from solver.system import Array
 
 RELATIVE_TOLERANCE = 1.0e-11
 NOTHING = 1.0e-290  # Pa; below it numbers lose their digits
-ROUND_OFF = 5.0e-14  # of the terms that cancel in d_free - s D f
+ROUND_OFF = 1.0e-12  # of what cancels in d_free - s D f; in Nitsche's method stresses of rigid motions cancel as well
 SETTLED = 1.0e-7  # of the largest force: what round-off of the penetration leaves of an update
 FULL_STEPS = 3
 FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along

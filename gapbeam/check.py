@@ -14,7 +14,7 @@ from rich.text import Text
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.condensation import CondensedOperator
-from solver.defaults import overhang_frequency
+from solver.defaults import Default, overhang_frequency
 from solver.integrators.schemes import make_integrator
 from solver.model import Model, build_model
 
@@ -38,7 +38,7 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
     per_step = solve * STEP_OVER_SOLVE + STEP_OVERHEAD
     return Group(
         _table("Model", _model_rows(model)),
-        _table("Computed defaults", [(d.key, f"{d.value:.4g} {d.unit}", d.reason) for d in model.defaults]),
+        _table("Computed defaults", [row for default in model.defaults for row in _default_rows(default)]),
         _table("Dynamics", _dynamics_rows(model)),
         _table(
             "Run",
@@ -51,6 +51,11 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
         ),
         *(Text(f"warning: {text}") for text in [*warnings(case), *_restraint_warnings(model)]),
     )
+
+
+def _default_rows(default: Default) -> list[tuple[str, str, str]]:
+    rows = [(default.key, f"{default.value:.4g} {default.unit}", default.reason)]
+    return rows + ([("", "", default.consequence)] if default.consequence else [])
 
 
 def _model_rows(model: Model) -> list[tuple[str, str, str]]:

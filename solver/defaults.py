@@ -10,7 +10,8 @@ from solver.case_tables.contact import AugmentedLagrangian, Unilateral
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
-SOFTEST = 0.05  # of E/h
+SOFTEST_CONSERVING = 5.0  # of E/h: edges that carry the beam give way by about 1 % of its sag
+SOFTEST_OTHERS = 0.05
 STIFFEST_CONSERVING = 100.0  # of E/h, for schemes that cannot create energy
 STIFFEST_OTHERS = 1.0
 RIGID = 1.0e8  # of E/h, for unilateral contact: compresses by 1e-8 of what the body does
@@ -23,12 +24,13 @@ CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
 
 @dataclass(frozen=True)
 class Default:
-    """A computed value: key, value, unit and why."""
+    """A computed value: key, value, unit, why, and what half and double of it would change."""
 
     key: str
     value: float
     unit: str
     reason: str
+    consequence: str = ""
 
 
 def overhang_frequency(case: Case) -> float:
@@ -63,10 +65,11 @@ def support_reaction(case: Case) -> float:
 def contact_stiffness(case: Case, cell_length: float) -> Default:
     """Return the penalty stiffness per area, given or computed.
 
-    eps = max(100 p / |clearance|, 0.05 E / h), at most 100 E / h (E / h for schemes that can create energy), with
-    p ten times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness
+    eps = max(100 p / |clearance|, 5 E / h), at most 100 E / h, for schemes that do not create energy; 0.05 and 1 stand
+    in the places of 5 and 100 for the others. Here
+    p is ten times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness
     for an interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact
-    about as stiff as the body below it.
+    stiff beside the body.
 
     Args:
         case: The case.
@@ -80,10 +83,12 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
     body = case.material.young_modulus / cell_length
     if isinstance(formulation, Unilateral):
         reason = f"{RIGID:g} E/h: rigid beside the body ({body_words})"
-        return Default("contact.stiffness", RIGID * body, "Pa/m", reason)
+        consequence = "half or double: no change that one could measure"
+        return Default("contact.stiffness", RIGID * body, "Pa/m", reason, consequence)
     if isinstance(formulation, AugmentedLagrangian):
         reason = f"{AUGMENTED:g} E/h: multipliers settle in a few updates ({body_words})"
-        return Default("contact.stiffness", AUGMENTED * body, "Pa/m", reason)
+        consequence = "half: more updates of the multipliers in a step; double: fewer; the same answer"
+        return Default("contact.stiffness", AUGMENTED * body, "Pa/m", reason, consequence)
     pressure = IMPACT * support_reaction(case) / (case.beam.width * cell_length)
     clearance = abs(case.support.clearance)
     if case.support.clearance < 0.0:
@@ -91,14 +96,20 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
     wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
     conserving = case.time.scheme.type in ("discrete-gradient", "implicit-midpoint")
     limit = (STIFFEST_CONSERVING if conserving else STIFFEST_OTHERS) * body
-    value = min(max(wanted, SOFTEST * body), limit)
+    least = (SOFTEST_CONSERVING if conserving else SOFTEST_OTHERS) * body
+    value = min(max(wanted, least), limit)
     if value == limit:
         why = f"{limit / body:g} E/h: the stiffest that the scheme {case.time.scheme.type} is trusted with"
     elif value == wanted:
         why = f"penetration of {WANTED_RATIO:.0%} of the clearance under an impact pressure of {pressure:.3g} Pa"
     else:
-        why = f"{SOFTEST:g} E/h: as stiff as the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
-    return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})")
+        why = f"{least / body:g} E/h: stiff beside the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
+    softer, stiffer = ("", "")
+    if clearance > 0.0:
+        ratio = pressure / (value * clearance)
+        softer, stiffer = (f"penetration {share:.2g} % of the clearance, " for share in (200.0 * ratio, 50.0 * ratio))
+    consequence = f"half: {softer}contacts 1.4 times longer; double: {stiffer}contacts 1.4 times shorter"
+    return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})", consequence)
 
 
 def touch_depth(case: Case) -> float:

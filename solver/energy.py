@@ -14,6 +14,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.contact.law import ContactLaw
+from solver.contact.solve import RELATIVE_TOLERANCE
 from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, State, Step
 
 ROUND_OFF_SAFETY = 8.0
@@ -35,7 +36,7 @@ class Ledger:
         exchanged: What created energy is measured against: the sum of |work of the loads that are not static|
             over all steps, plus the largest kinetic energy so far.
         contact_gain: What steps took out of contact damping, which only loses energy: created.
-        round_off: What the balance cannot resolve: round-off in u K u of the displacements so far.
+        round_off: What the balance cannot resolve: round-off in u K u, and the tolerance of the contact solve.
     """
 
     kinetic: float
@@ -74,7 +75,7 @@ def open_ledger(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> Le
     kinetic, strain = _kinetic_and_strain(system, state)
     contact = _contact_energy(system, law, state)
     ledger = Ledger(kinetic, strain, contact, kinetic + strain + contact, np.zeros(len(system.loads)))
-    return replace(ledger, round_off=_round_off(system, state))
+    return replace(ledger, round_off=_round_off(system, law, state))
 
 
 def restate(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, state: State) -> Ledger:
@@ -85,7 +86,7 @@ def restate(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, state: 
         kinetic=kinetic,
         strain=strain,
         contact=_contact_energy(system, law, state),
-        round_off=max(ledger.round_off, _round_off(system, state)),
+        round_off=max(ledger.round_off, _round_off(system, law, state)),
     )
 
 
@@ -141,9 +142,11 @@ def _kinetic_and_strain(system: SemiDiscreteSystem, state: State) -> tuple[float
     return 0.5 * float(doubled[0]), 0.5 * float(doubled[1])
 
 
-def _round_off(system: SemiDiscreteSystem, state: State) -> float:
+def _round_off(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:
     terms = state.u[VALUE] * system.operators.stiffness_round_off(state.u[VALUE])
-    return ROUND_OFF_SAFETY * float(np.sqrt(system.dots([(terms, terms)])[0]))
+    squares, strain = system.dots([(terms, terms), (state.u[VALUE], state.u[STIFFNESS])])
+    stored = 0.5 * abs(float(strain)) + _contact_energy(system, law, state)
+    return ROUND_OFF_SAFETY * float(np.sqrt(squares)) + RELATIVE_TOLERANCE * stored
 
 
 def _contact_energy(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:

@@ -341,7 +341,7 @@ BAD_NAMES = {
         [
             "[time] scheme",
             '"rk4"',
-            '"discrete-gradient", "implicit-midpoint", "newmark" or "generalized-alpha"',
+            '"discrete-gradient", "implicit-midpoint", "newmark", "hht-alpha", "generalized-alpha" or "moreau-jean"',
         ],
     ),
     "scheme by number": (

@@ -12,6 +12,7 @@ from scipy.sparse import csr_matrix
 
 from solver.elasticity import ElasticForms
 from solver.errors import RunError
+from solver.rigid_motions import rigid_motions
 from solver.system import Array, Factor, Interface, Springs
 
 SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
@@ -76,10 +77,12 @@ class PetscOperators:
         self._comm = space.mesh.comm
         self._mass = _assemble(forms.mass)
         self._restraint = _assemble(forms.restraint)
-        self._stiffness = _assemble(forms.stiffness)
-        self._stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        self._elastic = _assemble(forms.stiffness)
         if correction is not None:
-            self._add_springs(self._stiffness, correction)
+            self._add_springs(self._elastic, correction)
+        self._stiffness = self._elastic.copy()
+        self._stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        self._rigid = rigid_motions(space)
         self._components = space.dofmap.index_map_bs
         self.size = self._mass.getLocalSize()[0]
         # Every component has the same mass matrix: products with one of them cost a ninth (3D) of the whole.
@@ -101,7 +104,7 @@ class PetscOperators:
 
     def apply_stiffness(self, x: Array) -> Array:
         """Return K x. Collective."""
-        return self._product(self._stiffness, x)
+        return self._product(self._elastic, self._deformed(x)) + self._product(self._restraint, x)
 
     def stiffness_round_off(self, x: Array) -> Array:
         """Return about how far the entries of K x are off by round-off."""
@@ -143,6 +146,10 @@ class PetscOperators:
         self._comm.Reduce(np.ascontiguousarray(local), total)
         self._comm.Bcast(total)
         return total
+
+    def _deformed(self, x: Array) -> Array:
+        """Return x without its rigid part, which elasticity does not feel: it would only bring round-off into K x."""
+        return np.asarray(x - self._rigid @ self.sum(self._rigid.T @ x))
 
     def _add_springs(self, effective: PETSc.Mat, springs: Springs) -> None:
         interface, matrix = springs.interface, springs.matrix

@@ -28,16 +28,6 @@ SOLID = (
 )
 
 CLOSE = 1e-8  # of the largest magnitude of a variable
-# The face multiplies differences of place by its stiffness, the acceleration those of velocity by 1/dt.
-STIFF = 1e-7
-STIFF_ONES = {
-    "acceleration_relative",
-    "acceleration_absolute",
-    "contact_force",
-    "contact_moment",
-    "contact_energy",
-    "penetration",
-}
 # Sums of round-off in a conserving scheme without contact damping: zero but for what the energies leave of it.
 ROUND_OFF = {"energy_residual", "algorithmic_dissipation", "contact_dissipation"}
 
@@ -72,8 +62,7 @@ def disagreements(results: list[Results]) -> dict[str, float]:
 
 def too_far(results: list[Results], loosened: float = 1.0) -> dict[str, float]:
     """Return the variables that disagree by more than they should."""
-    allowed = {name: loosened * (STIFF if name in STIFF_ONES else CLOSE) for name in results[0].history.variables}
-    return {name: apart for name, apart in disagreements(results).items() if not apart <= allowed[name]}
+    return {name: apart for name, apart in disagreements(results).items() if not apart <= loosened * CLOSE}
 
 
 def series(folder: Path) -> tuple[np.ndarray, np.ndarray, list[float], list[np.ndarray]]:

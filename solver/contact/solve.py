@@ -194,11 +194,11 @@ def _newton_forces(
         target -= scale * condensed.respond(fixed)[active]
     matrix = scale * condensed.delassus[np.ix_(active, active)]
     matrix[np.diag_indices_from(matrix)] += 1.0 / (weights[active] * stage.slope[active])
-    if not condensed.symmetric:
-        forces[active] = solve(matrix, target, check_finite=False)
-        return forces
     try:
-        forces[active] = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
+        if condensed.symmetric:
+            forces[active] = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
+        else:
+            forces[active] = solve(matrix, target, check_finite=False)
     except LinAlgError:
         # Compliances of nearly rigid laws vanish against round-off in D: take the smallest solution.
         matrix = scale * condensed.delassus[np.ix_(active, active)]

@@ -16,6 +16,7 @@ STIFFEST_CONSERVING = 100.0  # of E/h, for schemes that cannot create energy
 STIFFEST_OTHERS = 1.0
 RIGID = 1.0e8  # of E/h, for unilateral contact: compresses by 1e-8 of what the body does
 AUGMENTED = 10.0  # of E/h, for multipliers
+CONSERVING = ("discrete-gradient", "implicit-midpoint")
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
@@ -65,9 +66,8 @@ def support_reaction(case: Case) -> float:
 def contact_stiffness(case: Case, cell_length: float) -> Default:
     """Return the penalty stiffness per area, given or computed.
 
-    eps = max(100 p / |clearance|, 5 E / h), at most 100 E / h, for schemes that do not create energy; 0.05 and 1 stand
-    in the places of 5 and 100 for the others. Here
-    p is ten times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness
+    eps = max(100 p / |clearance|, 5 E / h), at most 100 E / h, for schemes that do not create energy and for massless
+    contact nodes (but with Newmark's rule); 0.05 and 1 stand in the places of 5 and 100 for the others. Here p is ten times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness
     for an interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact
     stiff beside the body.
 
@@ -94,7 +94,9 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
     if case.support.clearance < 0.0:
         pressure += case.material.young_modulus * clearance / case.beam.thickness
     wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
-    conserving = case.time.scheme.type in ("discrete-gradient", "implicit-midpoint")
+    conserving = case.time.scheme.type in CONSERVING or (
+        case.contact.mass == "redistributed" and case.time.scheme.type != "newmark"
+    )
     limit = (STIFFEST_CONSERVING if conserving else STIFFEST_OTHERS) * body
     least = (SOFTEST_CONSERVING if conserving else SOFTEST_OTHERS) * body
     value = min(max(wanted, least), limit)

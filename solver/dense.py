@@ -42,6 +42,7 @@ class DenseOperators:
         self.restraint = np.zeros_like(self.mass) if restraint is None else np.atleast_2d(restraint)
         self.stiffness = np.atleast_2d(stiffness) + self.restraint
         self.size = len(self.mass)
+        self.massless = np.diagonal(self.mass) == 0.0
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x."""
@@ -60,8 +61,11 @@ class DenseOperators:
         return np.asarray(self.restraint @ x)
 
     def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
-        """Factor mass M + stiffness K + springs, which must be positive definite."""
+        """Factor mass M + stiffness K + springs, which must be positive definite; massless rows as in `Operators`."""
         effective = mass * self.mass + stiffness * self.stiffness
+        if stiffness == 0.0:
+            block = np.ix_(self.massless, self.massless)
+            effective[block] = self.stiffness[block]
         if springs is not None:
             owned, slots = springs.interface.owned, springs.interface.slots
             effective[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 
 import basix.ufl
+import numpy as np
 import ufl
 from dolfinx import fem
 from mpi4py import MPI
@@ -15,19 +16,25 @@ from meshes.describe import describe
 from meshes.tagged import TaggedMesh
 from solver.case import Case
 from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
-from solver.case_tables.time import MoreauJean
+from solver.case_tables.time import CentralDifference, MoreauJean
 from solver.contact.choice import make_law
 from solver.contact.law import ContactLaw
 from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
 from solver.elasticity import elastic_forms, lame
+from solver.errors import UserError
 from solver.face_points import PointRule
 from solver.interface import contact_operator, nitsche_operator
 from solver.loads.patterns import axis_point, make_loads
+from solver.mass_redistribution import extrapolation
 from solver.mesh_of_case import mesh_of_case
 from solver.nitsche import Nitsche
 from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
+from solver.stable_step import SAFETY, stable_step
 from solver.system import Array, ContactOperator, Indices, SemiDiscreteSystem, Springs
+
+
+MUCH_SHORTER = 0.5  # a stable step that damping makes so much shorter is told
 
 
 @dataclass(frozen=True)
@@ -82,7 +89,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
     Raises:
         MeshError: A user's mesh does not fit the case.
-        UserError: A point lies outside the mesh.
+        UserError: A point lies outside the mesh, or an explicit scheme cannot march the step.
 
     Collective.
     """
@@ -107,12 +114,17 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         (case.restraint.axial / area, case.restraint.lateral / area),
         measure((tagged.groups["base"], tagged.groups["gland"])),
     )
-    operators = PetscOperators(forms, space, correction)
+    explicit = isinstance(case.time.scheme, CentralDifference)
+    moved = None
+    if case.contact.mass == "redistributed":
+        moved = extrapolation(space, np.concatenate(list(faces.values())), explicit)
+    operators = PetscOperators(forms, space, correction, explicit, moved)
     law = make_law(case.contact, chosen.value if gamma is None else gamma, touch_depth(case))
     if isinstance(case.time.scheme, MoreauJean):
         law = replace(law, stores_energy=False)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
+    defaults = (chosen, *([_step_limit(case, system, law)] if explicit else []))
     probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
     return Model(
         case,
@@ -121,10 +133,29 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         system,
         law,
         probes,
-        (chosen,),
+        defaults,
         seat_springs(case, chosen.value, facet_length, area),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )
+
+
+def _step_limit(case: Case, system: SemiDiscreteSystem, law: ContactLaw) -> Default:
+    """Return the largest step of an explicit scheme.
+
+    Raises:
+        UserError: The step of the case is longer.
+    """
+    limit = stable_step(system, law)
+    damped = limit.step < MUCH_SHORTER * limit.undamped
+    words = f"; without damping {limit.undamped:g} s, and damping by mass alone costs nothing" if damped else ""
+    if case.time.step > limit.step:
+        raise UserError(
+            f"time.step: {case.time.step:g} s, which the scheme {case.time.scheme.type} cannot march; expected at most "
+            f"{limit.step:g} s on this mesh{words}; try time.step = {limit.step:g}, larger cells, or an implicit scheme: "
+            'time.scheme = "discrete-gradient"'
+        )
+    reason = f"{SAFETY:g} of the stable step, for the highest frequency of mesh and contact, {limit.frequency:.3g} rad/s{words}"
+    return Default("limit of time.step", limit.step, "s", reason, "half: half the cells, or a contact 4 times stiffer")
 
 
 def _contact(

@@ -7,11 +7,12 @@ from typing import Any
 import numpy as np
 from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
 from solver.elasticity import ElasticForms
-from solver.errors import RunError
+from solver.errors import RunError, UserError
 from solver.rigid_motions import rigid_motions
 from solver.system import Array, Factor, Interface, Springs
 
@@ -69,13 +70,28 @@ class PetscOperators:
         forms: The UFL forms.
         space: The vector space they live on.
         correction: What a contact formulation adds to K.
+        lumped: Make M diagonal.
+        extrapolation: E, which moves mass from the contact nodes into the body (`solver.mass_redistribution`).
+
+    Raises:
+        UserError: A lumped mass is not positive.
 
     Collective to make and to use.
     """
 
-    def __init__(self, forms: ElasticForms, space: fem.FunctionSpace, correction: Springs | None = None) -> None:
+    def __init__(
+        self,
+        forms: ElasticForms,
+        space: fem.FunctionSpace,
+        correction: Springs | None = None,
+        lumped: bool = False,
+        extrapolation: PETSc.Mat | None = None,
+    ) -> None:
         self._comm = space.mesh.comm
-        self._mass = _assemble(forms.mass)
+        self._mass = mass_matrix(_assemble(forms.mass), lumped, extrapolation)
+        diagonal = np.array(self._mass.getDiagonal().array_r)
+        self.massless = diagonal == 0.0
+        self._has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
         self._restraint = _assemble(forms.restraint)
         self._elastic = _assemble(forms.stiffness)
         if correction is not None:
@@ -117,15 +133,21 @@ class PetscOperators:
     def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
         """Factor mass M + stiffness K + springs by MUMPS (options prefix gapbeam_effective_).
 
+        Where M alone is asked for, rows of massless DOFs are those of K, which hold them in static equilibrium.
+
         Raises:
             RunError: The factorization failed, from lack of memory or because the operator is singular.
 
         Collective.
         """
         effective = self._stiffness.copy()
-        effective.scale(stiffness)
+        if stiffness != 0.0 or not self._has_massless:
+            effective.scale(stiffness)
+        else:
+            first = effective.getOwnershipRange()[0]
+            effective.zeroRowsColumns((first + np.flatnonzero(~self.massless)).astype(PETSc.IntType), diag=0.0)
         if mass != 0.0:
-            effective.axpy(mass, self._mass, PETSc.Mat.Structure.SAME_NONZERO_PATTERN)
+            effective.axpy(mass, self._mass, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         if springs is not None:
             self._add_springs(effective, springs)
         effective.setOption(PETSc.Mat.Option.SPD, True)
@@ -167,6 +189,37 @@ class PetscOperators:
         self._vector_in.array[:] = x
         matrix.mult(self._vector_in, self._vector_out)
         return np.array(self._vector_out.array_r)
+
+
+def mass_matrix(consistent: PETSc.Mat, lumped: bool, extrapolation: PETSc.Mat | None) -> PETSc.Mat:
+    """Return the mass matrix that is marched: consistent, lumped and redistributed as asked.
+
+    Lumped masses are the diagonal of the consistent matrix, scaled to its total (Hinton, Rock and Zienkiewicz 1976);
+    for affine cells of one kind this is the same cell by cell. Redistributed, they are E^T m.
+
+    Raises:
+        UserError: A lumped mass is not positive after redistribution.
+
+    Collective.
+    """
+    if not lumped:
+        return consistent if extrapolation is None else consistent.ptap(extrapolation)
+    masses, total, ones = consistent.getDiagonal(), consistent.createVecLeft(), consistent.createVecRight()
+    ones.set(1.0)
+    consistent.mult(ones, total)
+    masses.scale(total.sum() / masses.sum())
+    if extrapolation is not None:
+        moved = masses.duplicate()
+        extrapolation.multTranspose(masses, moved)
+        masses = moved
+        if masses.min()[1] < 0.0:
+            raise UserError(
+                'contact.mass = "redistributed" with lumped masses: a mass becomes negative; expected cells of about '
+                "equal size below the contact faces; try mesh.support_size and mesh.edge_size nearer to each other"
+            )
+    first, end = masses.getOwnershipRange()
+    pattern = (np.arange(end - first + 1, dtype=PETSc.IntType), np.arange(first, end, dtype=PETSc.IntType))
+    return PETSc.Mat().createAIJ(consistent.getSizes(), csr=(*pattern, masses.array_r), comm=consistent.comm)
 
 
 def _assemble(form: Any) -> PETSc.Mat:

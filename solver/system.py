@@ -34,9 +34,15 @@ class Factor(Protocol):
 
 
 class Operators(Protocol):
-    """M and K of a model, in whatever form they are kept."""
+    """M and K of a model, in whatever form they are kept.
+
+    Attributes:
+        size: Number of DOFs that this rank owns, n.
+        massless: Which of them have no mass, (n,): rows and columns of M that are zero.
+    """
 
     size: int
+    massless: NDArray[np.bool_]
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x (n,). Collective."""
@@ -51,7 +57,7 @@ class Operators(Protocol):
         """Return the part of K x that the weak restraint adds (n,). Collective."""
 
     def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
-        """Factor A = mass M + stiffness K + springs. Collective."""
+        """Factor A = mass M + stiffness K + springs; if stiffness = 0, massless rows are those of K. Collective."""
 
     def sum(self, local: Array) -> Array:
         """Sum a small array over all ranks. Collective."""
@@ -230,6 +236,7 @@ class State:
         u: Displacement and its images, (3, n).
         v: Velocity and its images, (3, n).
         a: Acceleration and its images, (3, n), for the schemes that carry one.
+        lagged: K v as it stood in the last balance of an explicit scheme, (n,), N/s; None: that of v.
         touch_speed: Approach speed of each contact point, frozen while it is closed, (m,), m/s, for the laws that ask.
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
@@ -242,6 +249,7 @@ class State:
     pressure: Array
     a: Imaged | None = None
     touch_speed: Array | None = None
+    lagged: Array | None = None
 
 
 @dataclass(frozen=True)

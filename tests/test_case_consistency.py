@@ -317,6 +317,33 @@ def test_a_contradiction_is_explained(tmp_path: Path, old: str, new: str, words:
         assert word in str(faults[0]), f"{word!r} is not in:\n{faults[0]}"
 
 
+SCHEMES_AND_CONTACT = {
+    "explicit without a law": (
+        "central-difference",
+        'formulation = "nitsche"',
+        ["[contact] formulation", "nitsche", "the scheme central-difference is explicit", 'formulation = "penalty"'],
+    ),
+    "explicit and exact": (
+        "central-difference",
+        'formulation = "unilateral"',
+        ["[contact] mass", "consistent", "only massless nodes", 'mass = "redistributed"'],
+    ),
+    "impulses on nothing": (
+        "moreau-jean",
+        'formulation = "unilateral"\nmass = "redistributed"',
+        ["[contact] mass", "redistributed", "the impulses of the scheme moreau-jean", "leave mass out"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("scheme", "contact", "words"), SCHEMES_AND_CONTACT.values(), ids=SCHEMES_AND_CONTACT)
+def test_a_scheme_that_the_contact_does_not_suit(tmp_path: Path, scheme: str, contact: str, words: list[str]) -> None:
+    text = spoiled('scheme = "discrete-gradient"', f'scheme = "{scheme}"').replace('stiffness = "auto"', contact)
+    (fault,) = faults_of(written(tmp_path, text))
+    for word in words:
+        assert word in str(fault), f"{word!r} is not in:\n{fault}"
+
+
 @pytest.mark.parametrize(("old", "new", "words"), WARNINGS.values(), ids=WARNINGS)
 def test_a_warning_is_given(tmp_path: Path, old: str, new: str, words: str) -> None:
     text = spoiled(old, new)

@@ -341,7 +341,8 @@ BAD_NAMES = {
         [
             "[time] scheme",
             '"rk4"',
-            '"discrete-gradient", "implicit-midpoint", "newmark", "hht-alpha", "generalized-alpha" or "moreau-jean"',
+            '"discrete-gradient", "implicit-midpoint", "newmark", "hht-alpha", "generalized-alpha", "moreau-jean" '
+            'or "central-difference"',
         ],
     ),
     "scheme by number": (

@@ -38,7 +38,7 @@ def order(law: ContactLaw, name: str, gaps: tuple[float, ...] = (0.1,)) -> float
 
 
 @pytest.mark.parametrize("law", [ELASTIC, HUNT_CROSSLEY], ids=["elastic", "hunt-crossley"])
-@pytest.mark.parametrize("name", ["discrete-gradient", "newmark", "generalized-alpha 0.5"])
+@pytest.mark.parametrize("name", ["discrete-gradient", "newmark", "generalized-alpha 0.5", "central-difference"])
 def test_continuous_pressure_keeps_order_two(law: ContactLaw, name: str) -> None:
     """Elastic and Hunt-Crossley contact: 2 within 0.15."""
     assert order(law, name) == pytest.approx(2.0, abs=0.15)

@@ -12,6 +12,7 @@ from solver.analyses.transient import EffectiveOperators, March, march
 from solver.contact.kelvin_voigt import KelvinVoigt
 from solver.dense import DenseOperators
 from solver.energy import Ledger, enter_step, open_ledger, restate
+from solver.integrators.central_difference import CentralDifference
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.schemes import Integrator
@@ -23,6 +24,7 @@ SCHEMES: dict[str, Integrator] = {
     "newmark": GeneralizedAlpha.newmark(),
     "generalized-alpha 0.5": GeneralizedAlpha.from_spectral_radius(0.5),
     "generalized-alpha 0": GeneralizedAlpha.from_spectral_radius(0.0),
+    "central-difference": CentralDifference(),
 }
 
 

@@ -38,7 +38,7 @@ from solver.case_file.places import (
     probes_lie_in_the_beam,
 )
 from solver.case_tables.contact import AugmentedLagrangian, Contact, NitscheMethod, Penalty, Unilateral
-from solver.case_tables.time import MoreauJean, Time
+from solver.case_tables.time import CentralDifference, MoreauJean, Time
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
@@ -228,6 +228,26 @@ def scheme_fits_the_formulation(contact: Contact, time: Time) -> Iterator[Fault]
         )
 
 
+def explicit_scheme_fits_the_contact(contact: Contact, time: Time) -> Iterator[Fault]:
+    """An explicit scheme takes contact by a law, or exactly on massless nodes."""
+    if not isinstance(time.scheme, CentralDifference):
+        return
+    where = (("time", "scheme"),)
+    if isinstance(contact.formulation, NitscheMethod):
+        expected = "penalty, or unilateral with massless contact nodes: the scheme central-difference is explicit"
+        yield Fault(("contact", "formulation"), "nitsche", expected, 'formulation = "penalty"', where)
+    elif not isinstance(contact.formulation, Penalty) and contact.mass == "consistent":
+        expected = f"redistributed: only massless nodes meet {contact.formulation.type} contact in an explicit step"
+        yield Fault(("contact", "mass"), "consistent", expected, 'mass = "redistributed"', where)
+
+
+def impulses_need_mass(contact: Contact, time: Time) -> Iterator[Fault]:
+    """Impulses act on masses."""
+    if isinstance(time.scheme, MoreauJean) and contact.mass == "redistributed":
+        expected = "consistent: the impulses of the scheme moreau-jean act on the mass of the contact nodes"
+        yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (("time", "scheme"),))
+
+
 def contact_carries_the_beam(
     beam: Beam, material: Material, support: Support, contact: Contact, load: Loads
 ) -> Iterator[Fault]:
@@ -281,6 +301,8 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     law_fits_the_formulation,
     impulses_are_unilateral,
     scheme_fits_the_formulation,
+    explicit_scheme_fits_the_contact,
+    impulses_need_mass,
     contact_carries_the_beam,
     gates_are_in_order,
 )

@@ -102,6 +102,10 @@ class Contact(Table):
         default="clipped",
         description="may the damper pull the face while it separates? clipped never, adhesive yes",
     )
+    mass: Literal["consistent", "redistributed"] = Field(
+        default="consistent",
+        description="mass of the contact nodes; redistributed: moved into the body, which leaves them massless",
+    )
     quadrature_degree: Whole | None = Field(
         default=None,
         ge=1,

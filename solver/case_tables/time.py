@@ -57,8 +57,14 @@ class MoreauJean(Table):
     restitution: Number = Field(default=0.0, ge=0, le=1, description="coefficient of restitution, no unit")
 
 
+class CentralDifference(Table):
+    """Central difference with a lumped mass matrix: explicit, stable only with tiny steps, which are enforced."""
+
+    type: Literal["central-difference"] = Field(description="name of the scheme")
+
+
 Scheme = Annotated[
-    DiscreteGradient | ImplicitMidpoint | Newmark | HHTAlpha | GeneralizedAlpha | MoreauJean,
+    DiscreteGradient | ImplicitMidpoint | Newmark | HHTAlpha | GeneralizedAlpha | MoreauJean | CentralDifference,
     Field(discriminator="type"),
 ]
 

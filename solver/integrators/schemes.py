@@ -5,9 +5,11 @@ from __future__ import annotations
 from typing import Protocol
 
 from solver.case_tables.time import DiscreteGradient, HHTAlpha, ImplicitMidpoint, Newmark, Scheme
+from solver.case_tables.time import CentralDifference as CentralDifferenceScheme
 from solver.case_tables.time import MoreauJean as MoreauJeanScheme
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
+from solver.integrators.central_difference import CentralDifference
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.moreau_jean import MoreauJean
@@ -48,4 +50,6 @@ def make_integrator(scheme: Scheme) -> Integrator:
         return GeneralizedAlpha.hht(scheme.alpha)
     if isinstance(scheme, MoreauJeanScheme):
         return MoreauJean(scheme.theta, scheme.restitution)
+    if isinstance(scheme, CentralDifferenceScheme):
+        return CentralDifference()
     return GeneralizedAlpha.from_spectral_radius(scheme.rho_inf)

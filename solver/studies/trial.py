@@ -13,7 +13,7 @@ from solver.analyses.static import find_seat
 from solver.analyses.transient import EffectiveOperators, March, march
 from solver.case import Case
 from solver.energy import enter_step, open_ledger, restate
-from solver.errors import EnergyCreated, NotConverged, NotFinite, RunError
+from solver.errors import EnergyCreated, NotConverged, NotFinite, RunError, UserError
 from solver.gates import EnergyGates
 from solver.integrators.schemes import make_integrator
 from solver.model import build_model
@@ -24,6 +24,7 @@ VERDICTS: dict[type[RunError], str] = {
     EnergyCreated: "energy created",
     NotConverged: "not converged",
     NotFinite: "not finite",
+    UserError: "refused",
 }
 
 
@@ -32,7 +33,7 @@ class Trial:
     """What became of a run.
 
     Attributes:
-        verdict: "passed", "energy created", "not converged", "not finite" or "failed".
+        verdict: "passed", "energy created", "not converged", "not finite", "refused" or "failed".
         message: The error, where there was one.
         reached: Time up to which it went, s.
         created: Energy created relative to the energy exchanged; round-off counts as none.

@@ -1,0 +1,116 @@
+"""Central difference in the form of velocity Verlet: explicit, with a lumped mass matrix.
+
+    v_h = v0 + dt/2 a0,   u1 = u0 + dt v_h,   M a1 + c_M M v1 + c_K K v_h + K u1 = f(t1) + H^T (w p1),   v1 = v_h + dt/2 a1
+
+The contact pressure is the law at d1 with the gap rate over the step. Stable up to a step that depends on mesh, damping
+and contact stiffness (`solver.stable_step`).
+
+Massless DOFs (`solver.mass_redistribution`) are in static equilibrium at t1; their displacement and the pressure on them
+follow from the contact problem on K_cc, the stiffness of these DOFs, so the contact does not limit the step.
+
+Source: Belytschko, Liu, Moran and Elkhodary (2014), ch. 6; Doyen, Ern and Piperno (2011), SIAM J. Sci. Comput. 33, for
+massless contact nodes in explicit schemes.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+
+import numpy as np
+
+from solver.condensation import CondensedOperator
+from solver.contact.law import ContactLaw, StagePressure
+from solver.contact.solve import solve_contact
+from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, Stage, State, Step, imaged
+
+
+@dataclass(frozen=True)
+class CentralDifference:
+    """The scheme; M has to be diagonal, and massless DOFs, if any, have to be all that gaps depend on."""
+
+    carries_acceleration = True
+
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
+        """Return (c_m, 0): the operator is M, with K on the massless DOFs."""
+        return 1.0 + 0.5 * dt * system.mass_damping, 0.0
+
+    def advance(
+        self,
+        system: SemiDiscreteSystem,
+        condensed: CondensedOperator,
+        law: ContactLaw,
+        old: State,
+        dt: float,
+        max_iterations: int = 60,
+    ) -> Step:
+        """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`."""
+        law = law.touched_at(old.touch_speed)
+        contact, operators = system.contact, system.operators
+        assert old.a is not None
+        middle = old.v + 0.5 * dt * old.a
+        u = old.u + dt * middle
+        lag = system.stiffness_damping
+        factors = system.load_factors(old.time + dt)
+        force = system.combine_loads(factors) - system.mass_damping * middle[MASS]
+        depth = contact.depth(contact.interface.trace(u[VALUE], operators))
+        seconds, iterations = 0.0, 0
+        if contact.size and self._on_massless(system):
+            right_side = force - u[STIFFNESS] - lag * middle[STIFFNESS]
+            started = time.perf_counter()
+            free = condensed.solve_free(right_side)
+            seconds = time.perf_counter() - started
+            scale = 1.0 / (1.0 + lag / dt)
+            solution = solve_contact(
+                condensed,
+                scale,
+                depth - scale * (contact.gap_matrix @ contact.interface.trace(free, operators)),
+                contact.weights,
+                lambda end: law.implicit(old.depth, end, dt),
+                contact.weights * old.pressure,
+                max_iterations,
+                law.augmented,
+            )
+            moved = np.where(operators.massless, scale * condensed.correct(free, solution.forces), 0.0)
+            correction = imaged(operators, moved)
+            u, middle = u + correction, middle + correction / dt
+            depth, forces, closed, iterations = solution.depth, solution.forces, solution.law, solution.iterations
+        else:
+            closed = self._explicit(law, old.depth, depth, dt)
+            forces = contact.weights * closed.pressure
+        right_side = force - u[STIFFNESS] - lag * middle[STIFFNESS]
+        contact.interface.add(right_side, contact.resultant(forces))
+        started = time.perf_counter()
+        acceleration = imaged(operators, np.where(operators.massless, 0.0, condensed.solve_free(right_side)))
+        seconds += time.perf_counter() - started
+        pressure = forces / contact.weights
+        new = State(
+            time=old.time + dt,
+            u=u,
+            v=middle + 0.5 * dt * acceleration,
+            depth=depth,
+            pressure=pressure,
+            a=acceleration,
+            lagged=middle[STIFFNESS],
+        )
+        # the mean of the balances at t0 and t1: what the elastic and the inertia forces do over the step
+        old_lagged = old.v[STIFFNESS] if old.lagged is None else old.lagged
+        stage = Stage(
+            load_factors=0.5 * (system.load_factors(old.time) + factors),
+            inertia_and_elastic=0.5 * (old.a[MASS] + acceleration[MASS] + old.u[STIFFNESS] + u[STIFFNESS]),
+            velocity=np.stack(
+                [middle[VALUE], 0.5 * (old.v[MASS] + new.v[MASS]), 0.5 * (old_lagged + middle[STIFFNESS])]
+            ),
+            pressure=0.5 * (old.pressure + pressure),
+            elastic_pressure=0.5 * (law.spring.pressure(old.depth) + closed.elastic),
+        )
+        return Step(old, new, stage, iterations, timings={"back_substitution": seconds})
+
+    @staticmethod
+    def _explicit(law: ContactLaw, old: Array, new: Array, dt: float) -> StagePressure:
+        return law.endpoint(new, (new - old) / dt, 0.0)
+
+    @staticmethod
+    def _on_massless(system: SemiDiscreteSystem) -> bool:
+        interface = system.contact.interface
+        return bool(system.operators.sum(np.array([float(np.sum(system.operators.massless[interface.owned]))]))[0])

@@ -18,7 +18,16 @@ from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unila
 from solver.case_tables.time import MoreauJean
 from solver.contact.choice import make_law
 from solver.contact.law import ContactLaw
-from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
+from solver.defaults import (
+    Default,
+    contact_damping,
+    contact_patch,
+    contact_stiffness,
+    rayleigh,
+    seat_springs,
+    tangent_stiffness,
+    touch_depth,
+)
 from solver.elasticity import elastic_forms, lame
 from solver.face_points import PointRule
 from solver.interface import contact_operator, nitsche_operator
@@ -27,6 +36,7 @@ from solver.mesh_of_case import mesh_of_case
 from solver.nitsche import Nitsche
 from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
+from solver.resultants import resultant_operator
 from solver.system import Array, ContactOperator, Indices, SemiDiscreteSystem, Springs
 
 
@@ -42,6 +52,7 @@ class Model:
         law: The contact law.
         probes: Rows that evaluate the probes, by name.
         defaults: Values that were computed, with their reasons.
+        face_stiffness: Slope of the force of a face in its penetration, at the static reaction, N/m.
         seat_springs: s of the search for the seat, Pa/m.
         seconds: Wall time of each part of the set-up.
     """
@@ -53,6 +64,7 @@ class Model:
     law: ContactLaw
     probes: dict[str, PointRow]
     defaults: tuple[Default, ...]
+    face_stiffness: float
     seat_springs: float
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -82,7 +94,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
     Raises:
         MeshError: A user's mesh does not fit the case.
-        UserError: A point lies outside the mesh.
+        UserError: A point lies outside the mesh, or a patch of contact.points between its quadrature points.
 
     Collective.
     """
@@ -96,8 +108,8 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     space = fem.functionspace(mesh, element)
     faces = {name: tagged.facets_of(name) for name in ("base", "gland")}
     facet_length = describe(tagged)["mean_contact_facet_length"]
-    contact, chosen, gamma, correction = _contact(case, space, faces, width, facet_length)
-    area = float(contact.weights.sum())
+    setting = _contact(case, space, faces, width, facet_length)
+    contact, area = setting.operator, setting.operator.area
     measure = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)
     forms = elastic_forms(
         space,
@@ -107,12 +119,13 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         (case.restraint.axial / area, case.restraint.lateral / area),
         measure((tagged.groups["base"], tagged.groups["gland"])),
     )
-    operators = PetscOperators(forms, space, correction)
-    law = make_law(case.contact, chosen.value if gamma is None else gamma, touch_depth(case))
+    operators = PetscOperators(forms, space, setting.correction)
+    law = make_law(case.contact, setting.stiffness, touch_depth(case), setting.damping, setting.areas)
     if isinstance(case.time.scheme, MoreauJean):
         law = replace(law, stores_energy=False)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
+    face_stiffness = tangent_stiffness(case, setting.face_stiffness)
     probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
     return Model(
         case,
@@ -121,24 +134,61 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         system,
         law,
         probes,
-        (chosen,),
-        seat_springs(case, chosen.value, facet_length, area),
+        setting.defaults,
+        face_stiffness,
+        seat_springs(case, face_stiffness / (0.5 * area), facet_length, area),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )
 
 
+@dataclass(frozen=True)
+class _Setting:
+    """The contact operator and what its law and K are made of.
+
+    Attributes:
+        operator: G, H, w, g0.
+        stiffness: K of the law, or Nitsche's gamma at each point, (m,).
+        defaults: Values that were computed, with their reasons.
+        face_stiffness: K of all points of a face together, N/m^n.
+        damping: c of the law kelvin-voigt.
+        areas: What K and c are divided by, (m,), m^2; None where they are per area.
+        correction: What Nitsche's method adds to K.
+    """
+
+    operator: ContactOperator
+    stiffness: float | Array
+    defaults: tuple[Default, ...]
+    face_stiffness: float
+    damping: float = 0.0
+    areas: Array | None = None
+    correction: Springs | None = None
+
+
 def _contact(
     case: Case, space: fem.FunctionSpace, faces: Mapping[str, Indices], width: float, facet_length: float
-) -> tuple[ContactOperator, Default, Array | None, Springs | None]:
-    """Return operator, stiffness with its reason, gamma at each point and correction of K (both for Nitsche only)."""
+) -> _Setting:
+    """Return the operator of the formulation, with the values of the law. Collective."""
     clearance, rule, formulation = case.support.clearance, point_rule(case), case.contact.formulation
-    if not isinstance(formulation, NitscheMethod):
-        operator = contact_operator(space, faces, clearance, width, rule)
-        return operator, contact_stiffness(case, facet_length), None, None
-    plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
-    settings = Nitsche(formulation.theta, formulation.factor, lame(case.material, plane_stress), width)
-    nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
-    reason = f"{formulation.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
-    consequence = "half: at the edge of stability for theta = 1; double: stiffer contact, the same answer to O(h)"
-    chosen = Default("Nitsche's gamma", float(nitsche.gamma.max()), "Pa/m", reason, consequence)
-    return nitsche.operator, chosen, nitsche.gamma, nitsche.correction
+    if isinstance(formulation, NitscheMethod):
+        plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
+        settings = Nitsche(formulation.theta, formulation.factor, lame(case.material, plane_stress), width)
+        nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
+        reason = f"{formulation.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
+        consequence = "half: at the edge of stability for theta = 1; double: stiffer contact, the same answer to O(h)"
+        largest = float(nitsche.gamma.max())
+        chosen = Default("Nitsche's gamma", largest, "Pa/m", reason, consequence)
+        face_stiffness = 0.5 * nitsche.operator.area * largest
+        return _Setting(nitsche.operator, nitsche.gamma, (chosen,), face_stiffness, correction=nitsche.correction)
+    operator = contact_operator(space, faces, clearance, width, rule)
+    face = 0.5 * operator.area
+    chosen = contact_stiffness(case, facet_length, face)
+    computed = contact_damping(case, chosen.value)
+    defaults = (chosen,) if computed is None else (chosen, computed)
+    damping = case.contact.damping if computed is None else computed.value
+    places = case.contact.points
+    if places is None:
+        return _Setting(operator, chosen.value, defaults, face * chosen.value, damping)
+    patch = contact_patch(case)
+    gathered = resultant_operator(operator, places, patch.value)
+    face_stiffness = len(places) * chosen.value
+    return _Setting(gathered, chosen.value, (*defaults, patch), face_stiffness, damping, gathered.weights)

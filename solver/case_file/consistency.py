@@ -37,6 +37,14 @@ from solver.case_file.places import (
     probes_have_a_node,
     probes_lie_in_the_beam,
 )
+from solver.case_file.restitution import restitution_is_the_only_damping
+from solver.case_file.resultants import (
+    patches_have_points,
+    patches_keep_apart,
+    points_hold_the_beam,
+    points_lie_on_the_faces,
+    points_need_a_penalty,
+)
 from solver.case_tables.contact import AugmentedLagrangian, Contact, NitscheMethod, Penalty, Unilateral
 from solver.case_tables.time import MoreauJean, Time
 
@@ -187,14 +195,18 @@ def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
         yield Fault(("contact", "law"), law.type, expected, 'formulation = "penalty"', where)
     if contact.damping > 0.0 and not (plain and law.type == "kelvin-voigt"):
         what = f"the law {law.type} brings its own" if plain else f"the formulation {formulation.type} has no"
-        found, related = f"{contact.damping:g} Pa s/m", (("contact", "law" if plain else "formulation"),)
+        found, related = (
+            f"{contact.damping:g} {contact.damping_unit}",
+            (("contact", "law" if plain else "formulation"),),
+        )
         yield Fault(("contact", "damping"), found, f"0: {what} damping", "leave damping out", related)
     if contact.stiffness != "auto" and isinstance(formulation, NitscheMethod | Unilateral):
         expected = f'"auto": the formulation {formulation.type} has no stiffness to choose'
         yield Fault(("contact", "stiffness"), f"{contact.stiffness:g} Pa/m", expected, "leave stiffness out", where)
     if contact.stiffness == "auto" and exponent > 1.0:
-        expected = f"a number in Pa/m^{exponent:g}: it cannot be computed for a law with an exponent"
-        yield Fault(("contact", "stiffness"), '"auto"', expected, "stiffness = 1e15", (("contact", "law"),))
+        expected = f"a number in {contact.stiffness_unit}: it cannot be computed for a law with an exponent"
+        hint = "stiffness = 1e15" if contact.points is None else "stiffness = 1e12"
+        yield Fault(("contact", "stiffness"), '"auto"', expected, hint, (("contact", "law"),))
 
 
 def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
@@ -236,11 +248,16 @@ def contact_carries_the_beam(
     if contact.stiffness == "auto" or gravity == 0.0 or getattr(contact.law, "exponent", 1.0) > 1.0:
         return
     pressure = material.density * gravity * beam.thickness * beam.length / support.length
+    meaning = "it is N/m divided by the area in m^2"
+    if contact.points:
+        pressure *= beam.width * support.length / len(contact.points)
+        meaning = "it is that of each point"
     if pressure / contact.stiffness > beam.thickness:
+        unit = contact.stiffness_unit
         yield Fault(
             ("contact", "stiffness"),
-            f"{contact.stiffness:g} Pa/m: the weight pushes the beam {pressure / contact.stiffness:.3g} m in",
-            f"far more than {pressure / beam.thickness:.3g} Pa/m; it is N/m divided by the area in m^2",
+            f"{contact.stiffness:g} {unit}: the weight pushes the beam {pressure / contact.stiffness:.3g} m in",
+            f"far more than {pressure / beam.thickness:.3g} {unit}; {meaning}",
             'stiffness = "auto"',
             (("material", "density"), ("beam", "thickness")),
         )
@@ -279,9 +296,15 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     outputs_fall_on_steps,
     contact_is_shallow,
     law_fits_the_formulation,
+    restitution_is_the_only_damping,
     impulses_are_unilateral,
     scheme_fits_the_formulation,
     contact_carries_the_beam,
+    points_need_a_penalty,
+    patches_have_points,
+    points_lie_on_the_faces,
+    points_hold_the_beam,
+    patches_keep_apart,
     gates_are_in_order,
 )
 """All checks; the names of their parameters are those of the tables they take."""

@@ -44,7 +44,7 @@ def points_lie_on_the_faces(beam: Beam, support: Support, mesh: Mesh, contact: C
         x, *across = point if isinstance(point, tuple) else (point,)
         margin = ROUNDING * support.length
         if not -margin <= x <= support.length + margin:
-            in_mm = 0.0 < x / 1000 <= support.length
+            in_mm = 10.0 * support.length < x <= 1000.0 * support.length
             yield Fault(
                 POINTS,
                 f"x = {x:g} m, outside the support",

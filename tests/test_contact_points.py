@@ -353,7 +353,10 @@ BAD = {
         "points = [0.0, 0.05]\npatch = 0.12",
         ["[contact] points", "points number 1 and 2 are 0.05 m apart", "patches of 0.12 m", "patch = 0.1"],
     ),
-    "no list": ("points = 0.05", ["[contact] points", "a list, each item a number or a list of 2 numbers"]),
+    "no list": (
+        "points = 0.05",
+        ["[contact] points", "a list of at most 1000 items, each a number or a list of 2 numbers"],
+    ),
     "three numbers": ("points = [0.0, [0.05, 0.0, 0.0]]", ["[contact] points", "a list of 2 numbers"]),
     "text": ('points = ["0.0", "0.05"]', ["[contact] points", "numbers without quotes"]),
     "stiffness of a feather": (
@@ -392,7 +395,9 @@ def test_points_beside_a_solid_beam_are_explained(tmp_path: Path) -> None:
 def test_hats_that_add_up_to_one_are_fine(tmp_path: Path, points: str) -> None:
     """Centers half a patch apart, or side by side across the width; the case reads back as it was written."""
     text = spoiled('stiffness = "auto"', f"points = {points}").replace("degree = 2", "degree = 2\nsupport_size = 2e-3")
-    case = read_case(written(tmp_path, text.replace("dimension = 2", "dimension = 3")))
+    case = read_case(
+        written(tmp_path, text.replace("dimension = 2", "dimension = 3" if "[[" in points else "dimension = 2"))
+    )
     assert warnings(case) == []
     assert read_case(written(tmp_path, case_to_toml(case))) == case
 
@@ -404,6 +409,15 @@ WARNED = {
         "the weight presses the beam 1.1e-05 m into it",
     ),
 }
+
+
+@pytest.mark.parametrize("points", ["[0.0, 0.025, 0.05]", "[[0.0, -0.0075], [0.05, 0.0075]]"])
+def test_rolling_is_warned_of(tmp_path: Path, points: str) -> None:
+    """In 3D resultants on one line leave rolling to the weak restraint; in 2D nothing rolls."""
+    text = spoiled('stiffness = "auto"', f"points = {points}").replace("degree = 2", "degree = 2\nsupport_size = 2e-3")
+    lines = warnings(read_case(written(tmp_path, text.replace("dimension = 2", "dimension = 3"))))
+    assert len(lines) == 1
+    assert "holds the beam against rolling" in lines[0]
 
 
 @pytest.mark.parametrize(("new", "words"), WARNED.values(), ids=WARNED)

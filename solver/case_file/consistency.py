@@ -195,10 +195,8 @@ def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
         yield Fault(("contact", "law"), law.type, expected, 'formulation = "penalty"', where)
     if contact.damping > 0.0 and not (plain and law.type == "kelvin-voigt"):
         what = f"the law {law.type} brings its own" if plain else f"the formulation {formulation.type} has no"
-        found, related = (
-            f"{contact.damping:g} {contact.damping_unit}",
-            (("contact", "law" if plain else "formulation"),),
-        )
+        found = f"{contact.damping:g} {contact.damping_unit}"
+        related = (("contact", "law" if plain else "formulation"),)
         yield Fault(("contact", "damping"), found, f"0: {what} damping", "leave damping out", related)
     if contact.stiffness != "auto" and isinstance(formulation, NitscheMethod | Unilateral):
         expected = f'"auto": the formulation {formulation.type} has no stiffness to choose'

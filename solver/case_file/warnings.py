@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce, Restraint
 from solver.case_file.consistency import MULTIPLE_TOLERANCE
@@ -146,10 +148,21 @@ def contact(case: Case) -> Iterator[str]:
             f"[contact] points: patches of {patch:.3g} m are smaller than the cells of {cell:.3g} m, which then decide "
             f"how far the body gives way; mesh.support_size = {0.5 * patch:.3g} is fine enough"
         )
+    if law.points and case.mesh.dimension == 3 and not holds_rolling(law.points):
+        yield (
+            "[contact] points lie on one line: only the weak lateral restraint holds the beam against rolling; "
+            "corners hold it, [x, y] at both sides"
+        )
     if law.touch_depth != "auto" and 0 < support.clearance < 10 * law.touch_depth:
         yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
     if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
         yield "[restraint] lateral has no effect in 2D"
+
+
+def holds_rolling(points: Sequence[float | tuple[float, float]]) -> bool:
+    """Return whether points of a face do not all lie on one line; a patch over the width acts at y = 0."""
+    places = np.array([point if isinstance(point, tuple) else (point, 0.0) for point in points])
+    return bool(np.linalg.matrix_rank(places - places[0]) == 2)
 
 
 def contact_damps(contact: Contact) -> bool:

@@ -71,7 +71,7 @@ def _model_rows(model: Model) -> list[tuple[str, str, str]]:
 
 
 def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
-    case, law = model.case, model.law
+    case = model.case
     contact_frequency = contact_mode(model)
     rows = [
         (
@@ -88,7 +88,7 @@ def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
         (
             "contact duration",
             f"{0.5e6 / contact_frequency:.3g} us",
-            f"at least: half a period of the supported part on {law.stiffness:.3g} Pa/m; "
+            f"at least: half a period of the supported part on {model.face_stiffness:.3g} N/m; "
             f"{0.5 / contact_frequency / case.time.step:.2g} steps. After a run, contact_episodes in summary.json "
             "tells how much of the impulse passes in contacts of fewer than 10 steps",
         )
@@ -102,10 +102,9 @@ def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
 
 def contact_mode(model: Model) -> float:
     """Return the frequency of the supported part of the beam on the stiffness of one face, Hz."""
-    case = model.case
-    face = case.beam.width * case.support.length
-    mass = case.material.density * face * case.beam.thickness
-    return sqrt(model.law.stiffness * face / mass) / (2.0 * pi)
+    beam = model.case.beam
+    mass = model.case.material.density * beam.width * model.case.support.length * beam.thickness
+    return sqrt(model.face_stiffness / mass) / (2.0 * pi)
 
 
 def restraint_frequency(case: Case, stiffness: float) -> float:

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from math import pi, sqrt
+from dataclasses import dataclass, replace
+from math import log, pi, sqrt
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce
-from solver.case_tables.contact import AugmentedLagrangian, Unilateral
+from solver.case_tables.contact import AugmentedLagrangian, KelvinVoigt, Unilateral
+from solver.contact.restitution import kelvin_voigt_ratio, kelvin_voigt_restitution
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
@@ -20,6 +21,7 @@ CONSERVING = ("discrete-gradient", "implicit-midpoint")
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
+PATCH_SHARE = 0.1  # of the length of the support
 CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
 
 
@@ -63,22 +65,45 @@ def support_reaction(case: Case) -> float:
     return moment / edge
 
 
-def contact_stiffness(case: Case, cell_length: float) -> Default:
-    """Return the penalty stiffness per area, given or computed.
+def contact_stiffness(case: Case, cell_length: float, face: float) -> Default:
+    """Return the penalty stiffness, given or computed: per area, or of each of `contact.points`.
+
+    That of a point is the share of the face that falls to it: the stiffness per area times the area of the face over
+    the number of points.
+
+    Args:
+        case: The case.
+        cell_length: Length h of the facets of the contact faces along the beam, m.
+        face: Area of a face, m^2.
+    """
+    contact = case.contact
+    if contact.stiffness != "auto":
+        return Default("contact.stiffness", contact.stiffness, contact.stiffness_unit, "given in the case")
+    chosen = _stiffness_per_area(case, cell_length)
+    if contact.points is None:
+        return chosen
+    count = len(contact.points)
+    reason = f"{chosen.value:.3g} Pa/m on a face of {face:.3g} m^2 over {count} points; {chosen.reason}"
+    consequence = "half: contacts 1.4 times longer; double: 1.4 times shorter; the patch gives way besides"
+    return replace(
+        chosen, value=chosen.value * face / count, unit=contact.stiffness_unit, reason=reason, consequence=consequence
+    )
+
+
+def _stiffness_per_area(case: Case, cell_length: float) -> Default:
+    """Return the computed penalty stiffness per area.
 
     eps = max(100 p / |clearance|, 5 E / h), at most 100 E / h, for schemes that do not create energy and for massless
-    contact nodes (but with Newmark's rule); 0.05 and 1 stand in the places of 5 and 100 for the others. Here p is ten times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness
-    for an interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact
-    stiff beside the body.
+    contact nodes (but with Newmark's rule); 0.05 and 1 stand in the places of 5 and 100 for the others. Here p is ten
+    times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness for an
+    interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact stiff
+    beside the body.
 
     Args:
         case: The case.
         cell_length: Length h of the facets of the contact faces along the beam, m.
     """
-    law, formulation = case.contact.law, case.contact.formulation
-    unit = "Pa/m" if getattr(law, "exponent", 1.0) == 1.0 else f"Pa/m^{getattr(law, 'exponent', 1.0):g}"
-    if case.contact.stiffness != "auto":
-        return Default("contact.stiffness", case.contact.stiffness, unit, "given in the case")
+    formulation = case.contact.formulation
     body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"
     body = case.material.young_modulus / cell_length
     if isinstance(formulation, Unilateral):
@@ -112,6 +137,65 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
         softer, stiffer = (f"penetration {share:.2g} % of the clearance, " for share in (200.0 * ratio, 50.0 * ratio))
     consequence = f"half: {softer}contacts 1.4 times longer; double: {stiffer}contacts 1.4 times shorter"
     return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})", consequence)
+
+
+def contact_patch(case: Case) -> Default:
+    """Return the size of the patches of `contact.points`, given or a tenth of the length of the support, m.
+
+    The body gives way under a patch over the whole width by 2 ln 2 / (pi E width) more for every halving (Flamant's
+    half-plane), and under a patch of a point [x, y] in inverse proportion to its size (Boussinesq's half-space).
+    """
+    size = case.contact.patch
+    if size != "auto":
+        return Default("contact.patch", size, "m", "given in the case")
+    reason = "a tenth of support.length; under a force on a node the body gives way without bound as cells shrink"
+    more = 2.0 * log(2.0) / (pi * case.material.young_modulus * case.beam.width)
+    consequence = f"half: the body gives way {more:.2g} m/N more under each resultant; double: as much less"
+    if any(isinstance(point, tuple) for point in case.contact.points or ()):
+        consequence = "half: the body gives way about twice as much close to each resultant; double: half as much"
+    return Default("contact.patch", PATCH_SHARE * case.support.length, "m", reason, consequence)
+
+
+def contact_damping(case: Case, stiffness: float) -> Default | None:
+    """Return the damping c = 2 zeta sqrt(K m) that the restitution of the law kelvin-voigt asks for; None: none does.
+
+    m is the mass of the supported part of the beam: density times thickness per area, or the whole mass over the number
+    of `contact.points`.
+
+    Args:
+        case: The case.
+        stiffness: K of the contact, Pa/m, or N/m of a point.
+    """
+    contact, law = case.contact, case.contact.law
+    if not isinstance(law, KelvinVoigt) or law.restitution is None:
+        return None
+    adhesive = contact.tension == "adhesive"
+    ratio = kelvin_voigt_ratio(law.restitution, adhesive)
+    mass, unit = case.material.density * case.beam.thickness, "kg/m^2"
+    if contact.points is not None:
+        mass, unit = mass * case.beam.width * case.support.length / len(contact.points), "kg a point"
+    reason = (
+        f"restitution {law.restitution:g}, {contact.tension}: zeta = {ratio:.4g} of the supported part as a mass, "
+        f"{mass:.4g} {unit}, on K = {stiffness:.4g} {contact.stiffness_unit}"
+    )
+    half, double = (kelvin_voigt_restitution(share * ratio, adhesive) for share in (0.5, 2.0))
+    consequence = f"half: restitution {half:.3g}; double: {double:.3g}"
+    value = 2.0 * ratio * sqrt(stiffness * mass)
+    return Default("contact.damping", value, contact.damping_unit, reason, consequence)
+
+
+def tangent_stiffness(case: Case, face_stiffness: float) -> float:
+    """Return the slope n S d^(n-1) of the force S d^n of a face where it carries the static reaction, N/m.
+
+    Args:
+        case: The case.
+        face_stiffness: S of all points of a face together, N/m^n; S itself for n = 1 or without loads.
+    """
+    exponent, force = getattr(case.contact.law, "exponent", 1.0), support_reaction(case)
+    if exponent == 1.0 or force == 0.0:
+        return face_stiffness
+    depth = (force / face_stiffness) ** (1.0 / exponent)
+    return float(exponent * force / depth)
 
 
 def touch_depth(case: Case) -> float:

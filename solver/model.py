@@ -19,9 +19,17 @@ from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unila
 from solver.case_tables.time import CentralDifference, MoreauJean
 from solver.contact.choice import make_law
 from solver.contact.law import ContactLaw
-from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
+from solver.defaults import (
+    Default,
+    contact_damping,
+    contact_patch,
+    contact_stiffness,
+    rayleigh,
+    seat_springs,
+    tangent_stiffness,
+    touch_depth,
+)
 from solver.elasticity import elastic_forms, lame
-from solver.errors import UserError
 from solver.face_points import PointRule
 from solver.interface import contact_operator, nitsche_operator
 from solver.loads.patterns import axis_point, make_loads
@@ -30,11 +38,9 @@ from solver.mesh_of_case import mesh_of_case
 from solver.nitsche import Nitsche
 from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
-from solver.stable_step import SAFETY, stable_step
+from solver.resultants import resultant_operator
+from solver.step_limit import step_limit
 from solver.system import Array, ContactOperator, Indices, SemiDiscreteSystem, Springs
-
-
-MUCH_SHORTER = 0.5  # a stable step that damping makes so much shorter is told
 
 
 @dataclass(frozen=True)
@@ -49,6 +55,7 @@ class Model:
         law: The contact law.
         probes: Rows that evaluate the probes, by name.
         defaults: Values that were computed, with their reasons.
+        face_stiffness: Slope of the force of a face in its penetration, at the static reaction, N/m.
         seat_springs: s of the search for the seat, Pa/m.
         seconds: Wall time of each part of the set-up.
     """
@@ -60,6 +67,7 @@ class Model:
     law: ContactLaw
     probes: dict[str, PointRow]
     defaults: tuple[Default, ...]
+    face_stiffness: float
     seat_springs: float
     seconds: dict[str, float] = field(default_factory=dict)
 
@@ -89,7 +97,8 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
     Raises:
         MeshError: A user's mesh does not fit the case.
-        UserError: A point lies outside the mesh, or an explicit scheme cannot march the step.
+        UserError: A point lies outside the mesh, a patch of contact.points between its quadrature points, or an
+            explicit scheme cannot march the step.
 
     Collective.
     """
@@ -103,8 +112,8 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     space = fem.functionspace(mesh, element)
     faces = {name: tagged.facets_of(name) for name in ("base", "gland")}
     facet_length = describe(tagged)["mean_contact_facet_length"]
-    contact, chosen, gamma, correction = _contact(case, space, faces, width, facet_length)
-    area = float(contact.weights.sum())
+    setting = _contact(case, space, faces, width, facet_length)
+    contact, area = setting.operator, setting.operator.area
     measure = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)
     forms = elastic_forms(
         space,
@@ -118,13 +127,14 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     moved = None
     if case.contact.mass == "redistributed":
         moved = extrapolation(space, np.concatenate(list(faces.values())), explicit)
-    operators = PetscOperators(forms, space, correction, explicit, moved)
-    law = make_law(case.contact, chosen.value if gamma is None else gamma, touch_depth(case))
+    operators = PetscOperators(forms, space, setting.correction, explicit, moved)
+    law = make_law(case.contact, setting.stiffness, touch_depth(case), setting.damping, setting.areas)
     if isinstance(case.time.scheme, MoreauJean):
         law = replace(law, stores_energy=False)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
-    defaults = (chosen, *([_step_limit(case, system, law)] if explicit else []))
+    limits = (step_limit(case, system, law),) if explicit else ()
+    face_stiffness = tangent_stiffness(case, setting.face_stiffness)
     probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
     return Model(
         case,
@@ -133,43 +143,61 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         system,
         law,
         probes,
-        defaults,
-        seat_springs(case, chosen.value, facet_length, area),
+        (*setting.defaults, *limits),
+        face_stiffness,
+        seat_springs(case, face_stiffness / (0.5 * area), facet_length, area),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )
 
 
-def _step_limit(case: Case, system: SemiDiscreteSystem, law: ContactLaw) -> Default:
-    """Return the largest step of an explicit scheme.
+@dataclass(frozen=True)
+class _Setting:
+    """The contact operator and what its law and K are made of.
 
-    Raises:
-        UserError: The step of the case is longer.
+    Attributes:
+        operator: G, H, w, g0.
+        stiffness: K of the law, or Nitsche's gamma at each point, (m,).
+        defaults: Values that were computed, with their reasons.
+        face_stiffness: K of all points of a face together, N/m^n.
+        damping: c of the law kelvin-voigt.
+        areas: What K and c are divided by, (m,), m^2; None where they are per area.
+        correction: What Nitsche's method adds to K.
     """
-    limit = stable_step(system, law)
-    damped = limit.step < MUCH_SHORTER * limit.undamped
-    words = f"; without damping {limit.undamped:g} s, and damping by mass alone costs nothing" if damped else ""
-    if case.time.step > limit.step:
-        raise UserError(
-            f"time.step: {case.time.step:g} s, which the scheme {case.time.scheme.type} cannot march; expected at most "
-            f"{limit.step:g} s on this mesh{words}; try time.step = {limit.step:g}, larger cells, or an implicit scheme: "
-            'time.scheme = "discrete-gradient"'
-        )
-    reason = f"{SAFETY:g} of the stable step, for the highest frequency of mesh and contact, {limit.frequency:.3g} rad/s{words}"
-    return Default("limit of time.step", limit.step, "s", reason, "half: half the cells, or a contact 4 times stiffer")
+
+    operator: ContactOperator
+    stiffness: float | Array
+    defaults: tuple[Default, ...]
+    face_stiffness: float
+    damping: float = 0.0
+    areas: Array | None = None
+    correction: Springs | None = None
 
 
 def _contact(
     case: Case, space: fem.FunctionSpace, faces: Mapping[str, Indices], width: float, facet_length: float
-) -> tuple[ContactOperator, Default, Array | None, Springs | None]:
-    """Return operator, stiffness with its reason, gamma at each point and correction of K (both for Nitsche only)."""
+) -> _Setting:
+    """Return the operator of the formulation, with the values of the law. Collective."""
     clearance, rule, formulation = case.support.clearance, point_rule(case), case.contact.formulation
-    if not isinstance(formulation, NitscheMethod):
-        operator = contact_operator(space, faces, clearance, width, rule)
-        return operator, contact_stiffness(case, facet_length), None, None
-    plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
-    settings = Nitsche(formulation.theta, formulation.factor, lame(case.material, plane_stress), width)
-    nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
-    reason = f"{formulation.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
-    consequence = "half: at the edge of stability for theta = 1; double: stiffer contact, the same answer to O(h)"
-    chosen = Default("Nitsche's gamma", float(nitsche.gamma.max()), "Pa/m", reason, consequence)
-    return nitsche.operator, chosen, nitsche.gamma, nitsche.correction
+    if isinstance(formulation, NitscheMethod):
+        plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
+        settings = Nitsche(formulation.theta, formulation.factor, lame(case.material, plane_stress), width)
+        nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
+        reason = f"{formulation.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
+        consequence = "half: at the edge of stability for theta = 1; double: stiffer contact, the same answer to O(h)"
+        largest = float(nitsche.gamma.max())
+        chosen = Default("Nitsche's gamma", largest, "Pa/m", reason, consequence)
+        face_stiffness = 0.5 * nitsche.operator.area * largest
+        return _Setting(nitsche.operator, nitsche.gamma, (chosen,), face_stiffness, correction=nitsche.correction)
+    operator = contact_operator(space, faces, clearance, width, rule)
+    face = 0.5 * operator.area
+    chosen = contact_stiffness(case, facet_length, face)
+    computed = contact_damping(case, chosen.value)
+    defaults = (chosen,) if computed is None else (chosen, computed)
+    damping = case.contact.damping if computed is None else computed.value
+    places = case.contact.points
+    if places is None:
+        return _Setting(operator, chosen.value, defaults, face * chosen.value, damping)
+    patch = contact_patch(case)
+    gathered = resultant_operator(operator, places, patch.value)
+    face_stiffness = len(places) * chosen.value
+    return _Setting(gathered, chosen.value, (*defaults, patch), face_stiffness, damping, gathered.weights)

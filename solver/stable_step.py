@@ -78,14 +78,14 @@ def _largest_eigenvalue(system: SemiDiscreteSystem, apply: Callable[[Array], Arr
     def norm(x: Array) -> float:
         return sqrt(float(system.dots([(x, x)])[0]))
 
-    vector = np.random.default_rng(1).standard_normal(system.operators.size)
+    vector: Array = np.random.default_rng(1).standard_normal(system.operators.size)
     vector /= norm(vector)
     before, beta = np.zeros_like(vector), 0.0
     diagonal: list[float] = []
     below: list[float] = []
     bound = inf
     for _ in range(MOST_ITERATIONS):
-        image = apply(vector) - beta * before
+        image = np.asarray(apply(vector) - beta * before)
         diagonal.append(float(system.dots([(vector, image)])[0]))
         image -= diagonal[-1] * vector
         beta = norm(image)
@@ -95,7 +95,7 @@ def _largest_eigenvalue(system: SemiDiscreteSystem, apply: Callable[[Array], Arr
         if error <= ACCURACY * bound:
             break
         below.append(beta)
-        before, vector = vector, image / beta
+        before, vector = vector, np.asarray(image / beta)
     return bound
 
 

@@ -132,6 +132,15 @@ class ContactOperator:
         """Number of contact points m."""
         return len(self.weights)
 
+    @property
+    def area(self) -> float:
+        """Area of all faces, m^2."""
+        return float(self.weights.sum())
+
+    def spread(self, forces: Array) -> Array:
+        """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""
+        return forces
+
     def depth(self, interface_values: Array) -> Array:
         """Return what the law takes, d = -(g0 + G u), (m,), m; negative where the gap is open."""
         return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values))

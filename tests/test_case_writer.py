@@ -53,6 +53,9 @@ def valid_cases(draw: st.DrawFn) -> Case:
         inside = [size * draw(st.integers(-8, 8)) / 16 for size in across]
         return draw(st.sampled_from([x, [x, *inside]]))
 
+    def placed(shares: list[Any]) -> list[Any]:
+        return [[x[0] * support, *x[1:]] if isinstance(x, list) else x * support for x in shares]
+
     def shaking(kind: str, name: str) -> dict[str, Any]:
         load: dict[str, Any] = {"type": kind, "name": name, "amplitude": draw(numbers(-1e6, 1e6))}
         load["frequency"] = draw(numbers(0.1, 0.2)) / step
@@ -106,6 +109,15 @@ def valid_cases(draw: st.DrawFn) -> Case:
                 damping=positive(-3, 9),
                 tension=st.sampled_from(["clipped", "adhesive"]),
                 quadrature_degree=st.integers(1, 20),
+            )
+            | st.fixed_dictionaries(
+                {
+                    "law": st.fixed_dictionaries({"type": st.just("kelvin-voigt"), "restitution": numbers(0.01, 1)}),
+                    "points": st.sampled_from([[0.0, 1.0], [0.25, 0.5, 0.75], [[0.5, 0.0], 1.0]][:dimension]).map(
+                        placed
+                    ),
+                    "patch": numbers(0.01, 0.4).map(lambda part: part * support),
+                }
             )
         ),
         "load": loads,

@@ -118,7 +118,7 @@ def test_explicit_flights_conserve_energy_below_the_limit_only(way: str) -> None
 
 
 def test_explicit_and_implicit_flights_agree() -> None:
-    """Exact contact on massless nodes: after three quarters of a millisecond with impacts, tips within 2 % of the way."""
+    """Exact contact on massless nodes: after 0.75 ms with impacts within 2 % of the way."""
     contact = {"mass": "redistributed", "formulation": "unilateral"}
     ends = []
     for scheme, step in (("central-difference", 1.0e-9), ("implicit-midpoint", 1.0e-6)):

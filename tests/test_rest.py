@@ -12,7 +12,6 @@ from solver.gates import EnergyGates
 from tests.models import SOLID, beam_model, seat_of
 from tests.toys import SCHEMES
 
-
 IMPLICIT = [name for name in SCHEMES if name != "central-difference"]
 
 

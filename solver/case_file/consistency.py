@@ -7,15 +7,20 @@ from collections.abc import Callable, Iterator, Mapping
 
 from solver.case import (
     BaseMotion,
-    Beam,
     Case,
     Damping,
     Gates,
-    Gravity,
     HarmonicForce,
-    Material,
     Output,
-    Support,
+)
+from solver.case_file.contact_fits import (
+    contact_carries_the_beam,
+    contact_is_shallow,
+    explicit_scheme_fits_the_contact,
+    impulses_are_unilateral,
+    impulses_need_mass,
+    law_fits_the_formulation,
+    scheme_fits_the_formulation,
 )
 from solver.case_file.faults import Fault, Key
 from solver.case_file.geometry import (
@@ -37,8 +42,15 @@ from solver.case_file.places import (
     probes_have_a_node,
     probes_lie_in_the_beam,
 )
-from solver.case_tables.contact import AugmentedLagrangian, Contact, NitscheMethod, Penalty, Unilateral
-from solver.case_tables.time import CentralDifference, MoreauJean, Time
+from solver.case_file.restitution import restitution_is_the_only_damping
+from solver.case_file.resultants import (
+    patches_have_points,
+    patches_keep_apart,
+    points_hold_the_beam,
+    points_lie_on_the_faces,
+    points_need_a_penalty,
+)
+from solver.case_tables.time import Time
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
@@ -165,107 +177,6 @@ def outputs_fall_on_steps(time: Time, output: Output) -> Iterator[Fault]:
             yield Fault(key, f"{interval:g} s, {few}", "a whole number of steps, at least 1", nearest, related)
 
 
-def contact_is_shallow(support: Support, contact: Contact) -> Iterator[Fault]:
-    """The damped law is switched on over a depth far smaller than the gap."""
-    if contact.touch_depth != "auto" and 0 < support.clearance <= contact.touch_depth:
-        yield Fault(
-            ("contact", "touch_depth"),
-            f"{contact.touch_depth:g} m",
-            f"far less than the clearance, {support.clearance:g} m",
-            f"touch_depth = {support.clearance / 1e4:.3g}",
-            (("support", "clearance"),),
-        )
-
-
-def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
-    """Formulation, law, stiffness and damping go together."""
-    formulation, law = contact.formulation, contact.law
-    plain, where = isinstance(formulation, Penalty), (("contact", "formulation"),)
-    exponent = getattr(law, "exponent", 1.0)
-    if not plain and law.type != "kelvin-voigt":
-        expected = f"kelvin-voigt, the law that the formulation {formulation.type} knows"
-        yield Fault(("contact", "law"), law.type, expected, 'formulation = "penalty"', where)
-    if contact.damping > 0.0 and not (plain and law.type == "kelvin-voigt"):
-        what = f"the law {law.type} brings its own" if plain else f"the formulation {formulation.type} has no"
-        found, related = f"{contact.damping:g} Pa s/m", (("contact", "law" if plain else "formulation"),)
-        yield Fault(("contact", "damping"), found, f"0: {what} damping", "leave damping out", related)
-    if contact.stiffness != "auto" and isinstance(formulation, NitscheMethod | Unilateral):
-        expected = f'"auto": the formulation {formulation.type} has no stiffness to choose'
-        yield Fault(("contact", "stiffness"), f"{contact.stiffness:g} Pa/m", expected, "leave stiffness out", where)
-    if contact.stiffness == "auto" and exponent > 1.0:
-        expected = f"a number in Pa/m^{exponent:g}: it cannot be computed for a law with an exponent"
-        yield Fault(("contact", "stiffness"), '"auto"', expected, "stiffness = 1e15", (("contact", "law"),))
-
-
-def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
-    """Moreau and Jean's scheme replaces the law of contact by impulses."""
-    if isinstance(time.scheme, MoreauJean) and not isinstance(contact.formulation, Unilateral):
-        yield Fault(
-            ("contact", "formulation"),
-            contact.formulation.type,
-            "unilateral: the scheme moreau-jean knows impulses, no law",
-            'formulation = "unilateral"',
-            (("time", "scheme"),),
-        )
-
-
-def scheme_fits_the_formulation(contact: Contact, time: Time) -> Iterator[Fault]:
-    """A discrete gradient needs a contact potential."""
-    match contact.formulation:
-        case AugmentedLagrangian():
-            found = "augmented-lagrangian"
-        case NitscheMethod(theta=theta) if theta != 1:
-            found = f"nitsche, theta = {theta}"
-        case _:
-            return
-    if time.scheme.type == "discrete-gradient":
-        yield Fault(
-            ("time", "scheme"),
-            f"discrete-gradient with the formulation {found}",
-            "a scheme that asks for no contact potential, which this formulation does not have",
-            'scheme = "implicit-midpoint"',
-            (("contact", "formulation"),),
-        )
-
-
-def explicit_scheme_fits_the_contact(contact: Contact, time: Time) -> Iterator[Fault]:
-    """An explicit scheme takes contact by a law, or exactly on massless nodes."""
-    if not isinstance(time.scheme, CentralDifference):
-        return
-    where = (("time", "scheme"),)
-    if isinstance(contact.formulation, NitscheMethod):
-        expected = "penalty, or unilateral with massless contact nodes: the scheme central-difference is explicit"
-        yield Fault(("contact", "formulation"), "nitsche", expected, 'formulation = "penalty"', where)
-    elif not isinstance(contact.formulation, Penalty) and contact.mass == "consistent":
-        expected = f"redistributed: only massless nodes meet {contact.formulation.type} contact in an explicit step"
-        yield Fault(("contact", "mass"), "consistent", expected, 'mass = "redistributed"', where)
-
-
-def impulses_need_mass(contact: Contact, time: Time) -> Iterator[Fault]:
-    """Impulses act on masses."""
-    if isinstance(time.scheme, MoreauJean) and contact.mass == "redistributed":
-        expected = "consistent: the impulses of the scheme moreau-jean act on the mass of the contact nodes"
-        yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (("time", "scheme"),))
-
-
-def contact_carries_the_beam(
-    beam: Beam, material: Material, support: Support, contact: Contact, load: Loads
-) -> Iterator[Fault]:
-    """The contact is stiff enough for the weight not to push the beam through its support."""
-    gravity = max((entry.acceleration for entry in load.values() if isinstance(entry, Gravity)), default=0.0)
-    if contact.stiffness == "auto" or gravity == 0.0 or getattr(contact.law, "exponent", 1.0) > 1.0:
-        return
-    pressure = material.density * gravity * beam.thickness * beam.length / support.length
-    if pressure / contact.stiffness > beam.thickness:
-        yield Fault(
-            ("contact", "stiffness"),
-            f"{contact.stiffness:g} Pa/m: the weight pushes the beam {pressure / contact.stiffness:.3g} m in",
-            f"far more than {pressure / beam.thickness:.3g} Pa/m; it is N/m divided by the area in m^2",
-            'stiffness = "auto"',
-            (("material", "density"), ("beam", "thickness")),
-        )
-
-
 def gates_are_in_order(gates: Gates) -> Iterator[Fault]:
     """What one impact may do does not end the run at once."""
     if gates.total_growth < gates.impact_growth:
@@ -299,11 +210,17 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     outputs_fall_on_steps,
     contact_is_shallow,
     law_fits_the_formulation,
+    restitution_is_the_only_damping,
     impulses_are_unilateral,
     scheme_fits_the_formulation,
     explicit_scheme_fits_the_contact,
     impulses_need_mass,
     contact_carries_the_beam,
+    points_need_a_penalty,
+    patches_have_points,
+    points_lie_on_the_faces,
+    points_hold_the_beam,
+    patches_keep_apart,
     gates_are_in_order,
 )
 """All checks; the names of their parameters are those of the tables they take."""

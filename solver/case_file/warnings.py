@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce, Restraint
 from solver.case_file.consistency import MULTIPLE_TOLERANCE
+from solver.case_tables.contact import Contact
 from solver.case_tables.time import GeneralizedAlpha, HHTAlpha, Newmark
-from solver.defaults import overhang_frequency
+from solver.defaults import contact_patch, overhang_frequency
 
 USUAL = (
     ("beam", "length", 1e-3, 100.0, "m, not mm"),
@@ -75,7 +78,7 @@ def motion(case: Case) -> Iterator[str]:
     if weight_pressure(case) == 0 and case.support.clearance >= 0:
         yield "no gravity: nothing seats the beam on the base before it moves"
     damping = case.damping
-    if not any([*(damping.ratios or ()), damping.mass, damping.stiffness, case.contact.damping]):
+    if not any([*(damping.ratios or ()), damping.mass, damping.stiffness]) and not contact_damps(case.contact):
         yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
     if not case.probe:
         yield "no [[probe]]: no motion of any point is recorded"
@@ -126,20 +129,47 @@ def scheme(case: Case) -> Iterator[str]:
 def contact(case: Case) -> Iterator[str]:
     """Yield a contact that is soft for its clearance, or keys of it without effect."""
     support, law = case.support, case.contact
-    depth = 0.0 if law.stiffness == "auto" else weight_pressure(case) / law.stiffness
+    depth = 0.0
+    if law.stiffness != "auto":
+        share = case.beam.width * support.length / len(law.points) if law.points else 1.0
+        depth = float((share * weight_pressure(case) / law.stiffness) ** (1.0 / getattr(law.law, "exponent", 1.0)))
     if depth > 0.1 * support.clearance > 0:
         yield (
             f"[contact] stiffness = {law.stiffness}: the weight presses the beam {depth:.2g} m into it, "
             "more than a tenth of the clearance"
         )
-    if law.tension == "adhesive" and law.damping == 0:
+    if law.tension == "adhesive" and not contact_damps(law):
         yield '[contact] tension = "adhesive" has no effect without damping'
     if law.quadrature_degree is not None and law.quadrature_degree < 2 * case.mesh.degree:
         yield f"[contact] quadrature_degree = {law.quadrature_degree} is low: {2 * case.mesh.degree} or more"
+    patch, cell = contact_patch(case).value, case.mesh.support_size or case.beam.thickness / 3
+    if law.points and case.mesh.file is None and patch < cell:
+        yield (
+            f"[contact] points: patches of {patch:.3g} m are smaller than the cells of {cell:.3g} m, which then decide "
+            f"how far the body gives way; mesh.support_size = {0.5 * patch:.3g} is fine enough"
+        )
+    if law.points and case.mesh.dimension == 3 and not holds_rolling(law.points):
+        yield (
+            "[contact] points lie on one line: only the weak lateral restraint holds the beam against rolling; "
+            "corners hold it, [x, y] at both sides"
+        )
     if law.touch_depth != "auto" and 0 < support.clearance < 10 * law.touch_depth:
         yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
     if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
         yield "[restraint] lateral has no effect in 2D"
+
+
+def holds_rolling(points: Sequence[float | tuple[float, float]]) -> bool:
+    """Return whether points of a face do not all lie on one line; a patch over the width acts at y = 0."""
+    places = np.array([point if isinstance(point, tuple) else (point, 0.0) for point in points])
+    return bool(np.linalg.matrix_rank(places - places[0]) == 2)
+
+
+def contact_damps(contact: Contact) -> bool:
+    """Return whether contact takes energy out of the motion: by its damping or that of its law."""
+    law = contact.law
+    loses = getattr(law, "restitution", None)
+    return contact.damping > 0.0 or getattr(law, "damping", 0.0) > 0.0 or (loses is not None and loses < 1.0)
 
 
 def weight_pressure(case: Case) -> float:

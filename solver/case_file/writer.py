@@ -46,5 +46,6 @@ def _keys(table: BaseModel) -> Iterator[str]:
 def _written(value: object) -> str:
     """Return a value as TOML writes it, an inner table in one line."""
     if isinstance(value, BaseModel):
-        return "{ " + ", ".join(f"{key} = {toml_value(inner)}" for key, inner in value) + " }"
+        given = (f"{key} = {toml_value(inner)}" for key, inner in value if inner is not None)
+        return "{ " + ", ".join(given) + " }"
     return toml_value(value)

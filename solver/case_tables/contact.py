@@ -47,9 +47,17 @@ Formulation = Annotated[
 
 
 class KelvinVoigt(Table):
-    """Linear stiffness, with contact.damping."""
+    """Linear stiffness, with contact.damping or the damping that a restitution asks for."""
 
     type: Literal["kelvin-voigt"] = Field(default="kelvin-voigt", description="name of the law")
+    restitution: Number | None = Field(
+        default=None,
+        gt=0,
+        le=1,
+        description="restitution of the supported part as a rigid mass, from which the damping is computed, "
+        "no unit; default contact.damping is taken",
+        examples=[0.8],
+    )
 
 
 class HuntCrossley(Table):
@@ -73,7 +81,9 @@ class AdamsImpact(Table):
 
     type: Literal["adams-impact"] = Field(description="name of the law")
     exponent: Number = Field(default=1.5, ge=1, le=5, description="n, no unit")
-    damping: NonNegative = Field(description="full damping per area, Pa s/m", examples=[1.0e6])
+    damping: NonNegative = Field(
+        description="full damping per area (of each of contact.points in N s/m), Pa s/m", examples=[1.0e6]
+    )
     full_depth: Positive = Field(description="penetration at which the damping is full, m", examples=[1.0e-5])
 
 
@@ -94,10 +104,25 @@ class Contact(Table):
     )
     stiffness: Literal["auto"] | Positive = Field(
         default="auto",
-        description="penalty stiffness K per area (Pa/m^n in laws with an exponent n), Pa/m; "
-        "auto: from the load, the clearance and the modulus",
+        description="penalty stiffness K per area (of each of contact.points in N/m; Pa/m^n or N/m^n in laws with an "
+        "exponent n), Pa/m; auto: from the load, the clearance and the modulus",
     )
-    damping: NonNegative = Field(default=0.0, description="damping per area of the law kelvin-voigt, Pa s/m")
+    damping: NonNegative = Field(
+        default=0.0,
+        description="damping of the law kelvin-voigt per area (of each of contact.points in N s/m), Pa s/m",
+    )
+    points: tuple[Number | tuple[Number, Number], ...] | None = Field(
+        default=None,
+        max_length=1000,
+        description="places of resultant springs, the same at base and gland, each x (over the whole width) or [x, y] "
+        "(3D), m; default contact all over the faces",
+        examples=[[0.0, 0.05]],
+    )
+    patch: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="size along x, and across for [x, y], of the patch that each of contact.points is spread over, "
+        "m; auto: a tenth of support.length",
+    )
     tension: Literal["clipped", "adhesive"] = Field(
         default="clipped",
         description="may the damper pull the face while it separates? clipped never, adhesive yes",
@@ -117,3 +142,14 @@ class Contact(Table):
         description="depth over which the damped law is switched on (Newmark and generalized-alpha), m; "
         "auto: 1e-8, at most 1e-4 of the clearance",
     )
+
+    @property
+    def stiffness_unit(self) -> str:
+        """Unit of `stiffness`."""
+        exponent = getattr(self.law, "exponent", 1.0)
+        return ("Pa/m" if self.points is None else "N/m") + ("" if exponent == 1.0 else f"^{exponent:g}")
+
+    @property
+    def damping_unit(self) -> str:
+        """Unit of `damping`, of the contact and of its law."""
+        return "Pa s/m" if self.points is None else "N s/m"

@@ -16,9 +16,13 @@ from solver.system import Array
 
 @dataclass(frozen=True)
 class ConstantDamper:
-    """Kelvin-Voigt: c(d) = c, Pa s/m. Its pressure jumps at touch."""
+    """Kelvin-Voigt: c(d) = c. Its pressure jumps at touch.
 
-    coefficient: float = 0.0
+    Attributes:
+        coefficient: c, Pa s/m, one number or one per contact point, (m,).
+    """
+
+    coefficient: float | Array = 0.0
     jumps = True
 
     def value(self, depth: Array) -> Array:
@@ -65,11 +69,11 @@ class SmoothStepDamper:
     """c(d) = c_max q^2 (3 - 2 q), q = d / d_max clipped to [0, 1]: the damping of ADAMS's IMPACT function.
 
     Attributes:
-        coefficient: c_max, Pa s/m; N s/m for resultants at points.
+        coefficient: c_max, Pa s/m, one number or one per contact point, (m,).
         full_depth: d_max, m.
     """
 
-    coefficient: float
+    coefficient: float | Array
     full_depth: float
     jumps = False
 

@@ -122,7 +122,7 @@ class ContactLaw:
 
     @property
     def _damped(self) -> bool:
-        return not (isinstance(self.damper, ConstantDamper) and self.damper.coefficient == 0.0)
+        return not (isinstance(self.damper, ConstantDamper) and not np.any(self.damper.coefficient))
 
     def _with_damping(self, elastic: Array, slope: Array, old: Array, new: Array, dt: float) -> StagePressure:
         if not self._damped:

@@ -17,7 +17,7 @@ class Spring:
     """K > 0 (Pa/m^n) and n >= 1.
 
     Attributes:
-        stiffness: K, Pa/m^n, one number or one per point, (m,); N/m^n for resultants at points.
+        stiffness: K, Pa/m^n, one number or one per point, (m,).
         exponent: n; 1 is linear, 1.5 that of Hertz.
     """
 

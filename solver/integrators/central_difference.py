@@ -1,12 +1,13 @@
 """Central difference in the form of velocity Verlet: explicit, with a lumped mass matrix.
 
-    v_h = v0 + dt/2 a0,   u1 = u0 + dt v_h,   M a1 + c_M M v1 + c_K K v_h + K u1 = f(t1) + H^T (w p1),   v1 = v_h + dt/2 a1
+    v_h = v0 + dt/2 a0,   u1 = u0 + dt v_h,   v1 = v_h + dt/2 a1,
+    M a1 + c_M M v1 + c_K K v_h + K u1 = f(t1) + H^T (w p1)
 
 The contact pressure is the law at d1 with the gap rate over the step. Stable up to a step that depends on mesh, damping
 and contact stiffness (`solver.stable_step`).
 
-Massless DOFs (`solver.mass_redistribution`) are in static equilibrium at t1; their displacement and the pressure on them
-follow from the contact problem on K_cc, the stiffness of these DOFs, so the contact does not limit the step.
+Massless DOFs (`solver.mass_redistribution`) are in static equilibrium at t1; their displacement and the pressure on
+them follow from the contact problem on K_cc, the stiffness of these DOFs, so the contact does not limit the step.
 
 Source: Belytschko, Liu, Moran and Elkhodary (2014), ch. 6; Doyen, Ern and Piperno (2011), SIAM J. Sci. Comput. 33, for
 massless contact nodes in explicit schemes.
@@ -108,7 +109,7 @@ class CentralDifference:
 
     @staticmethod
     def _explicit(law: ContactLaw, old: Array, new: Array, dt: float) -> StagePressure:
-        return law.endpoint(new, (new - old) / dt, 0.0)
+        return law.endpoint(new, np.asarray((new - old) / dt), 0.0)
 
     @staticmethod
     def _on_massless(system: SemiDiscreteSystem) -> bool:

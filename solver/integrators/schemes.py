@@ -4,8 +4,8 @@ from __future__ import annotations
 
 from typing import Protocol
 
-from solver.case_tables.time import DiscreteGradient, HHTAlpha, ImplicitMidpoint, Newmark, Scheme
 from solver.case_tables.time import CentralDifference as CentralDifferenceScheme
+from solver.case_tables.time import DiscreteGradient, HHTAlpha, ImplicitMidpoint, Newmark, Scheme
 from solver.case_tables.time import MoreauJean as MoreauJeanScheme
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw

@@ -67,7 +67,8 @@ class FieldWriter:
         }
         if self._comm.rank != 0:
             return
-        forces = self._hat_forces @ (model.system.contact.weights * state.pressure)
+        contact = model.system.contact
+        forces = self._hat_forces @ contact.spread(contact.weights * state.pressure)
         values["contact_pressure"] = np.zeros(self._shapes["points"][0])
         values["contact_pressure"][self._contact_nodes] = forces / self._hat_areas
         for name, value in values.items():

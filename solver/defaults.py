@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from math import pi, sqrt
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce
-from solver.case_tables.contact import AugmentedLagrangian, Unilateral
+from solver.case_tables.contact import AugmentedLagrangian, Friction, Unilateral
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
@@ -19,6 +19,8 @@ AUGMENTED = 10.0  # of E/h, for multipliers
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
+SLIP_SHARE = 0.01  # of the speed of sliding
+SLOWEST_SLIP = 1.0e-6  # m/s
 CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
 
 
@@ -110,6 +112,33 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
         softer, stiffer = (f"penetration {share:.2g} % of the clearance, " for share in (200.0 * ratio, 50.0 * ratio))
     consequence = f"half: {softer}contacts 1.4 times longer; double: {stiffer}contacts 1.4 times shorter"
     return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})", consequence)
+
+
+def slip_velocity(case: Case, friction: Friction) -> Default:
+    """Return v0 of the regularized friction, given or computed.
+
+    v0 = 0.01 omega (h/2) |c| / a: a hundredth of the speed at which the faces slide, half a thickness h off the axis,
+    when the beam rocks by the angle c / a, clearance over support length, at the highest frequency of its loads; at
+    least 1e-6 m/s.
+
+    Args:
+        case: The case.
+        friction: Its table.
+    """
+    name, unit = "contact.friction.slip_velocity", "m/s"
+    if friction.slip_velocity != "auto":
+        return Default(name, friction.slip_velocity, unit, "given in the case")
+    frequencies = [load.frequency for load in case.load if isinstance(load, HarmonicForce | BaseMotion)]
+    frequency = max(frequencies, default=overhang_frequency(case))
+    angle = abs(case.support.clearance) / case.support.length
+    sliding = pi * frequency * case.beam.thickness * angle
+    value = max(SLIP_SHARE * sliding, SLOWEST_SLIP)
+    if value > SLOWEST_SLIP:
+        reason = f"{SLIP_SHARE:.0%} of the {sliding:.3g} m/s at which the faces slide, rocking at {frequency:.4g} Hz"
+    else:
+        reason = f"the least: rocking at {frequency:.4g} Hz slides the faces at {sliding:.3g} m/s only"
+    consequence = "half: what sticks creeps half as fast, the solve is harder; double: it creeps twice as fast"
+    return Default(name, value, unit, reason, consequence)
 
 
 def touch_depth(case: Case) -> float:

@@ -17,8 +17,9 @@ from solver.case import Case
 from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
 from solver.case_tables.time import MoreauJean
 from solver.contact.choice import make_law
+from solver.contact.friction import CoulombFriction
 from solver.contact.law import ContactLaw
-from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
+from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, slip_velocity, touch_depth
 from solver.elasticity import elastic_forms, lame
 from solver.face_points import PointRule
 from solver.interface import contact_operator, nitsche_operator
@@ -111,6 +112,11 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     law = make_law(case.contact, chosen.value if gamma is None else gamma, touch_depth(case))
     if isinstance(case.time.scheme, MoreauJean):
         law = replace(law, stores_energy=False)
+    defaults: tuple[Default, ...] = (chosen,)
+    if case.contact.rubs is not None:
+        creep = slip_velocity(case, case.contact.rubs)
+        law = replace(law, friction=CoulombFriction(case.contact.rubs.coefficient, creep.value))
+        defaults = (chosen, creep)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
     probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
@@ -121,7 +127,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         system,
         law,
         probes,
-        (chosen,),
+        defaults,
         seat_springs(case, chosen.value, facet_length, area),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )
@@ -133,7 +139,7 @@ def _contact(
     """Return operator, stiffness with its reason, gamma at each point and correction of K (both for Nitsche only)."""
     clearance, rule, formulation = case.support.clearance, point_rule(case), case.contact.formulation
     if not isinstance(formulation, NitscheMethod):
-        operator = contact_operator(space, faces, clearance, width, rule)
+        operator = contact_operator(space, faces, clearance, width, rule, case.contact.rubs is not None)
         return operator, contact_stiffness(case, facet_length), None, None
     plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
     settings = Nitsche(formulation.theta, formulation.factor, lame(case.material, plane_stress), width)

@@ -228,6 +228,18 @@ def scheme_fits_the_formulation(contact: Contact, time: Time) -> Iterator[Fault]
         )
 
 
+def friction_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
+    """Friction needs the contact pressure apart from the stress of the body."""
+    if contact.rubs is not None and isinstance(contact.formulation, NitscheMethod):
+        yield Fault(
+            ("contact", "friction"),
+            f"a coefficient of {contact.rubs.coefficient:g} with the formulation nitsche",
+            "penalty, unilateral or augmented-lagrangian: friction by the stress of the body is not there",
+            'formulation = "penalty", or leave friction out',
+            (("contact", "formulation"),),
+        )
+
+
 def contact_carries_the_beam(
     beam: Beam, material: Material, support: Support, contact: Contact, load: Loads
 ) -> Iterator[Fault]:
@@ -281,6 +293,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     law_fits_the_formulation,
     impulses_are_unilateral,
     scheme_fits_the_formulation,
+    friction_fits_the_formulation,
     contact_carries_the_beam,
     gates_are_in_order,
 )

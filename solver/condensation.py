@@ -51,9 +51,9 @@ class CondensedOperator:
         block = system.operators.sum(mine)
         if not self._by_point:
             block = 0.5 * (block + block.T)
-        self._gaps = np.ascontiguousarray(contact.gap_matrix @ block)
-        # gaps and, with friction, slips
-        self._all = self._gaps if tangents is None else np.concatenate([self._gaps, tangents @ block])
+        gaps = np.ascontiguousarray(contact.gap_matrix @ block)
+        self._all = gaps if tangents is None else np.concatenate([gaps, tangents @ block])
+        self._gaps = self._all[: contact.size]
         delassus = self._gaps[:, : contact.size] if self._by_point else (contact.resultants.T @ self._gaps.T).T
         self.delassus = np.ascontiguousarray(0.5 * (delassus + delassus.T) if self.symmetric else delassus)
         self.largest_compliance = float(np.max(np.diagonal(self.delassus), initial=0.0))

@@ -17,6 +17,8 @@ import numpy as np
 
 from solver.system import Array
 
+NOTHING = 1.0e-250  # N or Pa; below it numbers lose their digits
+
 
 @dataclass(frozen=True)
 class CoulombFriction:
@@ -32,7 +34,7 @@ class CoulombFriction:
 
     def limit(self, normal: Array) -> Array:
         """Return mu <p>, (m,), what the traction cannot exceed; or mu <f> for point forces f."""
-        return np.asarray(self.coefficient * np.maximum(normal, 0.0))
+        return np.where(normal > NOTHING, self.coefficient * normal, 0.0)
 
     def speed(self, slip: Array) -> Array:
         """Return sqrt(|v|^2 + v0^2), (m,), m/s."""

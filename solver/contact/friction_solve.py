@@ -15,6 +15,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def solve_contact_and_friction(
         stalled = len(changes) > 2 and changes[-1] >= 0.5 * min(changes[-3:-1])
         if changes[-1] <= RELATIVE_TOLERANCE * largest or (stalled and changes[-1] <= SETTLED * largest):
             return replace(contact, iterations=iterations, friction=friction)
-        friction = mixing.mixed(friction, change)
+        friction = mixing.mixed(friction, change) if largest > 0.0 else turned.friction
     raise NotConverged(
         f"contact and friction did not settle in {max_iterations} turns: the last one changed the friction forces by "
         f"{changes[-1]:.3e} N",
@@ -103,7 +104,7 @@ class _Mixing:
         self._changes = [*self._changes, change][-DEPTH - 1 :]
         if len(self._values) == 1:
             return value + change
-        steps = np.stack([(b - a).reshape(-1) for a, b in zip(self._changes, self._changes[1:], strict=False)], axis=1)
-        moves = np.stack([(b - a).reshape(-1) for a, b in zip(self._values, self._values[1:], strict=False)], axis=1)
+        steps = np.stack([(b - a).reshape(-1) for a, b in pairwise(self._changes)], axis=1)
+        moves = np.stack([(b - a).reshape(-1) for a, b in pairwise(self._values)], axis=1)
         shares = np.linalg.lstsq(steps, change.reshape(-1), rcond=NEARLY_DEPENDENT)[0]
         return value + change - ((moves + steps) @ shares).reshape(value.shape)

@@ -223,6 +223,11 @@ CONTRADICTIONS = {
         'formulation = { type = "nitsche", theta = -1 }',
         ["[time] scheme", "nitsche, theta = -1", 'scheme = "implicit-midpoint"'],
     ),
+    "friction by the stress of the body": (
+        'stiffness = "auto"',
+        'formulation = "nitsche"\nfriction = { coefficient = 0.2 }',
+        ["[contact.friction]", "0.2 with the formulation nitsche", "penalty, unilateral or", "leave friction out"],
+    ),
     "deep touch": (
         'stiffness = "auto"',
         "touch_depth = 1e-3",

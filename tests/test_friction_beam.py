@@ -12,6 +12,8 @@ import pytest
 import gapbeam
 from solver.analyses.transient import EffectiveOperators, March, image_drift, march
 from solver.condensation import CondensedOperator
+from solver.contact import friction_solve
+from solver.contact.sliding import Sliding
 from solver.energy import Ledger, enter_step, open_ledger, restate
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.schemes import make_integrator
@@ -209,6 +211,32 @@ def test_extremes(mu: float, slip_velocity: float) -> None:
     assert ledger.contact_gain < 1e-9 * ledger.exchanged
 
 
+@pytest.mark.parametrize("changes", [FLAT, BLOCK], ids=["2D", "3D"])
+def test_turns_alone_reach_the_same(changes: dict[str, Any], monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without a start by Newton's iteration, contact and slip in turns find the same motion, to 1e-8.
+
+    Turns that are not mixed need more of them, and are no other solution.
+    """
+
+    def no_start(sliding: Sliding, *given: Any) -> tuple[Array, Array, int]:
+        return given[-1], sliding.start, 0
+
+    along = {**AXIAL, "direction": [1.0, 0.5, 0.0][: 3 if changes is BLOCK else 2]}
+    loads = (GRAVITY, along, UP) if changes is FLAT else (GRAVITY, along)
+    model = beam_model(changed(changes, friction={"coefficient": 1.0, "slip_velocity": 1.0e-4}), loads)
+    _, coupled = shaken(model, count=40)
+    monkeypatch.setattr(friction_solve, "coupled_newton", no_start)
+    _, turned = shaken(model, count=40)
+    monkeypatch.setattr(friction_solve._Mixing, "mixed", lambda _self, value, change: value + change)
+    _, plain = shaken(model, count=40)
+    size = np.abs(coupled[-1].new.u[0]).max()
+    for other in (turned, plain):
+        assert np.abs(other[-1].new.u[0] - coupled[-1].new.u[0]).max() < 1e-8 * size
+    counts = [sum(step.iterations for step in steps) for steps in (coupled, turned, plain)]
+    assert counts == sorted(counts)
+    assert counts[0] < counts[2]
+
+
 def test_stuck_beam_follows_its_support() -> None:
     """Shaken along with less than mu times the normal forces, the beam creeps by no more than v0 q / sqrt(1 - q^2).
 
@@ -250,6 +278,7 @@ def test_a_run_records_friction(tmp_path: Path, caplog: pytest.LogCaptureFixture
     force, normal = history["friction_force"], history["contact_force"]
     assert force.dims == ("time", "face", "tangent")
     assert force["tangent"].values.tolist() == ["x"]
+    assert force.attrs["units"] == "N"
     assert np.abs(force.values).max() > 1.0
     assert np.all(np.abs(force.values[..., 0]) <= MU * normal.values * (1.0 + 1e-9) + 1e-9)
     loss = history["friction_dissipation"].values

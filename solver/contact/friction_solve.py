@@ -85,7 +85,7 @@ def solve_contact_and_friction(
         friction = mixing.mixed(friction, change) if largest > 0.0 else turned.friction
     raise NotConverged(
         f"contact and friction did not settle in {max_iterations} turns: the last one changed the friction forces by "
-        f"{changes[-1]:.3e} N",
+        f"{changes[-1]:.3e} N; a larger contact.friction.slip_velocity makes it easier",
         tuple(changes),
         int(np.argmax(np.max(np.abs(change), axis=1))),
     )

@@ -29,7 +29,12 @@ TABLES_FILE = "tables.txt"
 DATA_FILE = "figures.json"
 FORMATS = ("png", "pdf", "svg")
 
-_ENERGIES = tuple(record.name for record in HISTORY if record.unit == "J" and record.dims == ("time",))
+# Records of runs before there was friction hold the others.
+_ENERGIES = tuple(
+    record.name
+    for record in HISTORY
+    if record.unit == "J" and record.dims == ("time",) and record.name != "friction_dissipation"
+)
 
 
 def plot(

@@ -181,8 +181,8 @@ def _check_version(path: Path, version: object) -> None:
 
 
 def _named(history: xr.Dataset) -> xr.Dataset:
-    """Give the names along probe, face, load and component as str, whether stored as str or bytes."""
-    for dimension in ("probe", "face", "load", "component"):
+    """Give the names along probe, face, load, component and tangent as str, whether stored as str or bytes."""
+    for dimension in ("probe", "face", "load", "component", "tangent"):
         if dimension in history.coords:
             names = [
                 name.decode() if isinstance(name, bytes) else str(name) for name in history[dimension].values.tolist()

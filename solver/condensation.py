@@ -1,9 +1,10 @@
 """Exact condensation of a linear step onto the contact points.
 
 With A = c_m M + c_k K factored once, the step A x = r + H^T f has x = A^-1 r + A^-1 H^T f, and the gap needs only
-the Delassus operator D = G A^-1 H^T (m x m). Full accuracy, one back-substitution per step.
+the Delassus operator D = G A^-1 H^T (m x m). Full accuracy, one back-substitution per step. Friction adds T^T h to the
+right side, and T A^-1 [H^T T^T] to what a step needs.
 
-A^-1 is kept on columns that span H^T: the interface DOFs, or the contact points where these are fewer.
+A^-1 is kept on columns that span H^T and T^T: the interface DOFs, or the contact points where these are fewer.
 """
 
 from __future__ import annotations
@@ -11,7 +12,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from scipy.sparse import csr_matrix, identity
+from scipy.sparse import csr_matrix, hstack, identity
 
 from solver.system import Array, SemiDiscreteSystem, Springs
 
@@ -27,6 +28,7 @@ class CondensedOperator:
         delassus: D = G A^-1 H^T, (m, m); symmetric where H = G.
         symmetric: Whether it is.
         largest_compliance: The largest entry of its diagonal.
+        compliance: [G; T] A^-1 [G; T]^T, (m + m k, m + m k), symmetric; the Delassus operator without friction.
         seconds: Wall time of the factorization and of the Delassus operator.
     """
 
@@ -40,31 +42,35 @@ class CondensedOperator:
         self._factor = system.operators.factor(mass, stiffness, springs)
         factored = time.perf_counter()
         interface = contact.interface
-        self._by_point = contact.size < interface.size
-        spanning = contact.resultants if self._by_point else csr_matrix(identity(interface.size))
+        tangents, forces = contact.tangents, csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
+        self._by_point = forces.shape[1] < interface.size
+        spanning = forces if self._by_point else csr_matrix(identity(interface.size))
         self._columns = self._factor.solve_columns(interface, spanning)
         mine = np.zeros((interface.size, spanning.shape[1]))
         mine[interface.slots] = self._columns[interface.owned]
         block = system.operators.sum(mine)
         if not self._by_point:
             block = 0.5 * (block + block.T)
-        self._gaps = np.ascontiguousarray(contact.gap_matrix @ block)
-        delassus = self._gaps if self._by_point else (contact.resultants.T @ self._gaps.T).T
+        gaps = np.ascontiguousarray(contact.gap_matrix @ block)
+        self._all = gaps if tangents is None else np.concatenate([gaps, tangents @ block])
+        self._gaps = self._all[: contact.size]
+        delassus = self._gaps[:, : contact.size] if self._by_point else (contact.resultants.T @ self._gaps.T).T
         self.delassus = np.ascontiguousarray(0.5 * (delassus + delassus.T) if self.symmetric else delassus)
         self.largest_compliance = float(np.max(np.diagonal(self.delassus), initial=0.0))
+        self.compliance = self.delassus if tangents is None else self._in_all_directions(forces)
         self.seconds = {"factorization": factored - started, "delassus": time.perf_counter() - factored}
 
     def solve_free(self, right_side: Array) -> Array:
         """Return A^-1 r: the motion without contact forces."""
         return self._factor.solve(right_side)
 
-    def correct(self, x: Array, forces: Array) -> Array:
-        """Return x + A^-1 H^T f for point forces f = w p, (m,), N.
+    def correct(self, x: Array, forces: Array, friction: Array | None = None) -> Array:
+        """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N.
 
         Only the columns that carry a force are read: contact is local, and the columns are what would fill the
         memory bus. They are ordered along the beam, so these are few runs.
         """
-        loads = self._loads(forces)
+        loads = self._loads(forces, friction)
         loaded = np.flatnonzero(loads)
         if len(loaded) == 0:
             return x
@@ -76,10 +82,24 @@ class CondensedOperator:
 
     def respond(self, forces: Array) -> Array:
         """Return D f = G A^-1 H^T f, (m,)."""
-        return np.asarray(self._gaps @ self._loads(forces))
+        return np.asarray(self._gaps @ self._loads(forces, None))
 
-    def _loads(self, forces: Array) -> Array:
-        return forces if self._by_point else self._contact.resultant(forces)
+    def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
+        """Return G A^-1 (H^T f + T^T h), (m,), and T A^-1 (H^T f + T^T h), (m, k); with friction only."""
+        moved = np.asarray(self._all @ self._loads(forces, friction))
+        return moved[: len(forces)], moved[len(forces) :].reshape(friction.shape)
+
+    def _loads(self, forces: Array, friction: Array | None) -> Array:
+        if not self._by_point:
+            return self._contact.resultant(forces, friction)
+        along = len(self._all) - len(forces)
+        if along == 0:
+            return forces
+        return np.concatenate([forces, np.zeros(along) if friction is None else friction.reshape(-1)])
+
+    def _in_all_directions(self, forces: csr_matrix) -> Array:
+        compliance = self._all if self._by_point else (forces.T @ self._all.T).T
+        return np.ascontiguousarray(0.5 * (compliance + compliance.T))
 
 
 _RUN_BREAK = 8  # a gap of a few unloaded columns is cheaper read than skipped

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import log, pi, sqrt
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce
-from solver.case_tables.contact import AugmentedLagrangian, KelvinVoigt, Unilateral
+from solver.case_tables.contact import AugmentedLagrangian, Friction, KelvinVoigt, Unilateral
 from solver.contact.restitution import kelvin_voigt_ratio, kelvin_voigt_restitution
 
 WANTED_RATIO = 0.01  # penetration over clearance
@@ -22,6 +22,8 @@ SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
 PATCH_SHARE = 0.1  # of the length of the support
+SLIP_SHARE = 0.01  # of the speed of sliding
+SLOWEST_SLIP = 1.0e-6  # m/s
 CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
 
 
@@ -196,6 +198,33 @@ def tangent_stiffness(case: Case, face_stiffness: float) -> float:
         return face_stiffness
     depth = (force / face_stiffness) ** (1.0 / exponent)
     return float(exponent * force / depth)
+
+
+def slip_velocity(case: Case, friction: Friction) -> Default:
+    """Return v0 of the regularized friction, given or computed.
+
+    v0 = 0.01 omega (h/2) |c| / a: a hundredth of the speed at which the faces slide, half a thickness h off the axis,
+    when the beam rocks by the angle c / a, clearance over support length, at the highest frequency of its loads; at
+    least 1e-6 m/s.
+
+    Args:
+        case: The case.
+        friction: Its table.
+    """
+    name, unit = "contact.friction.slip_velocity", "m/s"
+    if friction.slip_velocity != "auto":
+        return Default(name, friction.slip_velocity, unit, "given in the case")
+    frequencies = [load.frequency for load in case.load if isinstance(load, HarmonicForce | BaseMotion)]
+    frequency = max(frequencies, default=overhang_frequency(case))
+    angle = abs(case.support.clearance) / case.support.length
+    sliding = pi * frequency * case.beam.thickness * angle
+    value = max(SLIP_SHARE * sliding, SLOWEST_SLIP)
+    if value > SLOWEST_SLIP:
+        reason = f"{SLIP_SHARE:.0%} of the {sliding:.3g} m/s at which the faces slide, rocking at {frequency:.4g} Hz"
+    else:
+        reason = f"the least: rocking at {frequency:.4g} Hz slides the faces at {sliding:.3g} m/s only"
+    consequence = "half: what sticks creeps half as fast, the solve is harder; double: it creeps twice as fast"
+    return Default(name, value, unit, reason, consequence)
 
 
 def touch_depth(case: Case) -> float:

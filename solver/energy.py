@@ -1,6 +1,6 @@
 """The energy ledger of a run.
 
-    (T + V + Psi)(t) - (T + V + Psi)(0) = W - D_structural - D_contact - D_algorithmic + residual
+    (T + V + Psi)(t) - (T + V + Psi)(0) = W - D_structural - D_contact - D_friction - D_algorithmic + residual
 
 Every term on the right but the residual is accumulated from what a step did; the left side is measured on the
 state. The residual is therefore an independent check: of the linear solver, of the contact solve and of the
@@ -32,10 +32,11 @@ class Ledger:
         load_work: Work of each load.
         structural: Loss in Rayleigh damping.
         contact_loss: Loss in contact damping.
+        friction_loss: Loss in friction.
         algorithmic: Loss by the scheme; negative: created.
         exchanged: What created energy is measured against: the sum of |work of the loads that are not static|
             over all steps, plus the largest kinetic energy so far.
-        contact_gain: What steps took out of contact damping, which only loses energy: created.
+        contact_gain: What steps took out of contact damping and friction, which only lose energy: created.
         round_off: What the balance cannot resolve: round-off in u K u, and the tolerance of the contact solve.
     """
 
@@ -52,6 +53,7 @@ class Ledger:
     absolute_work: float = 0.0
     round_off: float = 0.0
     contact_gain: float = 0.0
+    friction_loss: float = 0.0
 
     @property
     def total(self) -> float:
@@ -62,11 +64,11 @@ class Ledger:
     def residual(self) -> float:
         """What is left of the balance."""
         gained = float(np.sum(self.load_work)) - self.structural - self.contact_loss - self.algorithmic
-        return (self.total - self.start) - gained
+        return (self.total - self.start) - (gained - self.friction_loss)
 
     @property
     def created(self) -> float:
-        """Energy that came from nowhere: algorithmic growth, residual, and what contact damping gave."""
+        """Energy that came from nowhere: algorithmic growth, residual, and what contact damping and friction gave."""
         return self.residual - self.algorithmic + self.contact_gain
 
 
@@ -102,7 +104,10 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
         (moved, stage.inertia_and_elastic),
         *((moved, load.pattern) for load in system.loads),
     ]
+    if stage.traction is not None:
+        pairs.append(_slip_and_friction(system, moved, stage.traction))
     kinetic, strain, structural, inner, *load_work = system.dots(pairs)
+    friction_loss = -float(load_work.pop()) if stage.traction is not None else 0.0
     kinetic, strain = 0.5 * kinetic, 0.5 * strain
     works = stage.load_factors * np.array(load_work)
     weights, deeper = system.contact.weights, system.contact.closing(old, new, system.operators)
@@ -123,7 +128,8 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
         load_work=ledger.load_work + works,
         structural=ledger.structural + float(structural),
         contact_loss=ledger.contact_loss + contact_loss,
-        contact_gain=ledger.contact_gain + max(-contact_loss, 0.0),
+        contact_gain=ledger.contact_gain + max(-contact_loss, 0.0) + max(-friction_loss, 0.0),
+        friction_loss=ledger.friction_loss + friction_loss,
         algorithmic=ledger.algorithmic + float(algorithmic),
         largest_kinetic=largest,
         absolute_work=absolute,
@@ -135,6 +141,13 @@ def restraint_energy(system: SemiDiscreteSystem, state: State) -> float:
     """Return the energy in the weak restraint, J. Collective."""
     u = state.u[VALUE]
     return 0.5 * float(system.dots([(u, system.operators.apply_restraint(u))])[0])
+
+
+def _slip_and_friction(system: SemiDiscreteSystem, moved: Array, traction: Array) -> tuple[Array, Array]:
+    """Return a motion and the friction forces on the interface DOFs that this rank owns."""
+    contact, interface = system.contact, system.contact.interface
+    forces = contact.resultant(np.zeros(contact.size), contact.weights[:, None] * traction)
+    return moved[interface.owned], forces[interface.slots]
 
 
 def _kinetic_and_strain(system: SemiDiscreteSystem, state: State) -> tuple[float, float]:

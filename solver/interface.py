@@ -1,14 +1,15 @@
-"""From tagged faces to the contact operator G, H, w, g0.
+"""From tagged faces to the contact operator G, H, T, w, g0.
 
 Contact points are the quadrature points of the facets of base and gland. The faces are met along the bending
 axis: the base lies below the lowest point of its face, the gland `clearance` above the highest point of its
-face, so faces that are not flat start with their own gaps. Weights are areas projected on the bending axis.
+face, so faces that are not flat start with their own gaps. Weights are areas projected on the bending axis. Friction
+acts across it, along the other axes.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -37,7 +38,12 @@ class NitscheContact:
 
 
 def contact_operator(
-    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, rule: PointRule
+    space: Any,
+    faces: Mapping[str, Indices],
+    clearance: float,
+    width: float,
+    rule: PointRule,
+    friction: bool = False,
 ) -> ContactOperator:
     """Build G, w and g0 for base (below, gap u) and gland (above, gap clearance - u).
 
@@ -47,18 +53,27 @@ def contact_operator(
         clearance: m, of any sign.
         width: Factor of the weights in 2D, 1 in 3D, m.
         rule: Where the contact points of a facet lie.
+        friction: Whether T is needed: the interface then holds all components of the nodes on the faces.
 
     Collective.
     """
     axis, block = space.mesh.geometry.dim - 1, space.dofmap.index_map_bs
     points, _ = _points(space, faces, width, rule)
     used = np.abs(points.merged.values) > NO_ENTRY
-    numbers = points.merged.nodes * block + axis
-    interface, slots = _interface(space, [numbers[rows][used[rows]] for rows in points.rows], block)
+    numbers = points.merged.nodes * block
+    held = np.arange(block) if friction else np.array([axis])
+    touched = [(numbers[rows][used[rows]][:, None] + held).reshape(-1) for rows in points.rows]
+    interface, slots = _interface(space, touched, block)
     row, local = np.nonzero(used)
-    columns = slots(numbers[row, local])
+    columns = slots(numbers[row, local] + axis)
     gap = (points.signs[:, None] * points.merged.values)[row, local]
-    return points.operator(interface, csr_matrix((gap, (row, columns)), (len(used), interface.size)), clearance)
+    operator = points.operator(interface, csr_matrix((gap, (row, columns)), (len(used), interface.size)), clearance)
+    if not friction:
+        return operator
+    along = np.arange(axis)
+    places = (axis * row[:, None] + along).reshape(-1), slots((numbers[row, local][:, None] + along).reshape(-1))
+    entries = np.repeat(points.merged.values[row, local], axis)
+    return replace(operator, tangents=csr_matrix((entries, places), (axis * len(used), interface.size)))
 
 
 def nitsche_operator(

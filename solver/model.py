@@ -18,6 +18,7 @@ from solver.case import Case
 from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
 from solver.case_tables.time import CentralDifference, MoreauJean
 from solver.contact.choice import make_law
+from solver.contact.friction import CoulombFriction
 from solver.contact.law import ContactLaw
 from solver.defaults import (
     Default,
@@ -26,6 +27,7 @@ from solver.defaults import (
     contact_stiffness,
     rayleigh,
     seat_springs,
+    slip_velocity,
     tangent_stiffness,
     touch_depth,
 )
@@ -131,6 +133,11 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     law = make_law(case.contact, setting.stiffness, touch_depth(case), setting.damping, setting.areas)
     if isinstance(case.time.scheme, MoreauJean):
         law = replace(law, stores_energy=False)
+    defaults = setting.defaults
+    if case.contact.rubs is not None:
+        creep = slip_velocity(case, case.contact.rubs)
+        law = replace(law, friction=CoulombFriction(case.contact.rubs.coefficient, creep.value))
+        defaults = (*defaults, creep)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
     limits = (step_limit(case, system, law),) if explicit else ()
@@ -143,7 +150,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         system,
         law,
         probes,
-        (*setting.defaults, *limits),
+        (*defaults, *limits),
         face_stiffness,
         seat_springs(case, face_stiffness / (0.5 * area), facet_length, area),
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
@@ -188,7 +195,7 @@ def _contact(
         chosen = Default("Nitsche's gamma", largest, "Pa/m", reason, consequence)
         face_stiffness = 0.5 * nitsche.operator.area * largest
         return _Setting(nitsche.operator, nitsche.gamma, (chosen,), face_stiffness, correction=nitsche.correction)
-    operator = contact_operator(space, faces, clearance, width, rule)
+    operator = contact_operator(space, faces, clearance, width, rule, case.contact.rubs is not None)
     face = 0.5 * operator.area
     chosen = contact_stiffness(case, facet_length, face)
     computed = contact_damping(case, chosen.value)

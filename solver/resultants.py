@@ -5,8 +5,8 @@ spread over a patch by a hat function N_i around its place, and its gap is the m
 
     g_i = sum_j P_ij g_j,    P_ij = N_i(x_j) w_j / A_i,    A_i = sum_j N_i(x_j) w_j,
 
-with j the quadrature points of the face. That is G -> P G and g0 -> P g0; the areas A_i stand in the place of w, so
-that a law F(d) is the pressure F(d) / A_i.
+with j the quadrature points of the face. That is G -> P G, g0 -> P g0 and, with friction, T -> P T; the areas A_i stand
+in the place of w, so that a law F(d) is the pressure F(d) / A_i.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, identity, kron
 
 from solver.errors import UserError
 from solver.system import Array, ContactOperator, Springs
@@ -81,9 +81,18 @@ def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: 
         faces=owners,
         face_names=contact.face_names,
         positions=np.asarray(shares @ contact.positions),
+        tangents=_tangents(contact, shares),
         distributed=contact,
         shares=shares,
     )
+
+
+def _tangents(contact: ContactOperator, shares: csr_matrix) -> csr_matrix | None:
+    """Return the means of the motion along the face over the patches: P T, direction by direction."""
+    if contact.tangents is None:
+        return None
+    directions = contact.tangents.shape[0] // contact.size
+    return csr_matrix(kron(shares, identity(directions)) @ contact.tangents)
 
 
 def _hat(positions: Array, place: Place, size: float) -> Array:

@@ -34,7 +34,7 @@ from solver.output.records import CASE_FILE, HISTORY_FILE
 from solver.output.rows import Recorder
 from solver.system import State, Step
 from solver.tally import Tally
-from solver.verdict import balance_words, contact_words, figures, judge, remarks
+from solver.verdict import balance_words, contact_words, figures, friction_words, judge, remarks
 
 LOG = logging.getLogger("gapbeam")
 
@@ -159,6 +159,8 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
         noted = remarks(model, course.recorder, course.episodes, course.ledger, course.gates)
         summary["warnings"] += noted
         LOG.info("%s", contact_words(model, course.recorder))
+        if model.law.friction is not None:
+            LOG.info("%s", friction_words(course.recorder, course.ledger))
         for remark in noted:
             LOG.warning("%s", remark)
     judge(model, course.ledger, course.gates)

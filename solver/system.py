@@ -1,9 +1,10 @@
 """The semi-discrete system, the one noun of gapbeam.
 
-    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p),    C = c_M M + c_K K,    g = g0 + G u
+    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p) + T^T (w t),    C = c_M M + c_K K,    g = g0 + G u
 
 G (m x n) takes degrees of freedom to the gap at m contact points, H puts pressures back as forces, w (m) are areas, p
-the contact pressure. H = G but for Nitsche's method, where both contain the stress (`solver.nitsche`).
+the contact pressure. H = G but for Nitsche's method, where both contain the stress (`solver.nitsche`). With friction,
+T takes them to the motion along the faces, and t is the tangential traction (`solver.contact.friction`).
 Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
 never know which. Vectors are numpy arrays of the part that this rank owns.
 """
@@ -110,6 +111,8 @@ class ContactOperator:
         positions: Coordinates of the points, (m, 3), m.
         force_matrix: H on the interface DOFs, (m, interface.size); None: H = G.
         geometry_matrix: G without the stress of Nitsche's method, (m, interface.size); None: G.
+        tangents: T on the interface DOFs, (m k, interface.size), point by point: the motion along x and, in 3D, across;
+            k = 1 or 2. None: without friction.
     """
 
     interface: Interface
@@ -121,6 +124,7 @@ class ContactOperator:
     positions: Array
     force_matrix: csr_matrix | None = None
     geometry_matrix: csr_matrix | None = None
+    tangents: csr_matrix | None = None
 
     @property
     def symmetric(self) -> bool:
@@ -161,14 +165,27 @@ class ContactOperator:
         matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
         return Springs(self.interface, csr_matrix(matrix.T @ matrix.multiply((stiffness * self.weights)[:, None])))
 
-    def resultant(self, forces: Array) -> Array:
-        """Return H^T f on the interface DOFs for point forces f = w p, (interface.size,), N."""
-        return np.asarray(self.resultants @ forces)
+    def resultant(self, forces: Array, friction: Array | None = None) -> Array:
+        """Return H^T f + T^T h on the interface DOFs, (interface.size,), N, for f = w p (m,) and h = w t (m, k)."""
+        normal = np.asarray(self.resultants @ forces)
+        if friction is None:
+            return normal
+        return np.asarray(normal + self.friction_resultants @ friction.reshape(-1))
+
+    def slip(self, interface_values: Array) -> Array:
+        """Return T x, (m, k): the motion of the contact points along the faces; for operators with tangents."""
+        assert self.tangents is not None
+        return np.asarray(self.tangents @ interface_values).reshape(self.size, -1)
 
     @cached_property
     def resultants(self) -> csr_matrix:
         """H^T on the interface DOFs, (interface.size, m)."""
         return csr_matrix((self.gap_matrix if self.force_matrix is None else self.force_matrix).T)
+
+    @cached_property
+    def friction_resultants(self) -> csr_matrix:
+        """T^T on the interface DOFs, (interface.size, m k); without columns where there is no friction."""
+        return csr_matrix((self.interface.size, 0) if self.tangents is None else self.tangents.T)
 
     def closing(self, old: State, new: State, operators: Operators) -> Array:
         """Return -H (u1 - u0), (m,), m: what point forces do work on. Collective where H is not G."""
@@ -200,7 +217,7 @@ class Load:
 
 @dataclass(frozen=True)
 class SemiDiscreteSystem:
-    """M a + C v + K u = f(t) + H^T (w p), with C = mass_damping M + stiffness_damping K."""
+    """M a + C v + K u = f(t) + H^T (w p) + T^T (w t), with C = mass_damping M + stiffness_damping K."""
 
     operators: Operators
     contact: ContactOperator
@@ -249,6 +266,7 @@ class State:
         touch_speed: Approach speed of each contact point, frozen while it is closed, (m,), m/s, for the laws that ask.
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
+        traction: Tangential traction of friction on the beam that acted last, (m, k), Pa; None: none has acted.
     """
 
     time: float
@@ -259,6 +277,7 @@ class State:
     a: Imaged | None = None
     touch_speed: Array | None = None
     lagged: Array | None = None
+    traction: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -271,6 +290,7 @@ class Stage:
         velocity: Velocity in the damping term, with images, (3, n).
         pressure: Contact pressure in the balance, (m,), Pa.
         elastic_pressure: Its part that derives from the contact potential, (m,), Pa.
+        traction: Tangential traction of friction in the balance, (m, k), Pa; None: without friction.
     """
 
     load_factors: Array
@@ -278,6 +298,7 @@ class Stage:
     velocity: Imaged
     pressure: Array
     elastic_pressure: Array
+    traction: Array | None = None
 
 
 @dataclass(frozen=True)

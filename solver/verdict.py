@@ -26,7 +26,7 @@ def figures(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates
     faces = model.system.contact.face_names
     deepest = float(np.max(recorder.deepest))
     clearance = abs(model.case.support.clearance)
-    return {
+    found = {
         "energy": describe_energy(ledger, gates),
         "gates": describe_gates(gates),
         "penetration": {
@@ -39,6 +39,18 @@ def figures(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates
             "share_of_energy": recorder.restraint_share,
         },
     }
+    if model.law.friction is not None:
+        peaks = dict(zip(faces, (float(x) for x in recorder.peak_friction), strict=True))
+        found["friction"] = vars(model.law.friction) | {"peak_force": peaks}
+    return found
+
+
+def friction_words(recorder: Recorder, ledger: Ledger) -> str:
+    """Return what friction did in one line."""
+    faces = recorder.model.system.contact.face_names
+    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, recorder.peak_friction, strict=True))
+    share = f", {ledger.friction_loss / ledger.exchanged:.2%} of the energy exchanged" if ledger.exchanged > 0.0 else ""
+    return f"largest friction force: {forces}; friction took {ledger.friction_loss:.3g} J{share}"
 
 
 def contact_words(model: Model, recorder: Recorder) -> str:

@@ -223,6 +223,11 @@ CONTRADICTIONS = {
         'formulation = { type = "nitsche", theta = -1 }',
         ["[time] scheme", "nitsche, theta = -1", 'scheme = "implicit-midpoint"'],
     ),
+    "friction by the stress of the body": (
+        'stiffness = "auto"',
+        'formulation = "nitsche"\nfriction = { coefficient = 0.2 }',
+        ["[contact.friction]", "0.2 with the formulation nitsche", "penalty, unilateral or", "leave friction out"],
+    ),
     "deep touch": (
         'stiffness = "auto"',
         "touch_depth = 1e-3",
@@ -327,6 +332,11 @@ SCHEMES_AND_CONTACT = {
         "central-difference",
         'formulation = "unilateral"',
         ["[contact] mass", "consistent", "only massless nodes", 'mass = "redistributed"'],
+    ),
+    "explicit friction": (
+        "central-difference",
+        "friction = { coefficient = 0.2 }",
+        ["[contact.friction]", "a coefficient of 0.2", "an implicit scheme", 'scheme = "discrete-gradient"'],
     ),
     "impulses on nothing": (
         "moreau-jean",

@@ -72,6 +72,26 @@ BAD_KEYS = {
         "thickness = 0",
         ["[beam] thickness", "found:    0", "greater than 0", "thickness = 0.012"],
     ),
+    "negative friction": (
+        'stiffness = "auto"',
+        "friction = { coefficient = -0.2 }",
+        ["[contact.friction] coefficient", "-0.2", "a number from 0 to 100", "no minus sign"],
+    ),
+    "friction at no velocity": (
+        'stiffness = "auto"',
+        "friction = { coefficient = 0.2, slip_velocity = 0.0 }",
+        ["[contact.friction] slip_velocity", "0.0", '"auto" or a number greater than 0', 'slip_velocity = "auto"'],
+    ),
+    "friction without a coefficient": (
+        'stiffness = "auto"',
+        "friction = { slip_velocity = 1e-4 }",
+        ["[contact.friction] coefficient", "the key is missing", "coefficient = 0.2"],
+    ),
+    "friction as a number": (
+        'stiffness = "auto"',
+        "friction = 0.2",
+        ["[contact.friction]", "0.2", "a table [contact.friction]", "below it coefficient = 0.2"],
+    ),
     "infinite modulus": (
         "young_modulus = 2.1e11",
         "young_modulus = inf",

@@ -108,6 +108,9 @@ def valid_cases(draw: st.DrawFn) -> Case:
                 stiffness=positive(9, 20),
                 damping=positive(-3, 9),
                 tension=st.sampled_from(["clipped", "adhesive"]),
+                friction=st.fixed_dictionaries(
+                    {"coefficient": numbers(0, 100)}, optional={"slip_velocity": positive(-9, 2) | st.just("auto")}
+                ),
                 quadrature_degree=st.integers(1, 20),
             )
             | st.fixed_dictionaries(

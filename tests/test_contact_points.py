@@ -462,3 +462,16 @@ def test_ranks_agree(tmp_path: Path, overrides: tuple[str, ...]) -> None:
         own = size if "residual" in str(name) or "dissipation" in str(name) else float(np.abs(one.history[name]).max())
         apart = float(np.abs(one.history[name].values - two.history[name].values).max())
         assert apart <= 1e-8 * own, name
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_resultants_rub(dimension: int) -> None:
+    """Friction at points: T of a patch moves a rigid beam along its axis by the same everywhere, without any gap."""
+    changes = {"mesh": {"dimension": dimension, "support_size": 4.0e-3}, "contact": {"points": [0.0, 0.05]}}
+    changes["contact"]["friction"] = {"coefficient": 0.3}
+    contact = beam_model(changes).system.contact
+    directions = dimension - 1
+    assert contact.tangents is not None
+    assert contact.tangents.shape == (4 * directions, contact.interface.size)
+    totals = np.asarray(contact.tangents.sum(axis=1)).reshape(4, directions)
+    np.testing.assert_allclose(totals, 1.0, rtol=1e-12)  # a translation by (1, 1): all components are 1

@@ -12,6 +12,7 @@ from test_postprocess_synthetic import write_results
 
 from postprocess.analysis import Options, analyze
 from postprocess.errors import OptionError
+from postprocess.figures.energy import draw_energy
 from postprocess.plot import plot
 from postprocess.results import open_results
 from postprocess.signals import SignalError
@@ -133,6 +134,21 @@ def test_one_record_only(tmp_path: Path) -> None:
     paths = plot(folder)
     assert {path.stem for path in paths if path.suffix == ".png"} == {"contact", "energy"}
     assert "one record only" in (folder / "figures" / "tables.txt").read_text()
+
+
+@pytest.mark.parametrize("loss", [0.0, 2.0, None])
+def test_friction_is_in_the_energy_figure_where_there_is_any(tmp_path: Path, loss: float | None) -> None:
+    time = np.linspace(0.0, 0.5, 501)
+    records = sine_records(time) | {"friction_dissipation": (loss or 0.0) * time}
+    history = open_results(write_results(tmp_path, time, records)).history
+    if loss is None:  # a run before there was friction
+        history = history.drop_vars("friction_dissipation")
+    ledger = draw_energy(history, FORCING).axes[2]
+    drawn = {str(line.get_label()): line.get_ydata() for line in ledger.get_lines()}
+    assert {"structural damping", "contact damping", "scheme"} <= set(drawn)
+    assert ("friction" in drawn) == bool(loss)
+    if loss:
+        assert np.asarray(drawn["friction"]) == pytest.approx(1e3 * loss * time)
 
 
 @pytest.mark.parametrize("count", [2, 3, 7, 60, 501])

@@ -22,6 +22,7 @@ from solver.output.records import (
     HISTORY,
     HISTORY_FILE,
     SUMMARY_FILE,
+    TANGENTS,
 )
 
 CASE = """
@@ -65,6 +66,7 @@ def write_results(
         "probe": probes,
         "component": COMPONENTS[dimension],
         "face": FACES,
+        "tangent": TANGENTS[dimension],
         "load": () if frequency is None else ("force",),
     }
     with h5py.File(folder / HISTORY_FILE, "w") as file:

@@ -26,6 +26,7 @@ SOLID = (
     "mesh.cells_across_width=2",
     "restraint.lateral=1e6",
 )
+RUBBED = (*SOLID, "contact.friction.coefficient=0.3", "contact.friction.slip_velocity=1e-3")
 
 CLOSE = 1e-8  # of the largest magnitude of a variable
 # Sums of round-off in a conserving scheme without contact damping: zero but for what the energies leave of it.
@@ -92,7 +93,7 @@ def check_fields(results: list[Results], tolerance: float) -> None:
             np.testing.assert_allclose(other_value, value, rtol=0.0, atol=tolerance * size)
 
 
-@pytest.fixture(scope="module", params=[PLANE, SOLID], ids=["2D", "3D"])
+@pytest.fixture(scope="module", params=[PLANE, SOLID, RUBBED], ids=["2D", "3D", "friction"])
 def results(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> list[Results]:
     return run_on_ranks(DEMO, request.param, tmp_path_factory.mktemp("ranks"))
 

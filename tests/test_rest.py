@@ -10,9 +10,7 @@ from solver.case import Gates
 from solver.energy import enter_step, open_ledger, restate
 from solver.gates import EnergyGates
 from tests.models import SOLID, beam_model, seat_of
-from tests.toys import SCHEMES
-
-IMPLICIT = [name for name in SCHEMES if name != "central-difference"]
+from tests.toys import IMPLICIT, SCHEMES
 
 
 @pytest.mark.parametrize("scheme", IMPLICIT)

@@ -27,6 +27,8 @@ SCHEMES: dict[str, Integrator] = {
     "central-difference": CentralDifference(),
 }
 
+IMPLICIT = [name for name in SCHEMES if name != "central-difference"]
+
 
 def stopped_oscillator(
     mass: float = 1.0,

@@ -23,6 +23,7 @@ _LOST = (
     ("contact_dissipation", "contact damping", VERMILION, "--"),
     ("algorithmic_dissipation", "scheme", GREEN, "-."),
 )
+_FRICTION = ("friction_dissipation", "friction", PURPLE, ":")  # where there is any
 # Parts that stay below this fraction of the sum are not drawn.
 _SMALL = 1.0e-3
 _LOADS = ((BLACK, "-"), (GRAY, "-"), (SKY, "--"), (PURPLE, ":"))
@@ -91,7 +92,8 @@ def _balance(panel: Axes, history: xr.Dataset, time: np.ndarray, marker: dict[st
         for index, load in enumerate(str(name) for name in history["load"].values):
             color, line = _LOADS[index % len(_LOADS)]
             panel.plot(time, work[:, index], color=color, ls=line, label=f"work of {load}", **marker)
-    for name, label, color, line in _LOST:
+    rubs = _FRICTION[0] in history and bool(np.any(history[_FRICTION[0]].values))
+    for name, label, color, line in (*_LOST, _FRICTION) if rubs else _LOST:
         panel.plot(time, _millijoule(history, name), color=color, ls=line, label=label, **marker)
     panel.set_ylabel("work, loss (mJ)")
     panel.legend(

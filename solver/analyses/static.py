@@ -11,12 +11,14 @@ any start and for any clearance; its residual is formed with K, so s leaves no t
 on both faces hold just the motions that the weak restraint leaves free; s well below the contact stiffness makes
 the iteration contract fast, and not much smaller keeps the first free motion moderate.
 
+Nothing slides at rest, so the regularized friction bears nothing: the seat is found without it.
+
 Source: Rockafellar (1976) for the proximal point algorithm.
 """
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -59,6 +61,7 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
 
     Collective.
     """
+    system = replace(system, contact=replace(system.contact, tangents=None))
     contact, operators = system.contact, system.operators
     condensed = CondensedOperator(system, 0.0, 1.0, contact.springs(springs))
     force = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))

@@ -110,12 +110,16 @@ def with_touch_speed(plan: March, state: State, before: State | None = None) -> 
 
 
 def with_acceleration(plan: March, state: State) -> State:
-    """Return the state with the acceleration that its balance demands, M a = f - C v - K u + G^T (w p)."""
-    system = plan.system
+    """Return the state with the acceleration that its balance demands, M a = f - C v - K u + H^T (w p) + T^T (w t)."""
+    system, contact = plan.system, plan.system.contact
+    if plan.law.friction is not None:
+        slip = contact.slip(contact.interface.trace(state.v[VALUE], system.operators))
+        state = replace(state, traction=plan.law.friction.traction(state.pressure, slip))
+    friction = None if state.traction is None else contact.weights[:, None] * state.traction
     force = system.combine_loads(system.load_factors(state.time))
     force -= system.mass_damping * state.v[MASS] + system.stiffness_damping * state.v[STIFFNESS]
     static = force - state.u[STIFFNESS]
-    system.contact.interface.add(static, system.contact.resultant(system.contact.weights * state.pressure))
+    contact.interface.add(static, contact.resultant(contact.weights * state.pressure, friction))
     unbalanced, applied = (float(x) for x in system.dots([(static, static), (force, force)]))
     if unbalanced <= ROUND_OFF_BALANCE**2 * applied:
         return replace(state, a=np.zeros_like(state.u))

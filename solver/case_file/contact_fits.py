@@ -96,6 +96,30 @@ def impulses_need_mass(contact: Contact, time: Time) -> Iterator[Fault]:
         yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (("time", "scheme"),))
 
 
+def friction_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
+    """Friction needs the contact pressure apart from the stress of the body."""
+    if contact.rubs is not None and isinstance(contact.formulation, NitscheMethod):
+        yield Fault(
+            ("contact", "friction"),
+            f"a coefficient of {contact.rubs.coefficient:g} with the formulation nitsche",
+            "penalty, unilateral or augmented-lagrangian: friction by the stress of the body is not there",
+            'formulation = "penalty", or leave friction out',
+            (("contact", "formulation"),),
+        )
+
+
+def friction_is_implicit(contact: Contact, time: Time) -> Iterator[Fault]:
+    """Regularized friction is far too stiff for an explicit step."""
+    if contact.rubs is not None and isinstance(time.scheme, CentralDifference):
+        yield Fault(
+            ("contact", "friction"),
+            f"a coefficient of {contact.rubs.coefficient:g} with the scheme central-difference",
+            "an implicit scheme: a damper of mu p / v0 asks for steps far below the stable one",
+            'scheme = "discrete-gradient", or leave friction out',
+            (("time", "scheme"),),
+        )
+
+
 def contact_carries_the_beam(
     beam: Beam, material: Material, support: Support, contact: Contact, load: Loads
 ) -> Iterator[Fault]:

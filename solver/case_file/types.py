@@ -135,5 +135,5 @@ def _not_a_table(key: Key, value: object, model: type[BaseModel]) -> Fault:
     if isinstance(value, list) and len(key) == 1:
         return Fault(key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once")
     line = next(filter(None, (example(model, field) for field in model.model_fields)), "")
-    place = f"[{name}]" if len(key) == 1 else f"[[{name}]]"
+    place = f"[[{name}]]" if is_array(name) else header(key, {})
     return Fault(key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}")

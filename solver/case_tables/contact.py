@@ -93,6 +93,17 @@ Law = Annotated[
 ]
 
 
+class Friction(Table):
+    """Coulomb friction on base and gland, with a velocity over which it sets in."""
+
+    coefficient: Number = Field(ge=0, le=100, description="coefficient of friction mu, no unit", examples=[0.2])
+    slip_velocity: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="velocity v0 at which the friction has 71 % of its limit, m/s; "
+        "auto: 1 % of what the faces slide at when the beam rocks through its clearance",
+    )
+
+
 class Contact(Table):
     """Unilateral contact at base and gland."""
 
@@ -131,6 +142,9 @@ class Contact(Table):
         default="consistent",
         description="mass of the contact nodes; redistributed: moved into the body, which leaves them massless",
     )
+    friction: Friction | None = Field(
+        default=None, description="Coulomb friction on both faces, a table; default none: no friction"
+    )
     quadrature_degree: Whole | None = Field(
         default=None,
         ge=1,
@@ -153,3 +167,8 @@ class Contact(Table):
     def damping_unit(self) -> str:
         """Unit of `damping`, of the contact and of its law."""
         return "Pa s/m" if self.points is None else "N s/m"
+
+    @property
+    def rubs(self) -> Friction | None:
+        """The friction that acts: none without the table, or with a coefficient of 0."""
+        return self.friction if self.friction is not None and self.friction.coefficient > 0.0 else None

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.contact.dampers import ConstantDamper, Damper, HuntCrossleyDamper
+from solver.contact.friction import CoulombFriction
 from solver.contact.springs import Spring
 from solver.system import Array
 
@@ -44,6 +45,7 @@ class ContactLaw:
         touch_product: p = chi v0 of a damper whose chi follows from the speed v0 at touch of each point; None: chi is
             given.
         stores_energy: False where the scheme puts impulses in the place of the spring.
+        friction: Traction along the face; None: none.
         augmented: Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used.
     """
 
@@ -54,6 +56,7 @@ class ContactLaw:
     touch_product: float | None = None
     augmented: float | None = None
     stores_energy: bool = True
+    friction: CoulombFriction | None = None
 
     @property
     def stiffness(self) -> float:

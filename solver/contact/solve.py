@@ -39,12 +39,20 @@ MOST_UPDATES = 100  # of the multipliers
 
 @dataclass(frozen=True)
 class ContactSolution:
-    """Forces f = w p (m,), N, the penetration (m,), m, the law there, and the number of iterations."""
+    """Forces f = w p (m,), N, the penetration (m,), m, the law there, and the number of iterations.
+
+    With friction also its forces h = w t (m, k), N.
+    """
 
     forces: Array
     depth: Array
     law: StagePressure
     iterations: int
+    friction: Array | None = None
+
+    def traction(self, weights: Array) -> Array | None:
+        """Return the tangential traction h / w, (m, k), Pa; None without friction."""
+        return None if self.friction is None else self.friction / weights[:, None]
 
 
 def solve_contact(

@@ -9,11 +9,16 @@ from solver.system import Array, Imaged, SemiDiscreteSystem
 
 
 def image_of_solution(
-    system: SemiDiscreteSystem, condensed: CondensedOperator, free: Array, right_side: Array, forces: Array
+    system: SemiDiscreteSystem,
+    condensed: CondensedOperator,
+    free: Array,
+    right_side: Array,
+    forces: Array,
+    friction: Array | None = None,
 ) -> Imaged:
-    """Return x = A^-1 (r + G^T f) with its images M x and K x, (3, n).
+    """Return x = A^-1 (r + H^T f + T^T h) with its images M x and K x, (3, n).
 
-    M x costs one product with the (small) mass matrix; K x then follows from A x = c_m M x + c_k K x = r + G^T f,
+    M x costs one product with the (small) mass matrix; K x then follows from A x = c_m M x + c_k K x, the right side,
     which spares the product with K in every step.
 
     Args:
@@ -22,11 +27,12 @@ def image_of_solution(
         free: A^-1 r, (n,).
         right_side: r, (n,), overwritten.
         forces: Point forces f = w p, (m,), N.
+        friction: Those of friction, h = w t, (m, k), N; None: without friction.
 
     Collective.
     """
-    x = condensed.correct(free, forces)
-    system.contact.interface.add(right_side, system.contact.resultant(forces))
+    x = condensed.correct(free, forces, friction)
+    system.contact.interface.add(right_side, system.contact.resultant(forces, friction))
     mass_image = system.operators.apply_mass(x)
     stiffness_image = (right_side - condensed.mass * mass_image) / condensed.stiffness
     return np.stack([x, mass_image, stiffness_image])

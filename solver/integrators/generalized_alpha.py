@@ -4,18 +4,20 @@
     M a_m + C v_f + K u_f = f_f + G^T (w p_f),    x_m = (1-alpha_m) x1 + alpha_m x0,   x_f = (1-alpha_f) x1 + alpha_f x0
 
 with the contact pressure weighted like the other forces, p_f = (1-alpha_f) p(d1, d1') + alpha_f p0. Unknown is a1.
+Friction opposes v_f under p_f; the traction that a state shows is the law at its end, under p1 and v1.
 """
 
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from solver.condensation import CondensedOperator
+from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
-from solver.contact.solve import solve_contact
+from solver.contact.sliding import Sliding
 from solver.integrators.effective import image_of_solution
 from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, Stage, State, Step
 
@@ -95,17 +97,22 @@ class GeneralizedAlpha:
                 new_share * end.pressure + old_share * old.pressure, new_share * end.slope, end.elastic
             )
 
-        solution = solve_contact(
+        free_trace, sliding = trace(free, operators), None
+        if law.friction is not None:
+            rate = new_share * self.gamma * dt
+            sliding = Sliding.of(law, contact, rate, trace(v_stage[VALUE], operators) + rate * free_trace, old)
+        solution = solve_contact_and_friction(
+            sliding,
             condensed,
             scale,
-            guess_depth - scale * (contact.gap_matrix @ trace(free, operators)),
+            guess_depth - scale * (contact.gap_matrix @ free_trace),
             contact.weights,
             stage_law,
             contact.weights * old.pressure,
             max_iterations,
             law.augmented,
         )
-        acceleration = image_of_solution(system, condensed, free, right_side, solution.forces)
+        acceleration = image_of_solution(system, condensed, free, right_side, solution.forces, solution.friction)
         stage_pressure = solution.forces / contact.weights
         new = State(
             time=old.time + dt,
@@ -115,6 +122,9 @@ class GeneralizedAlpha:
             pressure=np.asarray((stage_pressure - old_share * old.pressure) / new_share),
             a=acceleration,
         )
+        if law.friction is not None:
+            slip = contact.slip(trace(new.v[VALUE], operators))
+            new = replace(new, traction=law.friction.traction(new.pressure, slip))
         old_elastic = law.spring.pressure(old.depth)
         stage = Stage(
             load_factors=factors,
@@ -125,5 +135,6 @@ class GeneralizedAlpha:
             velocity=new_share * new.v + old_share * old.v,
             pressure=stage_pressure,
             elastic_pressure=new_share * solution.law.elastic + old_share * old_elastic,
+            traction=solution.traction(contact.weights),
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})

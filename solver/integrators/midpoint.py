@@ -7,6 +7,8 @@ Unknown is vm:  (2/dt M + C + dt/2 K) vm = f + G^T (w p) + 2/dt M v0 - K u0. Sec
 * Discrete gradient: p does exactly the work that the contact potential loses, so energy is conserved at any step.
 * Contact-implicit: p is the law at t1; a convex potential then only loses energy (Kane et al. 1999).
 
+Friction opposes vm with the pressure of the step, so that it loses energy at any step.
+
 Source: Simo and Tarnow (1992); Gonzalez (1996); Kane, Repetto, Ortiz and Marsden (1999).
 """
 
@@ -17,8 +19,9 @@ from collections.abc import Callable
 from dataclasses import dataclass
 
 from solver.condensation import CondensedOperator
+from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
-from solver.contact.solve import solve_contact
+from solver.contact.sliding import Sliding
 from solver.integrators.effective import image_of_solution
 from solver.system import MASS, STIFFNESS, Array, SemiDiscreteSystem, Stage, State, Step
 
@@ -71,8 +74,10 @@ class Midpoint:
         started = time.perf_counter()
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
-        free_depth = old.depth - dt * (contact.gap_matrix @ contact.interface.trace(free, operators))
-        solution = solve_contact(
+        free_trace = contact.interface.trace(free, operators)
+        free_depth = old.depth - dt * (contact.gap_matrix @ free_trace)
+        solution = solve_contact_and_friction(
+            Sliding.of(law, contact, 1.0, free_trace, old),
             condensed,
             dt,
             free_depth,
@@ -82,13 +87,14 @@ class Midpoint:
             max_iterations,
             law.augmented,
         )
-        middle_velocity = image_of_solution(system, condensed, free, right_side, solution.forces)
+        middle_velocity = image_of_solution(system, condensed, free, right_side, solution.forces, solution.friction)
         new = State(
             time=old.time + dt,
             u=old.u + dt * middle_velocity,
             v=2.0 * middle_velocity - old.v,
             depth=solution.depth,
             pressure=solution.forces / contact.weights,
+            traction=solution.traction(contact.weights),
         )
         stage = Stage(
             load_factors=factors,
@@ -96,5 +102,6 @@ class Midpoint:
             velocity=middle_velocity,
             pressure=new.pressure,
             elastic_pressure=solution.law.elastic,
+            traction=new.traction,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})

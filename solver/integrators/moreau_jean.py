@@ -7,8 +7,9 @@ Where the gap predicted at half a step is closed, the gap rate obeys Newton's la
 
     0 <= P  orthogonal to  g'1 + e g'0 >= 0;    elsewhere P = 0.
 
-The unknown is vt: ((M / (theta dt) + C + theta dt K) vt = f + H^T P/dt + M v0 / (theta dt) - K u0. First order at
-impacts; gaps are not corrected, so a face penetrates by up to its approach speed times half a step, and stays there.
+The unknown is vt: ((M / (theta dt) + C + theta dt K) vt = f + H^T P/dt + M v0 / (theta dt) - K u0. Friction opposes vt
+under the impulses of the step. First order at impacts; gaps are not corrected, so a face penetrates by up to its
+approach speed times half a step, and stays there.
 
 Source: Jean (1999), Comput. Methods Appl. Mech. Eng. 177, 235-257; Acary and Brogliato (2008), ch. 10.
 """
@@ -21,8 +22,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.condensation import CondensedOperator
+from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
-from solver.contact.solve import solve_contact
+from solver.contact.sliding import Sliding
 from solver.integrators.effective import image_of_solution
 from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, Stage, State, Step
 
@@ -45,20 +47,23 @@ class MoreauJean:
         self,
         system: SemiDiscreteSystem,
         condensed: CondensedOperator,
-        law: ContactLaw,  # noqa: ARG002 - impulses follow from the rates alone
+        law: ContactLaw,
         old: State,
         dt: float,
         max_iterations: int = 60,
     ) -> Step:
-        """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`."""
+        """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`.
+
+        Impulses follow from the rates alone: of the law, only its friction counts.
+        """
         contact, operators, theta = system.contact, system.operators, self.theta
         factors = system.load_factors(old.time + theta * dt)
         right_side = system.combine_loads(factors) + old.v[MASS] / (theta * dt) - old.u[STIFFNESS]
         started = time.perf_counter()
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
-        rates = np.stack([contact.interface.trace(x, operators) for x in (free, old.v[VALUE])], axis=1)
-        free_rate, old_rate = -(contact.gap_matrix @ rates).T
+        traces = [contact.interface.trace(x, operators) for x in (free, old.v[VALUE])]
+        free_rate, old_rate = -(contact.gap_matrix @ np.stack(traces, axis=1)).T
         closed = old.depth + 0.5 * dt * old_rate >= 0.0
         allowed = (1.0 - theta - theta * self.restitution) * old_rate
         stiffness = 1.0 / (RIGID * dt * np.maximum(np.diagonal(condensed.delassus), 1e-300) * contact.weights)
@@ -68,7 +73,8 @@ class MoreauJean:
             pressure = np.where(pressed, stiffness * excess, 0.0)
             return StagePressure(pressure, np.where(pressed, stiffness, 0.0), np.zeros_like(pressure))
 
-        solution = solve_contact(
+        solution = solve_contact_and_friction(
+            Sliding.of(law, contact, 1.0, traces[0], old),
             condensed,
             dt,
             dt * (free_rate - allowed),
@@ -77,13 +83,14 @@ class MoreauJean:
             np.where(closed, contact.weights * old.pressure, 0.0),
             max_iterations,
         )
-        velocity = image_of_solution(system, condensed, free, right_side, solution.forces)
+        velocity = image_of_solution(system, condensed, free, right_side, solution.forces, solution.friction)
         new = State(
             time=old.time + dt,
             u=old.u + dt * velocity,
             v=np.asarray((velocity - (1.0 - theta) * old.v) / theta),
             depth=old.depth + solution.depth + dt * allowed,
             pressure=solution.forces / contact.weights,
+            traction=solution.traction(contact.weights),
         )
         stage = Stage(
             load_factors=factors,
@@ -91,5 +98,6 @@ class MoreauJean:
             velocity=velocity,
             pressure=new.pressure,
             elastic_pressure=np.zeros_like(new.pressure),
+            traction=new.traction,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})

@@ -19,6 +19,7 @@ LOG_FILE = "run.log"
 
 FACES = ("base", "gland")
 COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}
+TANGENTS = {2: ("x",), 3: ("x", "y")}
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,7 @@ class Record:
 
 _PROBE = ("time", "probe", "component")
 _FACE = ("time", "face")
+_ALONG_FACE = ("time", "face", "tangent")
 
 HISTORY: tuple[Record, ...] = (
     Record("displacement", "m", _PROBE, "displacement relative to the support, from the undeformed body"),
@@ -57,6 +59,7 @@ HISTORY: tuple[Record, ...] = (
         "acceleration in the inertial frame, mean over the interval that ends at t",
     ),
     Record("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),
+    Record("friction_force", "N", _ALONG_FACE, "friction force on the beam along the face; with friction only"),
     Record("contact_moment", "N m", _FACE, "moment of the contact pressure about x = 0: integral of x p"),
     Record("contact_area", "m^2", _FACE, "area with positive pressure"),
     Record("penetration", "m", _FACE, "largest penetration; negative: smallest gap"),
@@ -68,6 +71,7 @@ HISTORY: tuple[Record, ...] = (
     Record("load_work", "J", ("time", "load"), "work of each load since t = 0"),
     Record("structural_dissipation", "J", ("time",), "Rayleigh damping since t = 0"),
     Record("contact_dissipation", "J", ("time",), "contact damping since t = 0"),
+    Record("friction_dissipation", "J", ("time",), "friction since t = 0"),
     Record("algorithmic_dissipation", "J", ("time",), "loss by the scheme since t = 0; negative: created"),
     Record("energy_residual", "J", ("time",), "what is left of the energy balance since t = 0"),
     Record("iterations", "1", ("time",), "contact iterations in the interval that ends at t"),

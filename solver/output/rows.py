@@ -8,7 +8,7 @@ import numpy as np
 
 from solver.energy import Ledger, restraint_energy
 from solver.model import Model
-from solver.output.records import COMPONENTS
+from solver.output.records import COMPONENTS, TANGENTS
 from solver.system import VALUE, Array, Load, State, Step
 
 Row = dict[str, "Array | float"]
@@ -23,6 +23,7 @@ class Recorder:
         impulse: Contact force integrated over time on each face, N s.
         deepest: Largest penetration so far on each face, m.
         peak_force: Largest contact force so far on each face, N.
+        peak_friction: Largest friction force so far on each face, N.
         iterations: Contact iterations since the last record.
         largest_restraint_energy: Largest energy in the restraint at a record so far, J.
         largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
@@ -32,6 +33,7 @@ class Recorder:
     impulse: Array = field(init=False)
     deepest: Array = field(init=False)
     peak_force: Array = field(init=False)
+    peak_friction: Array = field(init=False)
     iterations: int = 0
     largest_restraint_energy: float = 0.0
     largest_energy: float = 0.0
@@ -40,17 +42,19 @@ class Recorder:
 
     def __post_init__(self) -> None:
         count = len(self.model.system.contact.face_names)
-        self.impulse, self.peak_force = np.zeros(count), np.zeros(count)
+        self.impulse, self.peak_force, self.peak_friction = np.zeros(count), np.zeros(count), np.zeros(count)
         self.deepest = np.full(count, -np.inf)
 
     @property
     def labels(self) -> dict[str, tuple[str, ...]]:
-        """Names along the labeled dimensions of the history."""
+        """Names along the labeled dimensions of the history; tangents are there with friction only."""
         model = self.model
+        rubs = model.law.friction is not None
         return {
             "probe": tuple(model.probes),
             "component": COMPONENTS[model.case.mesh.dimension],
             "face": model.system.contact.face_names,
+            "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
         }
 
@@ -64,6 +68,9 @@ class Recorder:
         force = self._by_face(self.model.system.contact.weights * step.stage.pressure)
         self.impulse = self.impulse + step.size * force
         self.peak_force = np.maximum(self.peak_force, force)
+        if step.stage.traction is not None:
+            friction = np.linalg.norm(self._friction_by_face(step.stage.traction), axis=1)
+            self.peak_friction = np.maximum(self.peak_friction, friction)
         self.deepest = np.maximum(self.deepest, self._deepest(step.new))
         self.iterations += step.iterations
 
@@ -94,11 +101,16 @@ class Recorder:
             "load_work": ledger.load_work,
             "structural_dissipation": ledger.structural,
             "contact_dissipation": ledger.contact_loss,
+            "friction_dissipation": ledger.friction_loss,
             "algorithmic_dissipation": ledger.algorithmic,
             "energy_residual": ledger.residual,
             "iterations": float(self.iterations),
             "active_points": self._by_face((state.pressure > 0.0).astype(float)),
         }
+        tangents = self.labels["tangent"]
+        if tangents:
+            still = np.zeros((contact.size, len(tangents)))
+            row["friction_force"] = self._friction_by_face(still if state.traction is None else state.traction)
         if probes:
             row["displacement"] = np.array([place for place, _ in probes.values()])
             row["velocity"] = np.array([velocity for _, velocity in probes.values()])
@@ -120,6 +132,11 @@ class Recorder:
     def _by_face(self, values: Array) -> Array:
         contact = self.model.system.contact
         return np.asarray(np.bincount(contact.faces, weights=values, minlength=len(contact.face_names)), dtype=float)
+
+    def _friction_by_face(self, traction: Array) -> Array:
+        """Return the friction force on each face, (faces, k), N."""
+        forces = self.model.system.contact.weights[:, None] * traction
+        return np.stack([self._by_face(along) for along in forces.T], axis=1)
 
     def _deepest(self, state: State) -> Array:
         contact = self.model.system.contact

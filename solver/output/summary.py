@@ -87,6 +87,7 @@ def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
         "load_work": [float(x) for x in ledger.load_work],
         "structural_dissipation": ledger.structural,
         "contact_dissipation": ledger.contact_loss,
+        "friction_dissipation": ledger.friction_loss,
         "algorithmic_dissipation": ledger.algorithmic,
         "residual": ledger.residual,
         "exchanged": exchanged,

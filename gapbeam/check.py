@@ -14,7 +14,8 @@ from rich.text import Text
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.condensation import CondensedOperator
-from solver.defaults import Default, overhang_frequency
+from solver.defaults import Default, overhang_frequency, stiffness_unit
+from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.integrators.schemes import make_integrator
 from solver.model import Model, build_model
 
@@ -25,12 +26,20 @@ STEP_OVERHEAD = 1.0e-3  # s, of a step of a small model
 
 
 def describe(case: Case, comm: MPI.Comm) -> Group:
-    """Mesh and assemble a case and describe its run. Collective."""
+    """Mesh and assemble a case and describe its run.
+
+    Raises:
+        UserError: The run would be refused: scheme and contact are known to create energy, or a point lies outside.
+        CaseError: The computed time step does not go with the rest of the case.
+        MeshError: A user's mesh does not fit the case.
+
+    Collective.
+    """
     model = build_model(case, comm)
-    steps = round(case.time.end / case.time.step)
-    condensed = CondensedOperator(
-        model.system, *make_integrator(case.time.scheme).coefficients(model.system, case.time.step)
-    )
+    refuse_energy_creators(model)
+    case, step = model.case, model.step
+    steps = round(case.time.end / step)
+    condensed = CondensedOperator(model.system, *make_integrator(case.time.scheme).coefficients(model.system, step))
     started = time.perf_counter()
     for _ in range(TRIALS):
         condensed.solve_free(np.zeros(model.system.operators.size))
@@ -44,12 +53,12 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
             "Run",
             [
                 ("scheme", case.time.scheme.type, ""),
-                ("steps", f"{steps}", f"of {case.time.step:g} s up to {case.time.end:g} s"),
+                ("steps", f"{steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
                 ("back-substitution", f"{1e3 * solve:.2f} ms", f"measured now, mean of {TRIALS}"),
                 ("march", _duration(steps * per_step), "estimated from it; output not counted"),
             ],
         ),
-        *(Text(f"warning: {text}") for text in [*warnings(case), *_restraint_warnings(model)]),
+        *(Text(f"warning: {text}") for text in _warnings(model)),
     )
 
 
@@ -71,8 +80,7 @@ def _model_rows(model: Model) -> list[tuple[str, str, str]]:
 
 
 def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
-    case, law = model.case, model.law
-    contact_frequency = contact_mode(model)
+    case, law, duration = model.case, model.law, model.contact_duration
     rows = [
         (
             "overhang, clamped",
@@ -87,31 +95,27 @@ def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
     rows.append(
         (
             "contact duration",
-            f"{0.5e6 / contact_frequency:.3g} us",
-            f"at least: half a period of the supported part on {law.stiffness:.3g} Pa/m; "
-            f"{0.5 / contact_frequency / case.time.step:.2g} steps. After a run, contact_episodes in summary.json "
+            f"{1e6 * duration:.3g} us",
+            f"at least: half a period of the supported part on {law.stiffness:.3g} {stiffness_unit(case)}; "
+            f"{duration / model.step:.2g} steps. After a run, contact_episodes in summary.json "
             "tells how much of the impulse passes in contacts of fewer than 10 steps",
         )
     )
     for load in case.load:
         if isinstance(load, HarmonicForce | BaseMotion):
-            steps = 1.0 / (load.frequency * case.time.step)
+            steps = 1.0 / (load.frequency * model.step)
             rows.append((load.name, f"{load.frequency:g} Hz", f"{steps:.4g} steps per period"))
     return rows
-
-
-def contact_mode(model: Model) -> float:
-    """Return the frequency of the supported part of the beam on the stiffness of one face, Hz."""
-    case = model.case
-    face = case.beam.width * case.support.length
-    mass = case.material.density * face * case.beam.thickness
-    return sqrt(model.law.stiffness * face / mass) / (2.0 * pi)
 
 
 def restraint_frequency(case: Case, stiffness: float) -> float:
     """Return the frequency of the rigid beam on a restraint, Hz."""
     beam = case.beam
     return sqrt(stiffness / (case.material.density * beam.length * beam.width * beam.thickness)) / (2.0 * pi)
+
+
+def _warnings(model: Model) -> list[str]:
+    return [*warnings(model.case), *accepted_energy_creators(model), *_restraint_warnings(model)]
 
 
 def _restraint_warnings(model: Model) -> list[str]:

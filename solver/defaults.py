@@ -19,7 +19,7 @@ AUGMENTED = 10.0  # of E/h, for multipliers
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
-CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
+CLAMPED_ROOTS = (1.8751040687119611, 4.694091132974174)  # of 1 + cos x cosh x
 
 
 @dataclass(frozen=True)
@@ -33,12 +33,12 @@ class Default:
     consequence: str = ""
 
 
-def overhang_frequency(case: Case) -> float:
-    """Return the first bending frequency of the overhang clamped at the support, Hz (Euler-Bernoulli)."""
+def overhang_frequency(case: Case, mode: int = 1) -> float:
+    """Return the bending frequency 1 or 2 of the overhang clamped at the support, Hz (Euler-Bernoulli)."""
     free = case.beam.length - case.support.length
     radius = case.beam.thickness / sqrt(12.0)
     speed = sqrt(case.material.young_modulus / case.material.density)
-    return CLAMPED_ROOT**2 * radius * speed / (2.0 * pi * free * free)
+    return CLAMPED_ROOTS[mode - 1] ** 2 * radius * speed / (2.0 * pi * free * free)
 
 
 def support_reaction(case: Case) -> float:
@@ -62,6 +62,12 @@ def support_reaction(case: Case) -> float:
     return moment / edge
 
 
+def stiffness_unit(case: Case) -> str:
+    """Return the unit of the contact stiffness: Pa/m^n."""
+    exponent = getattr(case.contact.law, "exponent", 1.0)
+    return "Pa/m" if exponent == 1.0 else f"Pa/m^{exponent:g}"
+
+
 def contact_stiffness(case: Case, cell_length: float) -> Default:
     """Return the penalty stiffness per area, given or computed.
 
@@ -75,8 +81,7 @@ def contact_stiffness(case: Case, cell_length: float) -> Default:
         case: The case.
         cell_length: Length h of the facets of the contact faces along the beam, m.
     """
-    law, formulation = case.contact.law, case.contact.formulation
-    unit = "Pa/m" if getattr(law, "exponent", 1.0) == 1.0 else f"Pa/m^{getattr(law, 'exponent', 1.0):g}"
+    formulation, unit = case.contact.formulation, stiffness_unit(case)
     if case.contact.stiffness != "auto":
         return Default("contact.stiffness", case.contact.stiffness, unit, "given in the case")
     body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"

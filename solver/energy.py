@@ -131,6 +131,13 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
     )
 
 
+def relative_change(created: float, energy: float, ledger: Ledger) -> float:
+    """Return created energy relative to an energy; 0 where the round-off of a ledger hides it."""
+    if abs(created) <= ledger.round_off:
+        return 0.0
+    return created / energy if energy > 0.0 else float(np.copysign(np.inf, created))
+
+
 def restraint_energy(system: SemiDiscreteSystem, state: State) -> float:
     """Return the energy in the weak restraint, J. Collective."""
     u = state.u[VALUE]

@@ -18,6 +18,7 @@ from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unila
 from solver.case_tables.time import MoreauJean
 from solver.contact.choice import make_law
 from solver.contact.law import ContactLaw
+from solver.contact_scales import contact_duration
 from solver.defaults import Default, contact_stiffness, rayleigh, seat_springs, touch_depth
 from solver.elasticity import elastic_forms, lame
 from solver.face_points import PointRule
@@ -28,6 +29,7 @@ from solver.nitsche import Nitsche
 from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
 from solver.system import Array, ContactOperator, Indices, SemiDiscreteSystem, Springs
+from solver.time_step import with_time_step
 
 
 @dataclass(frozen=True)
@@ -35,7 +37,7 @@ class Model:
     """A case, meshed and assembled.
 
     Attributes:
-        case: The case.
+        case: The case, its time step a number.
         tagged: Mesh and its faces.
         space: Vector Lagrange space of the displacement.
         system: The semi-discrete system.
@@ -43,6 +45,7 @@ class Model:
         probes: Rows that evaluate the probes, by name.
         defaults: Values that were computed, with their reasons.
         seat_springs: s of the search for the seat, Pa/m.
+        facet_length: Mean length h of the contact facets along the beam, m.
         seconds: Wall time of each part of the set-up.
     """
 
@@ -54,12 +57,24 @@ class Model:
     probes: dict[str, PointRow]
     defaults: tuple[Default, ...]
     seat_springs: float
+    facet_length: float
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property
     def dofs(self) -> int:
         """Number of degrees of freedom over all ranks."""
         return int(self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs)
+
+    @property
+    def step(self) -> float:
+        """Time step, s."""
+        assert self.case.time.step != "auto"
+        return self.case.time.step
+
+    @property
+    def contact_duration(self) -> float:
+        """Duration of an impact on the contact stiffness, at least, s."""
+        return contact_duration(self.case, self.law.stiffness)
 
     @property
     def point_rule(self) -> PointRule:
@@ -83,6 +98,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     Raises:
         MeshError: A user's mesh does not fit the case.
         UserError: A point lies outside the mesh.
+        CaseError: The computed time step does not go with the rest of the case.
 
     Collective.
     """
@@ -97,6 +113,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     faces = {name: tagged.facets_of(name) for name in ("base", "gland")}
     facet_length = describe(tagged)["mean_contact_facet_length"]
     contact, chosen, gamma, correction = _contact(case, space, faces, width, facet_length)
+    case, computed = with_time_step(case, chosen.value)
     area = float(contact.weights.sum())
     measure = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)
     forms = elastic_forms(
@@ -121,8 +138,9 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         system,
         law,
         probes,
-        (chosen,),
+        (chosen, *computed),
         seat_springs(case, chosen.value, facet_length, area),
+        facet_length,
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )
 

@@ -233,6 +233,8 @@ class State:
         touch_speed: Approach speed of each contact point, frozen while it is closed, (m,), m/s, for the laws that ask.
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
+        closed_since: Start of the step in which each face closed, (faces,), s, infinite while it is open, for
+            adaptive marches.
     """
 
     time: float
@@ -242,6 +244,7 @@ class State:
     pressure: Array
     a: Imaged | None = None
     touch_speed: Array | None = None
+    closed_since: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -273,6 +276,9 @@ class Step:
         stage: The balance that held.
         iterations: Iterations of the contact solve.
         completes: False for a part of a halved step that leaves a rest to do.
+        failures: Attempts right before it that did not converge and were halved.
+        refinements: Attempts right before it that did not resolve the contact and were halved.
+        unresolved: Whether it does not resolve the contact either, at the limit of halvings.
         refreshed: `new` with its images formed anew by products with M and K, when that was due.
         timings: Wall time of parts of the step, s.
     """
@@ -282,6 +288,9 @@ class Step:
     stage: Stage
     iterations: int
     completes: bool = True
+    failures: int = 0
+    refinements: int = 0
+    unresolved: bool = False
     refreshed: State | None = None
     timings: dict[str, float] = field(default_factory=dict)
 

@@ -20,7 +20,7 @@ class Resolution:
 
     Attributes:
         contact_duration: Duration of an impact T_c, s.
-        growth: Largest energy that the scheme may create in a step, relative to kinetic and strain energy.
+        growth: Largest energy that the scheme may create in a step, relative to the energy T + V + Psi at its start.
         loss: Largest energy that it may take, likewise.
     """
 
@@ -66,10 +66,8 @@ class Resolution:
             young = before & (step.old.time - step.old.closed_since < self.contact_duration)
             if np.any((before != after) | young):
                 return True
-        ledger = open_ledger(system, law, step.old)
-        energy = ledger.kinetic + ledger.strain
-        ledger = enter_step(system, law, ledger, step)
-        return not -self.loss <= relative_change(ledger.created, energy, ledger) <= self.growth
+        ledger = enter_step(system, law, open_ledger(system, law, step.old), step)
+        return not -self.loss <= relative_change(ledger.created, ledger.start, ledger) <= self.growth
 
 
 def _closed_faces(contact: ContactOperator, law: ContactLaw, state: State) -> NDArray[np.bool_]:

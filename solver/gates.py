@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from solver.case import Gates
-from solver.energy import Ledger, relative_change
+from solver.energy import Ledger
 from solver.errors import EnergyCreated, NotFinite
 from solver.system import Array, ContactOperator, Step
 
@@ -66,7 +66,7 @@ class EnergyGates:
 
     def growth(self, ledger: Ledger) -> float:
         """Return created energy relative to the energy exchanged; 0 where round-off hides it."""
-        return relative_change(ledger.created, ledger.exchanged, ledger)
+        return _relative(ledger.created, ledger.exchanged, ledger)
 
     def failed(self, ledger: Ledger) -> bool:
         """Return whether the whole run has created energy beyond the gate of an impact."""
@@ -84,8 +84,14 @@ class EnergyGates:
 
     def _judge(self, created_before: float, energy: float, ledger: Ledger) -> None:
         self.impacts += 1
-        change = relative_change(ledger.created - created_before, energy, ledger)
+        change = _relative(ledger.created - created_before, energy, ledger)
         self.largest_growth = max(self.largest_growth, change)
         self.largest_loss = max(self.largest_loss, -change)
         if change > self.limits.impact_growth or -change > self.limits.impact_loss:
             self.violations += 1
+
+
+def _relative(created: float, energy: float, ledger: Ledger) -> float:
+    if abs(created) <= ledger.round_off:
+        return 0.0
+    return created / energy if energy > 0.0 else float(np.copysign(np.inf, created))

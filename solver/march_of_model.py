@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from solver.analyses.resolution import Resolution
 from solver.analyses.transient import EffectiveOperators, March
+from solver.case_tables.time import DiscreteGradient
 from solver.integrators.schemes import Integrator
 from solver.model import Model
 
@@ -11,7 +12,8 @@ from solver.model import Model
 def march_of_model(model: Model, scheme: Integrator) -> March:
     """Return the march of a model: system, law, scheme, steps and their limits."""
     settings, gates = model.case.time, model.case.gates
-    resolution = Resolution(model.contact_duration, gates.impact_growth, gates.impact_loss)
+    limits = () if isinstance(settings.scheme, DiscreteGradient) else (gates.impact_growth, gates.impact_loss)
+    resolution = Resolution(model.contact_duration, *limits)
     return March(
         model.system,
         model.law,

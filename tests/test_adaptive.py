@@ -19,6 +19,8 @@ from solver.case_file.consistency import contradictions_in
 from solver.contact.kelvin_voigt import KelvinVoigt
 from solver.energy import Ledger, enter_step, open_ledger
 from solver.integrators.midpoint import Midpoint
+from solver.integrators.schemes import make_integrator
+from solver.march_of_model import march_of_model
 from solver.system import State, Step
 from tests.command import DEMO, RATTLE, alone, on_ranks, settings
 from tests.models import COARSE, beam_case, beam_model, seat_of, thrown
@@ -282,6 +284,17 @@ def test_ranks_halve_the_same_steps(tmp_path: Path) -> None:
     for key in ("steps", "halvings_adaptive", "unresolved_steps", "iterations_mean"):
         assert one["convergence"][key] == two["convergence"][key]
     assert one["peak_contact_force"] == pytest.approx(two["peak_contact_force"], rel=1e-8)
+
+
+def test_only_schemes_that_do_not_conserve_are_watched_for_energy() -> None:
+    """The march of a case takes the limits from its gates, and none for the discrete gradient."""
+    for scheme, limits in (("implicit-midpoint", (0.001, 0.002)), ("discrete-gradient", (np.inf, np.inf))):
+        gates = {"impact_growth": 0.001, "impact_loss": 0.002}
+        model = beam_model({"mesh": COARSE, "gates": gates, "time": {"adaptive": True, "scheme": {"type": scheme}}})
+        resolution = march_of_model(model, make_integrator(model.case.time.scheme)).resolution
+        assert resolution is not None
+        assert (resolution.growth, resolution.loss) == limits
+        assert resolution.contact_duration == pytest.approx(pi * sqrt(7919.0 * 0.012 / model.law.stiffness), rel=1e-12)
 
 
 def test_impulses_have_no_duration() -> None:

@@ -11,6 +11,7 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from solver.analyses.resolution import RESOLVING_SHARE
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.condensation import CondensedOperator
@@ -53,6 +54,7 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
             "Run",
             [
                 ("scheme", case.time.scheme.type, ""),
+                *_adaptive_rows(model),
                 ("steps", f"{steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
                 ("back-substitution", f"{1e3 * solve:.2f} ms", f"measured now, mean of {TRIALS}"),
                 ("march", _duration(steps * per_step), "estimated from it; output not counted"),
@@ -112,6 +114,17 @@ def restraint_frequency(case: Case, stiffness: float) -> float:
     """Return the frequency of the rigid beam on a restraint, Hz."""
     beam = case.beam
     return sqrt(stiffness / (case.material.density * beam.length * beam.width * beam.thickness)) / (2.0 * pi)
+
+
+def _adaptive_rows(model: Model) -> list[tuple[str, str, str]]:
+    if not model.case.time.adaptive:
+        return []
+    shortest = model.step / 2**model.case.time.max_halvings
+    wanted = RESOLVING_SHARE * model.contact_duration
+    words = f"an impact asks for {wanted:.2g} s" + (", which is out of reach" if shortest > wanted else "")
+    return [
+        ("adaptive steps", f"down to {shortest:.2g} s", f"time.max_halvings = {model.case.time.max_halvings}; {words}")
+    ]
 
 
 def _warnings(model: Model) -> list[str]:

@@ -16,13 +16,15 @@ import gapbeam
 from solver.analyses.resolution import Resolution
 from solver.analyses.transient import EffectiveOperators, March, march
 from solver.case_file.consistency import contradictions_in
+from solver.case_file.reader import read_case
 from solver.contact.kelvin_voigt import KelvinVoigt
 from solver.energy import Ledger, enter_step, open_ledger
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.schemes import make_integrator
 from solver.march_of_model import march_of_model
+from solver.studies.trial import try_case
 from solver.system import State, Step
-from tests.command import DEMO, RATTLE, alone, on_ranks, settings
+from tests.command import DEMO, RATTLE, alone, called_in_turn, on_ranks, settings
 from tests.models import COARSE, beam_case, beam_model, seat_of, thrown
 from tests.toys import SCHEMES, ledger_of, start, stopped_oscillator
 
@@ -178,6 +180,21 @@ def test_newmark_creates_less(dt: float) -> None:
     assert -0.03 * energy < -adaptive.algorithmic < 0.0
 
 
+@alone
+def test_newmark_creates_less_on_a_beam() -> None:
+    """The demo shaken hard on 2.4 E/h: without adaptive steps nearly all the energy exchanged again, with them none."""
+    given = [
+        *RATTLE,
+        "time.scheme=newmark",
+        "contact.stiffness=1e14",
+        "time.end=0.02",
+        "gates.accept_energy_growth=true",
+    ]
+    coarse, adaptive = (try_case(read_case(DEMO, [*given, f"time.adaptive={on}"])) for on in ("false", "true"))
+    assert coarse.created > 0.5
+    assert -0.05 < adaptive.created < 0.0025
+
+
 def test_steps_that_change_the_energy_are_halved() -> None:
     """The implicit midpoint takes at most 0.8 % of the energy in a step, or the step is marked."""
     steps = bounced("implicit-midpoint", 0.005, True, 20).steps
@@ -269,6 +286,20 @@ def test_a_run_tells_what_it_could_not_resolve(tmp_path: Path) -> None:
     assert told.startswith(f"{count} steps of 5e-05 s do not resolve")
     for remedy in ("time.max_halvings", "time.step", "contact.stiffness"):
         assert remedy in told
+
+
+@alone
+def test_check_tells_whether_impacts_are_in_reach() -> None:
+    """The shortest step against a tenth of an impact: 2.2 us within six halvings of 1e-4 s, and 0.21 us beyond them."""
+    soft, stiff = ["time.adaptive=true", "contact.stiffness=2e12"], ["time.adaptive=true"]
+    told = [
+        " ".join(done.stdout.split())
+        for done in called_in_turn(*(["check", DEMO, *settings(*s)] for s in (soft, stiff)))
+    ]
+    for words, wanted in zip(told, ("2.2e-06 s", "2.1e-07 s, which is out of reach"), strict=True):
+        assert "adaptive steps down to 1.6e-06 s time.max_halvings = 6; an impact asks for" in words
+        assert wanted in words
+    assert "out of reach" not in told[0]
 
 
 @alone

@@ -11,10 +11,12 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from solver.analyses.resolution import RESOLVING_SHARE
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.condensation import CondensedOperator
-from solver.defaults import Default, overhang_frequency
+from solver.defaults import Default, overhang_frequency, stiffness_unit
+from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.integrators.schemes import make_integrator
 from solver.model import Model, build_model
 
@@ -25,12 +27,20 @@ STEP_OVERHEAD = 1.0e-3  # s, of a step of a small model
 
 
 def describe(case: Case, comm: MPI.Comm) -> Group:
-    """Mesh and assemble a case and describe its run. Collective."""
+    """Mesh and assemble a case and describe its run.
+
+    Raises:
+        UserError: The run would be refused: scheme and contact are known to create energy, or a point lies outside.
+        CaseError: The computed time step does not go with the rest of the case.
+        MeshError: A user's mesh does not fit the case.
+
+    Collective.
+    """
     model = build_model(case, comm)
-    steps = round(case.time.end / case.time.step)
-    condensed = CondensedOperator(
-        model.system, *make_integrator(case.time.scheme).coefficients(model.system, case.time.step)
-    )
+    refuse_energy_creators(model)
+    case, step = model.case, model.step
+    steps = round(case.time.end / step)
+    condensed = CondensedOperator(model.system, *make_integrator(case.time.scheme).coefficients(model.system, step))
     started = time.perf_counter()
     for _ in range(TRIALS):
         condensed.solve_free(np.zeros(model.system.operators.size))
@@ -44,12 +54,13 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
             "Run",
             [
                 ("scheme", case.time.scheme.type, ""),
-                ("steps", f"{steps}", f"of {case.time.step:g} s up to {case.time.end:g} s"),
+                *_adaptive_rows(model),
+                ("steps", f"{steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
                 ("back-substitution", f"{1e3 * solve:.2f} ms", f"measured now, mean of {TRIALS}"),
                 ("march", _duration(steps * per_step), "estimated from it; output not counted"),
             ],
         ),
-        *(Text(f"warning: {text}") for text in [*warnings(case), *_restraint_warnings(model)]),
+        *(Text(f"warning: {text}") for text in _warnings(model)),
     )
 
 
@@ -71,8 +82,7 @@ def _model_rows(model: Model) -> list[tuple[str, str, str]]:
 
 
 def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
-    case = model.case
-    contact_frequency = contact_mode(model)
+    case, duration = model.case, model.contact_duration
     rows = [
         (
             "overhang, clamped",
@@ -87,30 +97,38 @@ def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
     rows.append(
         (
             "contact duration",
-            f"{0.5e6 / contact_frequency:.3g} us",
-            f"at least: half a period of the supported part on {model.face_stiffness:.3g} N/m; "
-            f"{0.5 / contact_frequency / case.time.step:.2g} steps. After a run, contact_episodes in summary.json "
+            f"{1e6 * duration:.3g} us",
+            f"at least: half a period of the supported part on {model.law_stiffness:.3g} {stiffness_unit(case)}; "
+            f"{duration / model.step:.2g} steps. After a run, contact_episodes in summary.json "
             "tells how much of the impulse passes in contacts of fewer than 10 steps",
         )
     )
     for load in case.load:
         if isinstance(load, HarmonicForce | BaseMotion):
-            steps = 1.0 / (load.frequency * case.time.step)
+            steps = 1.0 / (load.frequency * model.step)
             rows.append((load.name, f"{load.frequency:g} Hz", f"{steps:.4g} steps per period"))
     return rows
-
-
-def contact_mode(model: Model) -> float:
-    """Return the frequency of the supported part of the beam on the stiffness of one face, Hz."""
-    beam = model.case.beam
-    mass = model.case.material.density * beam.width * model.case.support.length * beam.thickness
-    return sqrt(model.face_stiffness / mass) / (2.0 * pi)
 
 
 def restraint_frequency(case: Case, stiffness: float) -> float:
     """Return the frequency of the rigid beam on a restraint, Hz."""
     beam = case.beam
     return sqrt(stiffness / (case.material.density * beam.length * beam.width * beam.thickness)) / (2.0 * pi)
+
+
+def _adaptive_rows(model: Model) -> list[tuple[str, str, str]]:
+    if not model.case.time.adaptive:
+        return []
+    shortest = model.step / 2**model.case.time.max_halvings
+    wanted = RESOLVING_SHARE * model.contact_duration
+    words = f"an impact asks for {wanted:.2g} s" + (", which is out of reach" if shortest > wanted else "")
+    return [
+        ("adaptive steps", f"down to {shortest:.2g} s", f"time.max_halvings = {model.case.time.max_halvings}; {words}")
+    ]
+
+
+def _warnings(model: Model) -> list[str]:
+    return [*warnings(model.case), *accepted_energy_creators(model), *_restraint_warnings(model)]
 
 
 def _restraint_warnings(model: Model) -> list[str]:

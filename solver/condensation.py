@@ -14,7 +14,8 @@ import time
 import numpy as np
 from scipy.sparse import csr_matrix, hstack, identity
 
-from solver.system import Array, SemiDiscreteSystem, Springs
+from solver.operators import Array, Springs
+from solver.system import SemiDiscreteSystem
 
 
 class CondensedOperator:

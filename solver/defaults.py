@@ -24,7 +24,7 @@ TOUCH_RATIO = 1.0e-4  # of the clearance
 PATCH_SHARE = 0.1  # of the length of the support
 SLIP_SHARE = 0.01  # of the speed of sliding
 SLOWEST_SLIP = 1.0e-6  # m/s
-CLAMPED_ROOT = 1.8751040687119611  # first root of 1 + cos x cosh x
+CLAMPED_ROOTS = (1.8751040687119611, 4.694091132974174)  # of 1 + cos x cosh x
 
 
 @dataclass(frozen=True)
@@ -38,12 +38,12 @@ class Default:
     consequence: str = ""
 
 
-def overhang_frequency(case: Case) -> float:
-    """Return the first bending frequency of the overhang clamped at the support, Hz (Euler-Bernoulli)."""
+def overhang_frequency(case: Case, mode: int = 1) -> float:
+    """Return the bending frequency 1 or 2 of the overhang clamped at the support, Hz (Euler-Bernoulli)."""
     free = case.beam.length - case.support.length
     radius = case.beam.thickness / sqrt(12.0)
     speed = sqrt(case.material.young_modulus / case.material.density)
-    return CLAMPED_ROOT**2 * radius * speed / (2.0 * pi * free * free)
+    return CLAMPED_ROOTS[mode - 1] ** 2 * radius * speed / (2.0 * pi * free * free)
 
 
 def support_reaction(case: Case) -> float:
@@ -65,6 +65,12 @@ def support_reaction(case: Case) -> float:
             power = {"acceleration": 0, "velocity": 1, "displacement": 2}[load.quantity]
             moment += mass * abs(load.amplitude) * (2.0 * pi * load.frequency) ** power * lever
     return moment / edge
+
+
+def stiffness_unit(case: Case) -> str:
+    """Return the unit of a contact stiffness per area: Pa/m^n."""
+    exponent = getattr(case.contact.law, "exponent", 1.0)
+    return "Pa/m" if exponent == 1.0 else f"Pa/m^{exponent:g}"
 
 
 def contact_stiffness(case: Case, cell_length: float, face: float) -> Default:
@@ -96,7 +102,7 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
     """Return the computed penalty stiffness per area.
 
     eps = max(100 p / |clearance|, 5 E / h), at most 100 E / h, for schemes that do not create energy and for massless
-    contact nodes (but with Newmark's rule); 0.05 and 1 stand in the places of 5 and 100 for the others. Here p is ten
+    contact nodes in the explicit one; 0.05 and 1 stand in the places of 5 and 100 for the others. Here p is ten
     times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness for an
     interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact stiff
     beside the body.
@@ -121,9 +127,8 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
     if case.support.clearance < 0.0:
         pressure += case.material.young_modulus * clearance / case.beam.thickness
     wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
-    conserving = case.time.scheme.type in CONSERVING or (
-        case.contact.mass == "redistributed" and case.time.scheme.type != "newmark"
-    )
+    explicit = case.time.scheme.type == "central-difference"
+    conserving = case.time.scheme.type in CONSERVING or (explicit and case.contact.mass == "redistributed")
     limit = (STIFFEST_CONSERVING if conserving else STIFFEST_OTHERS) * body
     least = (SOFTEST_CONSERVING if conserving else SOFTEST_OTHERS) * body
     value = min(max(wanted, least), limit)

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve
 from scipy.sparse import csr_matrix
 
-from solver.system import Array, Factor, Interface, Springs
+from solver.operators import Array, Factor, Interface, Springs
 
 
 @dataclass(frozen=True)

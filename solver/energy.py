@@ -15,7 +15,8 @@ import numpy as np
 
 from solver.contact.law import ContactLaw
 from solver.contact.solve import RELATIVE_TOLERANCE
-from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, State, Step
+from solver.operators import Array
+from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, Step
 
 ROUND_OFF_SAFETY = 8.0
 
@@ -74,10 +75,7 @@ class Ledger:
 
 def open_ledger(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> Ledger:
     """Return the ledger at the start of a run. Collective."""
-    kinetic, strain = _kinetic_and_strain(system, state)
-    contact = _contact_energy(system, law, state)
-    ledger = Ledger(kinetic, strain, contact, kinetic + strain + contact, np.zeros(len(system.loads)))
-    return replace(ledger, round_off=_round_off(system, law, state))
+    return replace(_measured(system, law, state), round_off=round_off(system, law, state))
 
 
 def restate(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, state: State) -> Ledger:
@@ -88,7 +86,7 @@ def restate(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, state: 
         kinetic=kinetic,
         strain=strain,
         contact=_contact_energy(system, law, state),
-        round_off=max(ledger.round_off, _round_off(system, law, state)),
+        round_off=max(ledger.round_off, round_off(system, law, state)),
     )
 
 
@@ -137,6 +135,15 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
     )
 
 
+def created_in_step(system: SemiDiscreteSystem, law: ContactLaw, step: Step) -> tuple[float, float]:
+    """Return the energy that a step alone creates, negative where it takes some, and T + V + Psi at its start, J.
+
+    Collective.
+    """
+    ledger = _measured(system, law, step.old)
+    return enter_step(system, law, ledger, step).created, ledger.start
+
+
 def restraint_energy(system: SemiDiscreteSystem, state: State) -> float:
     """Return the energy in the weak restraint, J. Collective."""
     u = state.u[VALUE]
@@ -150,12 +157,19 @@ def _slip_and_friction(system: SemiDiscreteSystem, moved: Array, traction: Array
     return moved[interface.owned], forces[interface.slots]
 
 
+def _measured(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> Ledger:
+    kinetic, strain = _kinetic_and_strain(system, state)
+    contact = _contact_energy(system, law, state)
+    return Ledger(kinetic, strain, contact, kinetic + strain + contact, np.zeros(len(system.loads)))
+
+
 def _kinetic_and_strain(system: SemiDiscreteSystem, state: State) -> tuple[float, float]:
     doubled = system.dots([(state.v[VALUE], state.v[MASS]), (state.u[VALUE], state.u[STIFFNESS])])
     return 0.5 * float(doubled[0]), 0.5 * float(doubled[1])
 
 
-def _round_off(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:
+def round_off(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:
+    """Return what the balance of a state cannot resolve: round-off in u K u, and the contact solve, J. Collective."""
     terms = state.u[VALUE] * system.operators.stiffness_round_off(state.u[VALUE])
     squares, strain = system.dots([(terms, terms), (state.u[VALUE], state.u[STIFFNESS])])
     stored = 0.5 * abs(float(strain)) + _contact_energy(system, law, state)

@@ -11,7 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from meshes.compat import coordinate_dofs, geometry_order
-from solver.system import Array, Indices
+from solver.operators import Array, Indices
 
 STEEPEST = 1.0e-6  # component of the unit normal along the bending axis, of faces that can be met along it
 

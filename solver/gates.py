@@ -17,7 +17,8 @@ import numpy as np
 from solver.case import Gates
 from solver.energy import Ledger
 from solver.errors import EnergyCreated, NotFinite
-from solver.system import Array, ContactOperator, Step
+from solver.operators import Array
+from solver.system import ContactOperator, Step
 
 
 @dataclass

@@ -17,7 +17,8 @@ from scipy.sparse import csr_matrix
 
 from solver.face_points import FacePoints, PointRule, along_beam, face_points, gather_points
 from solver.nitsche import Nitsche, correction, stress_rows, trace_bounds
-from solver.system import Array, ContactOperator, Indices, Interface, Springs
+from solver.operators import Array, Indices, Interface, Springs
+from solver.system import ContactOperator
 
 NO_ENTRY = 1.0e-12  # basis functions that are zero but for round-off
 

@@ -24,7 +24,7 @@ from scipy.sparse import csr_matrix
 from scipy.spatial import cKDTree
 
 from solver.errors import UserError
-from solver.system import Array, Indices
+from solver.operators import Array, Indices
 
 NEAREST = 4  # nodes to extrapolate from, at first; doubled until they span the space
 MOST_NEIGHBOURS = 512

@@ -20,6 +20,7 @@ from solver.case_tables.time import CentralDifference, MoreauJean
 from solver.contact.choice import make_law
 from solver.contact.friction import CoulombFriction
 from solver.contact.law import ContactLaw
+from solver.contact_scales import contact_duration
 from solver.defaults import (
     Default,
     contact_damping,
@@ -38,11 +39,14 @@ from solver.loads.patterns import axis_point, make_loads
 from solver.mass_redistribution import extrapolation
 from solver.mesh_of_case import mesh_of_case
 from solver.nitsche import Nitsche
+from solver.operators import Array, Indices, Springs
 from solver.petsc_operators import PetscOperators
 from solver.points import PointRow, point_row
 from solver.resultants import resultant_operator
-from solver.step_limit import step_limit
-from solver.system import Array, ContactOperator, Indices, SemiDiscreteSystem, Springs
+from solver.stable_step import stable_step
+from solver.step_limit import with_stable_step
+from solver.system import ContactOperator, SemiDiscreteSystem
+from solver.time_step import with_time_step
 
 
 @dataclass(frozen=True)
@@ -50,15 +54,16 @@ class Model:
     """A case, meshed and assembled.
 
     Attributes:
-        case: The case.
+        case: The case, its time step a number.
         tagged: Mesh and its faces.
         space: Vector Lagrange space of the displacement.
         system: The semi-discrete system.
         law: The contact law.
         probes: Rows that evaluate the probes, by name.
         defaults: Values that were computed, with their reasons.
-        face_stiffness: Slope of the force of a face in its penetration, at the static reaction, N/m.
+        law_stiffness: K of the contact per area of a face, also where it acts at points, Pa/m^n.
         seat_springs: s of the search for the seat, Pa/m.
+        facet_length: Mean length h of the contact facets along the beam, m.
         seconds: Wall time of each part of the set-up.
     """
 
@@ -69,14 +74,26 @@ class Model:
     law: ContactLaw
     probes: dict[str, PointRow]
     defaults: tuple[Default, ...]
-    face_stiffness: float
+    law_stiffness: float
     seat_springs: float
+    facet_length: float
     seconds: dict[str, float] = field(default_factory=dict)
 
     @property
     def dofs(self) -> int:
         """Number of degrees of freedom over all ranks."""
         return int(self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs)
+
+    @property
+    def step(self) -> float:
+        """Time step, s."""
+        assert self.case.time.step != "auto"
+        return self.case.time.step
+
+    @property
+    def contact_duration(self) -> float:
+        """Duration of an impact on the contact stiffness, at least, s."""
+        return contact_duration(self.case, self.law_stiffness)
 
     @property
     def point_rule(self) -> PointRule:
@@ -101,6 +118,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         MeshError: A user's mesh does not fit the case.
         UserError: A point lies outside the mesh, a patch of contact.points between its quadrature points, or an
             explicit scheme cannot march the step.
+        CaseError: The computed time step does not go with the rest of the case.
 
     Collective.
     """
@@ -116,6 +134,8 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     facet_length = describe(tagged)["mean_contact_facet_length"]
     setting = _contact(case, space, faces, width, facet_length)
     contact, area = setting.operator, setting.operator.area
+    law_stiffness = setting.face_stiffness / (0.5 * area)
+    asked, (case, computed) = case, with_time_step(case, law_stiffness)
     measure = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)
     forms = elastic_forms(
         space,
@@ -140,8 +160,8 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         defaults = (*defaults, creep)
     mass_damping, stiffness_damping = rayleigh(case)
     system = SemiDiscreteSystem(operators, contact, make_loads(case, space, operators), mass_damping, stiffness_damping)
-    limits = (step_limit(case, system, law),) if explicit else ()
-    face_stiffness = tangent_stiffness(case, setting.face_stiffness)
+    if explicit:
+        case, computed = with_stable_step(asked, case, computed, stable_step(system, law))
     probes = {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe}
     return Model(
         case,
@@ -150,9 +170,10 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
         system,
         law,
         probes,
-        (*defaults, *limits),
-        face_stiffness,
-        seat_springs(case, face_stiffness / (0.5 * area), facet_length, area),
+        (*defaults, *computed),
+        law_stiffness,
+        seat_springs(case, tangent_stiffness(case, setting.face_stiffness) / (0.5 * area), facet_length, area),
+        facet_length,
         {"mesh": meshed - started, "assembly": time.perf_counter() - meshed},
     )
 

@@ -34,7 +34,7 @@ from scipy.sparse import csr_matrix
 from meshes.compat import coordinate_dofs, geometry_order
 from solver.errors import UserError
 from solver.face_points import FacePoints, lagrange
-from solver.system import Array
+from solver.operators import Array
 
 RIGID_MOTIONS = {2: 3, 3: 6}
 

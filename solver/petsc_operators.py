@@ -13,8 +13,8 @@ from scipy.sparse import csr_matrix
 
 from solver.elasticity import ElasticForms
 from solver.errors import RunError, UserError
+from solver.operators import Array, Factor, Interface, Springs
 from solver.rigid_motions import rigid_motions
-from solver.system import Array, Factor, Interface, Springs
 
 SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
 

@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from meshes.compat import coordinate_dofs, coordinate_element
 from solver.errors import UserError
-from solver.system import Array, Indices, Operators
+from solver.operators import Array, Indices, Operators
 
 ON_NODE = 1e-9  # of the length of the mesh
 

@@ -18,7 +18,8 @@ import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
 
 from solver.errors import UserError
-from solver.system import Array, ContactOperator, Springs
+from solver.operators import Array, Springs
+from solver.system import ContactOperator
 
 Place = float | tuple[float, float]
 """x of a patch over the whole width, or x and y of the center of a patch, m."""

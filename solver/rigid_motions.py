@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from solver.system import Array
+from solver.operators import Array
 
 
 def rigid_motions(space: Any) -> Array:

@@ -13,16 +13,18 @@ from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
 from solver.analyses.static import Seat, find_seat
-from solver.analyses.transient import EffectiveOperators, March, march
+from solver.analyses.transient import March, march
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
 from solver.energy import Ledger, enter_step, open_ledger, restate
+from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.episodes import Episodes
 from solver.errors import Interrupted, RunError
 from solver.gates import EnergyGates
-from solver.integrators.schemes import Integrator, make_integrator
+from solver.integrators.schemes import make_integrator
 from solver.interruption import Interruption
+from solver.march_of_model import march_of_model
 from solver.model import Model, build_model
 from solver.output import summary as summaries
 from solver.output.fields import FieldWriter
@@ -34,7 +36,7 @@ from solver.output.records import CASE_FILE, HISTORY_FILE
 from solver.output.rows import Recorder
 from solver.system import State, Step
 from solver.tally import Tally
-from solver.verdict import balance_words, contact_words, figures, friction_words, judge, remarks
+from solver.verdict import balance_words, contact_words, figures, friction_words, judge, remarks, resolution_remarks
 
 LOG = logging.getLogger("gapbeam")
 
@@ -70,7 +72,9 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
         interrupted, and what was computed up to then is on disk.
 
     Raises:
-        UserError: The folder holds results or cannot be written, or a point lies outside the mesh.
+        UserError: The folder holds results or cannot be written, a point lies outside the mesh, or scheme and contact
+            are known to create energy and the case does not accept that.
+        CaseError: The computed time step does not go with the rest of the case.
         MeshError: The mesh file does not fit the case.
 
     Collective.
@@ -78,11 +82,12 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
     started = time.perf_counter()
     on_rank_zero(comm, lambda: check_folder(folder, overwrite))
     model = build_model(case, comm)
+    refuse_energy_creators(model)
     on_rank_zero(comm, lambda: prepare_folder(folder))
     with log_file(folder, comm):
-        summary = _opening(case, model)
+        summary = _opening(model)
         if comm.rank == 0:
-            write_beside(folder / CASE_FILE, _case_text(case, summary["versions"]))
+            write_beside(folder / CASE_FILE, _case_text(model.case, summary["versions"]))
             summaries.write_summary(folder, summary)
         try:
             _run(model, folder, comm, summary)
@@ -103,15 +108,15 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
     return Outcome(folder, summary["exit_status"], summary["message"], summary)
 
 
-def _opening(case: Case, model: Model) -> dict[str, Any]:
+def _opening(model: Model) -> dict[str, Any]:
     """Return the summary of a run that has only been set up, and log it."""
-    contact = model.system.contact
+    case, contact = model.case, model.system.contact
     summary: dict[str, Any] = {
         "title": case.title,
         "status": "running",
         "exit_status": None,
         "message": "",
-        "warnings": warnings(case),
+        "warnings": [*warnings(case), *accepted_energy_creators(model)],
         "versions": summaries.versions(),
         "forcing": _forcing(case),
         "model": summaries.describe_model(model),
@@ -145,7 +150,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
         summary["seat"]["gland_force"],
         summary["seat"]["largest_penetration"],
     )
-    plan = _plan(model, scheme)
+    plan = march_of_model(model, scheme)
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
     course = _Course(model, folder, comm, seat)
     try:
@@ -157,6 +162,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
         summary["convergence"] = course.tally.convergence()
         summary["wall_time"] |= course.tally.seconds()
         noted = remarks(model, course.recorder, course.episodes, course.ledger, course.gates)
+        noted += resolution_remarks(model, course.tally)
         summary["warnings"] += noted
         LOG.info("%s", contact_words(model, course.recorder))
         if model.law.friction is not None:
@@ -168,20 +174,6 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     summary["message"] = f"{course.tally.steps} steps, {balance_words(course.ledger)}"
 
 
-def _plan(model: Model, scheme: Integrator) -> March:
-    settings = model.case.time
-    return March(
-        model.system,
-        model.law,
-        scheme,
-        EffectiveOperators(model.system, scheme),
-        settings.step,
-        round(settings.end / settings.step),
-        settings.max_halvings,
-        settings.max_iterations,
-    )
-
-
 class _Course:
     """A march and everything that consumes its steps: ledger, gates, history, fields, progress."""
 
@@ -190,7 +182,7 @@ class _Course:
         self.recorder, self.episodes = Recorder(model), Episodes(model.system.contact)
         self.gates = EnergyGates(model.case.gates, model.system.contact)
         self.ledger: Ledger = open_ledger(model.system, model.law, seat.state)
-        self.tally = Tally(model.case.time.step)
+        self.tally = Tally(model.step)
         self.fields = FieldWriter(folder, model)
         self.history = HistoryWriter(folder / HISTORY_FILE, self.recorder.labels) if comm.rank == 0 else None
 

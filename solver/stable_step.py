@@ -19,7 +19,8 @@ import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
 from solver.contact.law import ContactLaw
-from solver.system import Array, SemiDiscreteSystem
+from solver.operators import Array
+from solver.system import SemiDiscreteSystem
 
 SAFETY = 0.9
 ACCURACY = 1.0e-3

@@ -3,31 +3,44 @@
 from __future__ import annotations
 
 from solver.case import Case
-from solver.contact.law import ContactLaw
 from solver.defaults import Default
 from solver.errors import UserError
-from solver.stable_step import SAFETY, stable_step
-from solver.system import SemiDiscreteSystem
+from solver.stable_step import SAFETY, StableStep
+from solver.time_step import rounded_down
 
 MUCH_SHORTER = 0.5  # a stable step that damping makes so much shorter is told
 
 
-def step_limit(case: Case, system: SemiDiscreteSystem, law: ContactLaw) -> Default:
-    """Return the largest step of an explicit scheme, with its reason.
+def with_stable_step(
+    asked: Case, case: Case, computed: tuple[Default, ...], limit: StableStep
+) -> tuple[Case, tuple[Default, ...]]:
+    """Return the case with a step that the explicit scheme can march, and the limit with its reason.
+
+    A computed step is shortened to the limit; a given one is not touched.
+
+    Args:
+        asked: The case as it was given.
+        case: The case with its step as a number.
+        computed: Defaults of the step.
+        limit: The largest stable step.
 
     Raises:
-        UserError: The step of the case is longer.
-
-    Collective.
+        UserError: The given step is longer than the limit.
     """
-    limit = stable_step(system, law)
+    step = case.time.step
+    assert step != "auto"
     damped = limit.step < MUCH_SHORTER * limit.undamped
     words = f"; without damping {limit.undamped:g} s, and damping by mass alone costs nothing" if damped else ""
-    if case.time.step > limit.step:
-        raise UserError(
-            f"time.step: {case.time.step:g} s, which the scheme {case.time.scheme.type} cannot march; expected at "
-            f"most {limit.step:g} s on this mesh{words}; try time.step = {limit.step:g}, larger cells, or an implicit "
-            'scheme: time.scheme = "discrete-gradient"'
-        )
     reason = f"{SAFETY:g} of the stable step; the highest frequency is {limit.frequency:.3g} rad/s{words}"
-    return Default("limit of time.step", limit.step, "s", reason, "half: half the cells, or a contact 4 times stiffer")
+    told = Default("limit of time.step", limit.step, "s", reason, "half: half the cells, or a contact 4 times stiffer")
+    if step <= limit.step:
+        return case, (*computed, told)
+    if asked.time.step == "auto":
+        value, _ = rounded_down(asked, limit.step)
+        shortened = case.model_copy(update={"time": case.time.model_copy(update={"step": value})})
+        return shortened, (Default("time.step", value, "s", "the limit of the explicit scheme"), told)
+    raise UserError(
+        f"time.step: {step:g} s, which the scheme {case.time.scheme.type} cannot march; expected at most "
+        f"{limit.step:g} s on this mesh{words}; try time.step = {limit.step:g}, larger cells, or an implicit "
+        'scheme: time.scheme = "discrete-gradient"'
+    )

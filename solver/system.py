@@ -14,87 +14,11 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any, Protocol
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-Array = NDArray[np.float64]
-Indices = NDArray[np.integer[Any]]
-
-
-class Factor(Protocol):
-    """A factored effective operator A = c_m M + c_k K."""
-
-    def solve(self, right_side: Array) -> Array:
-        """Return A^-1 b; both arrays hold the owned part (n,). Collective."""
-
-    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
-        """Return A^-1 E X for columns X (interface.size, r) on the interface DOFs: (n, r), column-major. Collective."""
-
-
-class Operators(Protocol):
-    """M and K of a model, in whatever form they are kept.
-
-    Attributes:
-        size: Number of DOFs that this rank owns, n.
-        massless: Which of them have no mass, (n,): rows and columns of M that are zero.
-    """
-
-    size: int
-    massless: NDArray[np.bool_]
-
-    def apply_mass(self, x: Array) -> Array:
-        """Return M x (n,). Collective."""
-
-    def apply_stiffness(self, x: Array) -> Array:
-        """Return K x (n,). Collective."""
-
-    def stiffness_round_off(self, x: Array) -> Array:
-        """Return about how far the entries of K x are off by round-off, (n,): eps diag(K) |x|."""
-
-    def apply_restraint(self, x: Array) -> Array:
-        """Return the part of K x that the weak restraint adds (n,). Collective."""
-
-    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
-        """Factor A = mass M + stiffness K + springs; if stiffness = 0, massless rows are those of K. Collective."""
-
-    def sum(self, local: Array) -> Array:
-        """Sum a small array over all ranks. Collective."""
-
-
-@dataclass(frozen=True)
-class Interface:
-    """The DOFs that gaps depend on, replicated on all ranks.
-
-    Attributes:
-        size: Number of interface DOFs, over all ranks.
-        owned: Position in the owned vector of those that this rank owns.
-        slots: Their numbers 0 ... size-1.
-    """
-
-    size: int
-    owned: Indices
-    slots: Indices
-
-    def trace(self, x: Array, operators: Operators) -> Array:
-        """Return the interface values (size,) of a vector on every rank. Collective."""
-        values = np.zeros(self.size)
-        values[self.slots] = x[self.owned]
-        return operators.sum(values)
-
-    def add(self, x: Array, values: Array) -> None:
-        """Add interface values (size,) to a vector in place; local."""
-        x[self.owned] += values[self.slots]
-
-
-@dataclass(frozen=True)
-class Springs:
-    """A sparse matrix (size, size) on the interface DOFs, N/m, with entries between DOFs of one cell only."""
-
-    interface: Interface
-    matrix: csr_matrix
+from solver.operators import Array, Indices, Interface, Operators, Springs
 
 
 @dataclass(frozen=True)
@@ -267,6 +191,8 @@ class State:
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
         traction: Tangential traction of friction on the beam that acted last, (m, k), Pa; None: none has acted.
+        closed_since: Start of the step in which each face closed, (faces,), s, infinite while it is open, for
+            adaptive marches.
     """
 
     time: float
@@ -278,6 +204,7 @@ class State:
     touch_speed: Array | None = None
     lagged: Array | None = None
     traction: Array | None = None
+    closed_since: Array | None = None
 
 
 @dataclass(frozen=True)
@@ -311,6 +238,9 @@ class Step:
         stage: The balance that held.
         iterations: Iterations of the contact solve.
         completes: False for a part of a halved step that leaves a rest to do.
+        failures: Attempts right before it that did not converge and were halved.
+        refinements: Attempts right before it that did not resolve the contact and were halved.
+        unresolved: Whether it does not resolve the contact either, at the limit of halvings.
         refreshed: `new` with its images formed anew by products with M and K, when that was due.
         timings: Wall time of parts of the step, s.
     """
@@ -320,6 +250,9 @@ class Step:
     stage: Stage
     iterations: int
     completes: bool = True
+    failures: int = 0
+    refinements: int = 0
+    unresolved: bool = False
     refreshed: State | None = None
     timings: dict[str, float] = field(default_factory=dict)
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from math import inf
 from typing import Any
 
 from solver.analyses.transient import image_drift
@@ -19,6 +20,10 @@ class Tally:
         dt: Step of the case, s.
         steps: Accepted steps, parts of halved steps included.
         halved: Parts of halved steps.
+        failures: Steps that were halved because the contact solve did not converge.
+        refinements: Steps that were halved because they did not resolve the contact.
+        unresolved: Accepted steps that do not resolve the contact, at the limit of halvings.
+        shortest: Shortest accepted step, s.
         iterations: Iterations of the contact solve.
         most_iterations: The most in one step.
         advance: Time in the steps themselves, s.
@@ -31,6 +36,10 @@ class Tally:
     dt: float
     steps: int = 0
     halved: int = 0
+    failures: int = 0
+    refinements: int = 0
+    unresolved: int = 0
+    shortest: float = inf
     iterations: int = 0
     most_iterations: int = 0
     advance: float = 0.0
@@ -43,6 +52,10 @@ class Tally:
         """Count an accepted step that took some seconds."""
         self.steps += 1
         self.halved += step.size < HALVED * self.dt
+        self.failures += step.failures
+        self.refinements += step.refinements
+        self.unresolved += step.unresolved
+        self.shortest = min(self.shortest, step.size)
         self.iterations += step.iterations
         self.most_iterations = max(self.most_iterations, step.iterations)
         self.advance += seconds
@@ -55,6 +68,10 @@ class Tally:
         return {
             "steps": self.steps,
             "parts_of_halved_steps": self.halved,
+            "halvings_not_converged": self.failures,
+            "halvings_adaptive": self.refinements,
+            "unresolved_steps": self.unresolved,
+            "shortest_step": self.shortest,
             "iterations_mean": self.iterations / max(self.steps, 1),
             "iterations_max": self.most_iterations,
             "image_drift": self.drift / self.elastic_force if self.elastic_force > 0.0 else 0.0,

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from solver.analyses.resolution import RESOLVING_SHARE
 from solver.energy import Ledger
 from solver.episodes import RESOLVING_STEPS, Episodes
 from solver.errors import EnergyCreated
@@ -14,6 +15,7 @@ from solver.gates import EnergyGates
 from solver.model import Model
 from solver.output.rows import Recorder
 from solver.output.summary import describe_energy, describe_gates
+from solver.tally import Tally
 
 LOG = logging.getLogger("gapbeam")
 NOTABLE_SHARE = 0.01  # of the energy; a restraint that holds more is not weak
@@ -98,6 +100,17 @@ def remarks(model: Model, recorder: Recorder, episodes: Episodes, ledger: Ledger
     if gates.failed(ledger) and model.case.gates.accept_energy_growth:
         found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
     return found
+
+
+def resolution_remarks(model: Model, tally: Tally) -> list[str]:
+    """Return what adaptive steps could not resolve, one sentence or none."""
+    if tally.unresolved == 0:
+        return []
+    return [
+        f"{tally.unresolved} steps of {tally.shortest:.2g} s do not resolve how faces open and close, which takes "
+        f"{RESOLVING_SHARE * model.contact_duration:.2g} s: peak forces and accelerations follow the step; try more "
+        "time.max_halvings, a smaller time.step or a softer contact.stiffness"
+    ]
 
 
 def judge(model: Model, ledger: Ledger, gates: EnergyGates) -> None:

@@ -14,7 +14,8 @@ from scipy.sparse.linalg import eigsh
 from solver.analyses.static import Seat, find_seat
 from solver.case import Case
 from solver.model import Model, build_model
-from solver.system import ContactOperator, SemiDiscreteSystem, Springs, State, imaged
+from solver.operators import Springs
+from solver.system import ContactOperator, SemiDiscreteSystem, State, imaged
 
 BEAM: dict[str, dict[str, Any]] = {
     "beam": {"length": 0.51, "thickness": 0.012, "width": 0.02},

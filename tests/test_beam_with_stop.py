@@ -14,7 +14,8 @@ from scipy.sparse import csr_matrix
 
 from solver.contact.law import kelvin_voigt
 from solver.dense import DenseOperators
-from solver.system import ContactOperator, Interface, Load, SemiDiscreteSystem, State, imaged
+from solver.operators import Interface
+from solver.system import ContactOperator, Load, SemiDiscreteSystem, State, imaged
 from tests.toys import SCHEMES, steps_of
 
 GAP, STOP, FORCE = 1.0e-4, 1.0e8, -1000.0

@@ -178,6 +178,11 @@ CONTRADICTIONS = {
         "step = 0.025\n",
         ["[time] step", "a load of 20 Hz", "half its period of 0.05 s", "step = 0.001"],
     ),
+    "interest below the forcing": (
+        "step = 1.0e-4\n",
+        'step = "auto"\nfrequency = 10.0\n',
+        ["[time] frequency", "10 Hz, with a load of 20 Hz", "at least the frequency", "frequency = 100"],
+    ),
     "records between steps": (
         "[output]",
         "[output]\nhistory_interval = 2.5e-4",

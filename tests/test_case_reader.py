@@ -308,7 +308,7 @@ BAD_NAMES = {
     "missing key": (
         "step = 1.0e-4\n",
         "",
-        ["[time] step", "missing", "a number greater than 0 (time step, s)", "add step = 0.0001"],
+        ["[time] step", "missing", '"auto" or a number greater than 0 (time step, s; auto: ', "add step = 0.0001"],
     ),
     "missing table": (
         "[support]\nlength = 0.050\nclearance = 0.107e-3\n",

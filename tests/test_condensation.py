@@ -13,7 +13,7 @@ from dolfinx import fem
 from scipy.sparse.linalg import splu
 
 from solver.analyses.transient import EffectiveOperators, March, march
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import kelvin_voigt
 from solver.integrators.midpoint import Midpoint
 from tests.models import COARSE, beam_model, thrown
 
@@ -108,7 +108,7 @@ def test_condensed_march_is_the_textbook_march(damping: float, implicit: bool) -
     contact, start = system.contact, thrown(model)
     u, v = start.u[0], start.v[0]
     scheme = Midpoint(implicit=implicit)
-    plan = March(system, KelvinVoigt(EPS, damping), scheme, EffectiveOperators(system, scheme), DT, STEPS)
+    plan = March(system, kelvin_voigt(EPS, damping), scheme, EffectiveOperators(system, scheme), DT, STEPS)
     textbook = TextbookStep(model, damping, implicit)
     landings = {"base": 0, "gland": 0}
     closed = dict.fromkeys(landings, False)

@@ -27,7 +27,8 @@ from solver.dense import DenseOperators
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.moreau_jean import MoreauJean
 from solver.integrators.schemes import Integrator
-from solver.system import ContactOperator, Interface, Load, SemiDiscreteSystem, State, Step, imaged
+from solver.operators import Interface
+from solver.system import ContactOperator, Load, SemiDiscreteSystem, State, Step, imaged
 from tests.toys import IMPLICIT, SCHEMES, ledger_of, steps_of
 
 MASS, PRESSED, MU = 2.0, 30.0, 0.3  # kg, N, no unit

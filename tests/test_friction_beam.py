@@ -18,7 +18,8 @@ from solver.energy import Ledger, enter_step, open_ledger, restate
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.schemes import make_integrator
 from solver.model import Model
-from solver.system import MASS, Array, State, Step, imaged
+from solver.operators import Array
+from solver.system import MASS, State, Step, imaged
 from tests.command import DEMO
 from tests.models import COARSE, GRAVITY, SOLID, beam_model, face_forces, seat_of
 

@@ -8,13 +8,13 @@ import pytest
 
 from solver.analyses.transient import EffectiveOperators, March, march
 from solver.case import Gates
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import kelvin_voigt
 from solver.energy import Ledger, enter_step, open_ledger, restate
 from solver.errors import EnergyCreated, NotFinite
 from solver.gates import EnergyGates
 from tests.toys import SCHEMES, start, stopped_oscillator
 
-STIFF = KelvinVoigt(1.0e6)
+STIFF = kelvin_voigt(1.0e6)
 
 
 def watched(scheme: str, limits: Gates, steps: int = 3000, dt: float = 0.02) -> tuple[EnergyGates, Ledger]:

@@ -13,12 +13,14 @@ import pytest
 import gapbeam
 from solver.integrators.midpoint import Midpoint
 from solver.system import Step
-from tests.command import DEMO, RATTLE, alone, called, settings
+from tests.command import DEMO, RATTLE, alone, called, called_in_turn, settings
 
 pytestmark = alone
 
-# Newmark on a contact a thousand times stiffer than the beam below it: every impact creates energy.
-GROWING = ("time.scheme=newmark", "contact.stiffness=1e14", *RATTLE, "time.end=0.02")
+# Newmark on a contact of 2.4 E/h: every impact creates energy, known before the run.
+KNOWN = ("time.scheme=newmark", "contact.stiffness=1e14", *RATTLE, "time.end=0.02")
+# On one of 0.7 E/h it is not known before the run, and creates energy all the same.
+GROWING = ("time.scheme=newmark", "contact.stiffness=3e13", *RATTLE, "time.end=0.02")
 # One iteration of the contact solve, no halving: the first time a face opens is one too many.
 STUCK = (
     "time.max_iterations=1",
@@ -56,20 +58,52 @@ def test_created_energy_fails_the_run(tmp_path: Path) -> None:
     assert history["algorithmic_dissipation"].values[-1] < 0.0
 
 
+def test_known_creation_of_energy_is_refused(tmp_path: Path) -> None:
+    """Exit status 2 from run and check before anything is written: what was found, expected, and all ways out."""
+    folder = tmp_path / "out"
+    run = ["run", DEMO, *settings(*KNOWN), "--output", folder]
+    for done in called_in_turn(run, ["check", DEMO, *settings(*KNOWN)]):
+        assert done.returncode == 2, done.stderr
+        assert (done.stdout, "Traceback" in done.stderr) == ("", False)
+        for told in (
+            "time.scheme",
+            "found:    newmark on a contact of 1e+14 Pa/m, 2.38 E/h (E = 2.1e+11 Pa, h = 0.005 m)",
+            "expected: for this scheme a penalty of at most 4.2e+13 Pa/m, 1 E/h",
+            'time.scheme = "discrete-gradient"',
+            "contact.stiffness = 4.2e+13",
+            "gates.accept_energy_growth = true",
+        ):
+            assert told in done.stderr
+    assert not folder.exists()
+
+
+def test_check_tells_of_an_accepted_creator() -> None:
+    """`gapbeam check` of a combination that was accepted by name: exit status 0, and a warning."""
+    done = called("check", DEMO, *settings(*KNOWN, "gates.accept_energy_growth=true"))
+    assert done.returncode == 0, done.stderr
+    told = " ".join(done.stdout.split())
+    assert "warning: newmark on a contact of 1e+14 Pa/m, 2.38 E/h" in told
+    assert "accepted by name" in told
+
+
 def test_created_energy_can_be_accepted(tmp_path: Path) -> None:
-    """The same with gates.accept_energy_growth: to the end, exit status 0, and the summary warns of it."""
-    done = called("run", DEMO, *settings(*GROWING, "gates.accept_energy_growth=true"), "--output", tmp_path)
+    """With gates.accept_energy_growth even what is known to: to the end, exit status 0, and the summary warns of it."""
+    done = called("run", DEMO, *settings(*KNOWN, "gates.accept_energy_growth=true"), "--output", tmp_path)
     assert done.returncode == 0, done.stderr
     summary = summary_of(tmp_path)
     assert summary["status"] == "completed"
     assert summary["energy"]["relative_growth"] > 0.05
     assert [text for text in summary["warnings"] if "accepted by gates.accept_energy_growth" in text]
+    (known,) = [text for text in summary["warnings"] if "known to create energy" in text]
+    assert "newmark on a contact of 1e+14 Pa/m, 2.38 E/h" in known
+    assert "accepted by name" in known
+    assert known in done.stderr
     assert gapbeam.open_results(tmp_path).history.sizes["time"] == 201
 
 
 def test_conserving_scheme_passes_the_same_gates(tmp_path: Path) -> None:
     """The remedy that the message names works: discrete-gradient on the same contact creates nothing."""
-    assert gapbeam.run(DEMO, [*GROWING, "time.scheme=discrete-gradient"], tmp_path).exit_status == 0
+    assert gapbeam.run(DEMO, [*KNOWN, "time.scheme=discrete-gradient"], tmp_path).exit_status == 0
     summary = summary_of(tmp_path)
     assert abs(summary["energy"]["relative_growth"]) < 1e-6
     assert summary["gates"]["violations"] == 0

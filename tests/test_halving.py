@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solver.analyses.transient import EffectiveOperators, March, march
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import kelvin_voigt
 from solver.errors import NotConverged
 from solver.integrators.midpoint import Midpoint
 from solver.system import SemiDiscreteSystem, State, Step
@@ -54,7 +54,7 @@ def test_refused_steps_are_halved_and_whole_again_afterward() -> None:
 
     Compared with steps taken by hand, quarters over these three and whole ones elsewhere.
     """
-    system, law, scheme = stopped_oscillator(1.0, 4.0, 0.05, 0.02, np.sin), KelvinVoigt(1.0e3), Fussy()
+    system, law, scheme = stopped_oscillator(1.0, 4.0, 0.05, 0.02, np.sin), kelvin_voigt(1.0e3), Fussy()
     operators = Counting(system, scheme)
     steps = list(march(March(system, law, scheme, operators, STEP, 20), start(system, v=1.0)))
     sizes = np.array([step.size for step in steps]) / STEP
@@ -77,7 +77,7 @@ def test_beam_goes_on_with_half_steps() -> None:
     Whole steps end on time; the tip is within 0.1 % of the whole-step march after 60 steps; energy still balances.
     """
     model = beam_model({"mesh": COARSE}, probes={"tip": 0.51})
-    system, scheme, law, first = model.system, Midpoint(), KelvinVoigt(5.0e11), thrown(model)
+    system, scheme, law, first = model.system, Midpoint(), kelvin_voigt(5.0e11), thrown(model)
     marches = {}
     for limit in (60, 3):
         operators = EffectiveOperators(system, scheme)
@@ -101,7 +101,7 @@ def test_limit_of_halving_says_when_where_and_what_to_try() -> None:
     model = beam_model({"mesh": COARSE})
     system, scheme = model.system, Midpoint()
     operators = EffectiveOperators(system, scheme)
-    plan = March(system, KelvinVoigt(5.0e11), scheme, operators, 1.0e-4, 60, max_halvings=3, max_iterations=1)
+    plan = March(system, kelvin_voigt(5.0e11), scheme, operators, 1.0e-4, 60, max_halvings=3, max_iterations=1)
     done: list[Step] = []
     with pytest.raises(NotConverged) as caught:
         done.extend(march(plan, thrown(model)))

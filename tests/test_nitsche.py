@@ -16,7 +16,7 @@ from solver.errors import UserError
 from solver.face_points import face_points
 from solver.interface import nitsche_operator
 from solver.nitsche import Nitsche, correction, trace_bounds
-from solver.system import Springs
+from solver.operators import Springs
 from tests.models import beam_model, spread, stiffness_of
 
 WIDTH = 0.02  # m, of the slices in 2D

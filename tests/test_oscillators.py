@@ -11,7 +11,7 @@ from math import acos, asin, exp, pi, sqrt
 import numpy as np
 import pytest
 
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import kelvin_voigt
 from tests.toys import SCHEMES, ledger_of, start, steps_of, stopped_oscillator
 
 ORDER_TWO = ("discrete-gradient", "newmark", "generalized-alpha 0.5")
@@ -24,7 +24,7 @@ def test_one_shock_sdnd101(name: str) -> None:
     omega = sqrt((spring + stop) / mass)
     shock = pi / omega
     system = stopped_oscillator(mass, spring)
-    law = KelvinVoigt(stop)
+    law = kelvin_voigt(stop)
     count = 4000
     steps = steps_of(system, law, SCHEMES[name], start(system, v=1.0), shock / count, count + 8)
     force = np.array([step.stage.pressure[0] for step in steps])
@@ -47,7 +47,7 @@ def test_free_period_sdnd122() -> None:
     )
     assert 1.0 / period == pytest.approx(0.646631041, abs=1e-9)
     system = stopped_oscillator(1.0, k, gap)
-    law = KelvinVoigt(stop)
+    law = kelvin_voigt(stop)
     steps = steps_of(system, law, SCHEMES["discrete-gradient"], start(system, u=-free_amplitude), period / 20000, 20000)
     end = steps[-1].new
     assert end.u[0, 0] == pytest.approx(-free_amplitude, rel=1e-6)
@@ -58,7 +58,7 @@ def test_free_period_sdnd122() -> None:
 def test_forced_stop_converges_to_the_piecewise_solution(name: str) -> None:
     """X'' + 0.02 x' + x + 100 <x - 0.5> = 0.5 cos 0.7 t from rest, 18 events up to t = 40, order 2 in time."""
     system = stopped_oscillator(1.0, 1.0, 0.5, 0.01, lambda t: 0.5 * np.cos(0.7 * t))
-    law = KelvinVoigt(100.0)
+    law = kelvin_voigt(100.0)
     errors = []
     for count in (8000, 16000):
         end = steps_of(system, law, SCHEMES[name], start(system), 40.0 / count, count)[-1].new
@@ -77,7 +77,7 @@ def test_restitution_of_kelvin_voigt(zeta: float, adhesive: bool, name: str) -> 
     expected = exp(-(zeta / s) * (pi if adhesive else pi - 2.0 * asin(zeta)))
     duration = pi / (sqrt(stiffness) * s)
     count = 4000
-    law = KelvinVoigt(stiffness, 2.0 * zeta * sqrt(stiffness), adhesive, touch_depth=1e-9)
+    law = kelvin_voigt(stiffness, 2.0 * zeta * sqrt(stiffness), adhesive, touch_depth=1e-9)
     system = stopped_oscillator()
     steps = steps_of(system, law, SCHEMES[name], start(system, u=-1e-6, v=speed), duration / count, int(1.6 * count))
     assert -steps[-1].new.v[0, 0] / speed == pytest.approx(expected, abs=3e-3)
@@ -87,7 +87,7 @@ def test_restitution_of_kelvin_voigt(zeta: float, adhesive: bool, name: str) -> 
 def test_ledger_balances_and_knows_who_lost_energy(scheme: str) -> None:
     """Every scheme's residual is round-off; only the discrete gradient's algorithmic loss is round-off too."""
     system = stopped_oscillator(1.0, 1.0, 0.5, 0.02, lambda t: np.sin(t))
-    law = KelvinVoigt(1.0e4, 5.0)
+    law = kelvin_voigt(1.0e4, 5.0)
     state = start(system)
     ledger = ledger_of(system, law, state, steps_of(system, law, SCHEMES[scheme], state, 5e-3, 8000))
     assert abs(ledger.residual) < 1e-9 * ledger.exchanged
@@ -103,7 +103,7 @@ def test_discrete_gradient_conserves_energy_at_any_step() -> None:
     """An undamped mass bouncing off a wall under a spring keeps its energy for steps from tiny to absurd."""
     for dt in (1e-4, 1e-2, 1.0):
         system = stopped_oscillator(1.0, 1.0, 0.1)
-        law = KelvinVoigt(1.0e6)
+        law = kelvin_voigt(1.0e6)
         state = start(system, v=1.0)
         ledger = ledger_of(system, law, state, steps_of(system, law, SCHEMES["discrete-gradient"], state, dt, 3000))
         assert ledger.total == pytest.approx(0.5, rel=1e-10)
@@ -113,7 +113,7 @@ def test_discrete_gradient_conserves_energy_at_any_step() -> None:
 def test_laws_do_not_decrease_with_penetration(seed: int) -> None:
     """The step has one solution because every clipped law is non-decreasing; slopes match differences."""
     rng = np.random.default_rng(seed)
-    law = KelvinVoigt(1.0e3, 4.0, touch_depth=1e-3)
+    law = kelvin_voigt(1.0e3, 4.0, touch_depth=1e-3)
     old = rng.normal(size=40) * 1e-2
     new = np.sort(rng.normal(size=(400, 40)) * 2e-2, axis=0)
     for evaluate in (

@@ -25,7 +25,8 @@ from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.moreau_jean import MoreauJean
 from solver.integrators.schemes import Integrator
-from solver.system import ContactOperator, Interface, SemiDiscreteSystem, State, imaged
+from solver.operators import Interface
+from solver.system import ContactOperator, SemiDiscreteSystem, State, imaged
 
 RIGID = 1.0e8  # gamma0 of exact contact
 DISCRETE_GRADIENT, IMPLICIT = Midpoint(), Midpoint(implicit=True)

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from solver.condensation import CondensedOperator
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import kelvin_voigt
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.system import imaged
 from tests.toys import SCHEMES, start, steps_of, stopped_oscillator
@@ -43,7 +43,7 @@ def test_order_two_on_a_forced_damped_oscillator(name: str) -> None:
     exact = np.array(closed_form(end, zeta, omega))
     errors = []
     for count in (100, 200, 400, 800, 1600, 3200):
-        last = steps_of(system, KelvinVoigt(1.0), SCHEMES[name], start(system, 0.3, -0.2), end / count, count)[-1]
+        last = steps_of(system, kelvin_voigt(1.0), SCHEMES[name], start(system, 0.3, -0.2), end / count, count)[-1]
         errors.append(np.linalg.norm([last.new.u[0, 0] - exact[0], last.new.v[0, 0] - exact[1]]))
     orders = np.log2(np.array(errors[:-1]) / np.array(errors[1:]))
     assert orders[1:] == pytest.approx(2.0, abs=0.1)
@@ -60,7 +60,7 @@ def test_generalized_alpha_has_its_spectral_radius(rho: float) -> None:
     for unit in np.eye(3):
         u, v, a = unit / np.array([1.0, dt, dt * dt])
         state = replace(start(system, u, v), a=imaged(system.operators, np.array([a])))
-        new = scheme.advance(system, condensed, KelvinVoigt(1.0), state, dt).new
+        new = scheme.advance(system, condensed, kelvin_voigt(1.0), state, dt).new
         assert new.a is not None
         columns.append([new.u[0, 0], new.v[0, 0] * dt, new.a[0, 0] * dt * dt])
     radius = np.max(np.abs(np.linalg.eigvals(np.array(columns).T)))

@@ -9,14 +9,15 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from solver.analyses.transient import EffectiveOperators, March, march
-from solver.contact.kelvin_voigt import KelvinVoigt
+from solver.contact.law import ContactLaw
 from solver.dense import DenseOperators
 from solver.energy import Ledger, enter_step, open_ledger, restate
 from solver.integrators.central_difference import CentralDifference
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.schemes import Integrator
-from solver.system import ContactOperator, Interface, Load, SemiDiscreteSystem, State, Step, imaged
+from solver.operators import Interface
+from solver.system import ContactOperator, Load, SemiDiscreteSystem, State, Step, imaged
 
 SCHEMES: dict[str, Integrator] = {
     "discrete-gradient": Midpoint(),
@@ -62,14 +63,14 @@ def start(system: SemiDiscreteSystem, u: float = 0.0, v: float = 0.0) -> State:
 
 
 def steps_of(
-    system: SemiDiscreteSystem, law: KelvinVoigt, scheme: Integrator, state: State, dt: float, steps: int
+    system: SemiDiscreteSystem, law: ContactLaw, scheme: Integrator, state: State, dt: float, steps: int
 ) -> list[Step]:
     """March and keep every step."""
     plan = March(system, law, scheme, EffectiveOperators(system, scheme), dt, steps)
     return list(march(plan, state))
 
 
-def ledger_of(system: SemiDiscreteSystem, law: KelvinVoigt, state: State, steps: list[Step]) -> Ledger:
+def ledger_of(system: SemiDiscreteSystem, law: ContactLaw, state: State, steps: list[Step]) -> Ledger:
     """The ledger at the end of a march."""
     ledger = open_ledger(system, law, state)
     for step in steps:

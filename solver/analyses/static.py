@@ -26,7 +26,8 @@ from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.contact.solve import solve_contact
 from solver.errors import NotConverged
-from solver.system import STIFFNESS, VALUE, Array, Imaged, SemiDiscreteSystem, State, imaged
+from solver.operators import Array
+from solver.system import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, imaged
 
 MAX_ITERATIONS = 400
 TOLERANCE = 1.0e-12  # of the energy norm

@@ -1,12 +1,17 @@
-"""The march in time: a generator of accepted steps, halved where the contact solve does not converge."""
+"""The march in time: a generator of accepted steps.
+
+A step is halved where the contact solve does not converge and, in adaptive marches, where the contact is not resolved.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from math import log2
 
 import numpy as np
 
+from solver.analyses.resolution import Resolution
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.errors import NotConverged
@@ -32,7 +37,19 @@ class EffectiveOperators:
 
 @dataclass(frozen=True)
 class March:
-    """Everything that a march needs but its start."""
+    """Everything that a march needs but its start.
+
+    Attributes:
+        system: The system.
+        law: The contact law.
+        scheme: The time scheme.
+        operators: Its effective operators.
+        dt: Whole step, s.
+        steps: Number of whole steps.
+        max_halvings: How often a step is halved that does not converge, and how often one that does not resolve.
+        max_iterations: Limit of one contact solve.
+        resolution: What steps must resolve, or None.
+    """
 
     system: SemiDiscreteSystem
     law: ContactLaw
@@ -42,13 +59,16 @@ class March:
     steps: int
     max_halvings: int = 6
     max_iterations: int = 60
+    resolution: Resolution | None = None
 
 
 def march(plan: March, start: State) -> Iterator[Step]:
     """Yield the accepted steps from a start.
 
-    A step whose contact solve does not converge is halved, up to `max_halvings` times; the halves are yielded
-    as they are accepted, and `Step.completes` is true where a whole step ends.
+    A step whose contact solve does not converge is halved, up to `max_halvings` times; so is, as often, one that does
+    not resolve what `resolution` asks for, which then goes on with the smallest step and is marked. The halves are
+    yielded as they are accepted, and `Step.completes` is true where a whole step ends. What was tried and halved
+    leaves nothing behind but its count.
 
     Raises:
         NotConverged: A step did not converge at the smallest size; says when, where and what to try.
@@ -56,31 +76,51 @@ def march(plan: March, start: State) -> Iterator[Step]:
     Collective.
     """
     state = with_acceleration(plan, start) if plan.scheme.carries_acceleration else start
-    state = with_touch_speed(plan, state)
+    state = _accepted(plan, state)
     first = round(state.time / plan.dt)
+    since = 0  # steps, halved ones included, since the images were formed anew
     for number in range(first, first + plan.steps):
-        for step in _whole_step(plan, state, plan.dt, 0):
+        for step in _whole_step(plan, state, plan.dt):
+            since += 1
             if step.completes:
                 new = replace(step.new, time=(number + 1) * plan.dt)
-                due = (number + 1) % REFRESH_INTERVAL == 0 or number + 1 == first + plan.steps
+                ends = number + 1 == first + plan.steps
+                due = (number + 1) % REFRESH_INTERVAL == 0 or since >= REFRESH_INTERVAL or ends
                 step = replace(step, new=new, refreshed=refreshed(plan.system, new) if due else None)
+                since = 0 if due else since
             yield step
             state = step.refreshed or step.new
 
 
-def _whole_step(plan: March, state: State, dt: float, level: int) -> Iterator[Step]:
+def _whole_step(plan: March, state: State, dt: float, failures: int = 0, refinements: int = 0) -> Iterator[Step]:
+    """Yield a step or its parts; `failures` and `refinements` count how often it was halved already, and why."""
+    failed = False
     try:
         step = plan.scheme.advance(plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations)
     except NotConverged as failure:
-        if level >= plan.max_halvings:
+        if failures >= plan.max_halvings:
             raise _final(plan, failure, state.time, dt) from failure
+        failed = True
     else:
-        yield replace(step, new=with_touch_speed(plan, step.new, state))
-        return
+        asked = plan.resolution is not None and plan.resolution.asks_for_half(plan.system, plan.law, step)
+        if not asked or refinements >= plan.max_halvings:
+            yield replace(step, new=_accepted(plan, step.new, state), unresolved=asked)
+            return
+    counts = (failures + failed, refinements + (not failed))
+    first = True
     for half in (0, 1):
-        for step in _whole_step(plan, state, 0.5 * dt, level + 1):
+        for step in _whole_step(plan, state, 0.5 * dt, *counts):
+            if first:
+                step = replace(step, failures=step.failures + failed, refinements=step.refinements + (not failed))
+            first = False
             yield replace(step, completes=step.completes and half == 1)
             state = step.new
+
+
+def _accepted(plan: March, state: State, before: State | None = None) -> State:
+    """Return a state with what contact remembers of accepted steps only. Collective."""
+    state = with_touch_speed(plan, state, before)
+    return state if plan.resolution is None else plan.resolution.watched(plan.system, plan.law, state, before)
 
 
 def _final(plan: March, failure: NotConverged, time: float, dt: float) -> NotConverged:
@@ -91,7 +131,7 @@ def _final(plan: March, failure: NotConverged, time: float, dt: float) -> NotCon
         place = ", ".join(f"{x:.4g}" for x in contact.positions[failure.worst_point])
         where = f" at the {face}, point ({place}) m"
     return NotConverged(
-        f"at t = {time:.6g} s with a step of {dt:.3g} s (halved {plan.max_halvings} times){where}: {failure}. "
+        f"at t = {time:.6g} s with a step of {dt:.3g} s (halved {round(log2(plan.dt / dt))} times){where}: {failure}. "
         "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping",
         failure.residuals,
         failure.worst_point,

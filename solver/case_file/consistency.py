@@ -6,12 +6,9 @@ import inspect
 from collections.abc import Callable, Iterator, Mapping
 
 from solver.case import (
-    BaseMotion,
     Case,
     Damping,
     Gates,
-    HarmonicForce,
-    Output,
 )
 from solver.case_file.contact_fits import (
     contact_carries_the_beam,
@@ -34,7 +31,6 @@ from solver.case_file.geometry import (
 )
 from solver.case_file.keys import numbered
 from solver.case_file.places import (
-    Loads,
     directions_point_somewhere,
     load_names_differ,
     loads_have_a_node,
@@ -52,11 +48,13 @@ from solver.case_file.resultants import (
     points_lie_on_the_faces,
     points_need_a_penalty,
 )
-from solver.case_tables.time import Time
-
-MOST_STEPS = 1e9
-MULTIPLE_TOLERANCE = 1e-6
-"""How far an interval may be from a whole number of steps, in steps."""
+from solver.case_file.timing import (
+    adaptive_steps_resolve_a_contact,
+    interest_covers_the_forcing,
+    outputs_fall_on_steps,
+    run_has_steps,
+    step_follows_the_forcing,
+)
 
 
 def contradictions(tables: Mapping[str, object]) -> list[Fault]:
@@ -130,55 +128,6 @@ def damping_is_positive(damping: Damping) -> Iterator[Fault]:
         )
 
 
-def run_has_steps(time: Time) -> Iterator[Fault]:
-    """A run has at least one step, and not more than can ever be marched."""
-    steps = time.end / time.step
-    if steps < 1 - MULTIPLE_TOLERANCE:
-        yield Fault(
-            ("time", "step"),
-            f"{time.step:g} s, longer than the whole run",
-            f"at most end, {time.end:g} s, and much less to be of use",
-            "are step and end swapped, or in ms?",
-            (("time", "end"),),
-        )
-    elif steps > MOST_STEPS:
-        yield Fault(
-            ("time", "step"),
-            f"{time.step:g} s, which makes {steps:.3g} steps until {time.end:g} s",
-            f"at most {MOST_STEPS:g} steps",
-            f"a step of {time.end / 1e5:g} s makes 100000 steps",
-            (("time", "end"),),
-        )
-
-
-def step_follows_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
-    """The step is far shorter than the period of every load."""
-    for number, entry in load.items():
-        if isinstance(entry, HarmonicForce | BaseMotion) and time.step >= 0.5 / entry.frequency:
-            yield Fault(
-                ("time", "step"),
-                f"{time.step:g} s, with a load of {entry.frequency:g} Hz",
-                f"far less than half its period of {1 / entry.frequency:g} s; 50 steps per period are good",
-                f"step = {0.02 / entry.frequency:.3g}",
-                (("load", number, "frequency"),),
-            )
-
-
-def outputs_fall_on_steps(time: Time, output: Output) -> Iterator[Fault]:
-    """Output intervals are whole numbers of steps."""
-    for name in ("history_interval", "fields_interval"):
-        interval = getattr(output, name)
-        if interval is None:
-            continue
-        ratio = interval / time.step
-        steps = max(1, round(ratio)) if ratio < 1e15 else 1
-        key, related = ("output", name), (("time", "step"),)
-        if abs(ratio - steps) > MULTIPLE_TOLERANCE:
-            few = f"{ratio:.6g} steps of {time.step:g} s"
-            nearest = f"{name} = {float(f'{steps * time.step:.12g}')!r}"
-            yield Fault(key, f"{interval:g} s, {few}", "a whole number of steps, at least 1", nearest, related)
-
-
 def gates_are_in_order(gates: Gates) -> Iterator[Fault]:
     """What one impact may do does not end the run at once."""
     if gates.total_growth < gates.impact_growth:
@@ -209,11 +158,13 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     points_keep_apart,
     run_has_steps,
     step_follows_the_forcing,
+    interest_covers_the_forcing,
     outputs_fall_on_steps,
     contact_is_shallow,
     law_fits_the_formulation,
     restitution_is_the_only_damping,
     impulses_are_unilateral,
+    adaptive_steps_resolve_a_contact,
     scheme_fits_the_formulation,
     explicit_scheme_fits_the_contact,
     impulses_need_mass,

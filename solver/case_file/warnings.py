@@ -8,10 +8,11 @@ from collections.abc import Callable, Iterator, Sequence
 import numpy as np
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce, Restraint
-from solver.case_file.consistency import MULTIPLE_TOLERANCE
+from solver.case_file.timing import MULTIPLE_TOLERANCE
 from solver.case_tables.contact import Contact
-from solver.case_tables.time import GeneralizedAlpha, HHTAlpha, Newmark
+from solver.case_tables.time import GeneralizedAlpha, Newmark
 from solver.defaults import contact_patch, overhang_frequency
+from solver.integrators.created_energy import creates_energy
 
 USUAL = (
     ("beam", "length", 1e-3, 100.0, "m, not mm"),
@@ -99,8 +100,12 @@ def start(case: Case) -> Iterator[str]:
 def steps(case: Case) -> Iterator[str]:
     """Yield steps that are coarse for the forcing or for bending, that are many, or that miss the end."""
     time = case.time
+    if time.step == "auto":
+        return
     periods = {f"load {load.name}": 1 / load.frequency for load in case.load if not isinstance(load, Gravity)}
     periods["first bending mode"] = 1 / overhang_frequency(case)
+    if time.frequency:
+        periods["time.frequency"] = 1 / time.frequency
     for name, period in periods.items():
         if time.step > period / 20:
             count = period / time.step
@@ -114,16 +119,13 @@ def steps(case: Case) -> Iterator[str]:
 
 def scheme(case: Case) -> Iterator[str]:
     """Yield schemes that create energy at impacts or are stable only with tiny steps."""
-    match case.time.scheme:
-        case Newmark(beta=beta, gamma=gamma):
-            if 2 * beta < gamma:
-                yield f"[time.scheme] beta = {beta:g} < gamma/2 is unstable unless the step is tiny"
-            elif gamma == 0.5:
-                yield "[time.scheme] newmark creates energy at impacts; discrete-gradient conserves it"
-        case HHTAlpha():
-            yield "[time.scheme] hht-alpha creates energy at impacts; discrete-gradient conserves it"
-        case GeneralizedAlpha(rho_inf=rho) if rho > 0.5:
-            yield f"[time.scheme] rho_inf = {rho:g} creates energy at impacts; 0.5 or less hardly does"
+    chosen = case.time.scheme
+    if isinstance(chosen, Newmark) and 2 * chosen.beta < chosen.gamma:
+        yield f"[time.scheme] beta = {chosen.beta:g} < gamma/2 is unstable unless the step is tiny"
+    elif isinstance(chosen, GeneralizedAlpha) and creates_energy(chosen):
+        yield f"[time.scheme] rho_inf = {chosen.rho_inf:g} creates energy at impacts; 0.5 or less hardly does"
+    elif creates_energy(chosen):
+        yield f"[time.scheme] {chosen.type} creates energy at impacts; discrete-gradient conserves it"
 
 
 def contact(case: Case) -> Iterator[str]:
@@ -185,9 +187,10 @@ def output(case: Case) -> Iterator[str]:
         interval = getattr(case.output, name)
         if interval is not None and interval > case.time.end * (1 + MULTIPLE_TOLERANCE):
             yield f"[output] {name} = {interval:g} is longer than the run: only its start and end are written"
-    interval = case.output.history_interval or case.time.step
+    step = 0.0 if case.time.step == "auto" else case.time.step
+    interval = case.output.history_interval or step
     for load in case.load:
-        if isinstance(load, HarmonicForce | BaseMotion) and interval > 0.1 / load.frequency >= case.time.step:
+        if isinstance(load, HarmonicForce | BaseMotion) and interval > 0.1 / load.frequency >= step:
             yield (
                 f"[output] history_interval = {interval:g} keeps {1 / load.frequency / interval:.3g} records "
                 f"in a period of the load {load.name}; its waveform is lost"

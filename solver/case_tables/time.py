@@ -6,7 +6,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from solver.case_tables.values import Number, Positive, Table, Whole, named
+from solver.case_tables.values import Number, Positive, Switch, Table, Whole, named
 
 
 class DiscreteGradient(Table):
@@ -73,12 +73,28 @@ class Time(Table):
     """Span, step and scheme."""
 
     end: Positive = Field(description="end of the run, s", examples=[0.6])
-    step: Positive = Field(description="time step, s", examples=[1.0e-4])
+    step: Literal["auto"] | Positive = Field(
+        description="time step, s; auto: from the highest frequency of interest and the contact", examples=[1.0e-4]
+    )
+    frequency: Positive | None = Field(
+        default=None,
+        description="highest frequency of interest, Hz; default the larger of 5 times the highest forcing frequency "
+        "and the second bending frequency of the overhang",
+    )
     scheme: Annotated[Scheme, BeforeValidator(named)] = Field(
         default=DiscreteGradient(),
         description="time integration: a name, or a table with the type and its keys",
     )
-    max_halvings: Whole = Field(default=6, ge=0, le=20, description="how often a step that does not converge is halved")
+    adaptive: Switch = Field(
+        default=False,
+        description="halve steps in which a face opens or closes, or the scheme changes the energy",
+    )
+    max_halvings: Whole = Field(
+        default=6,
+        ge=0,
+        le=20,
+        description="how often a step that does not converge is halved, and how often an adaptive one",
+    )
     max_iterations: Whole = Field(
         default=60, ge=1, le=1000, description="largest number of iterations of one contact solve"
     )

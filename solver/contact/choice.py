@@ -15,7 +15,7 @@ from solver.contact.dampers import ConstantDamper, HuntCrossleyDamper, SmoothSte
 from solver.contact.law import ContactLaw
 from solver.contact.restitution import hunt_crossley_product, lankarani_nikravesh_product
 from solver.contact.springs import Spring
-from solver.system import Array
+from solver.operators import Array
 
 
 def make_law(

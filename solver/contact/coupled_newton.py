@@ -24,7 +24,7 @@ from solver.condensation import CondensedOperator
 from solver.contact.law import StagePressure
 from solver.contact.sliding import Sliding
 from solver.contact.slip_solve import NEGLIGIBLE, law_compliance
-from solver.system import Array
+from solver.operators import Array
 
 ENOUGH = 1.0e-12  # of the largest pressure and friction force
 ROUND_OFF = 1.0e-15  # of the free penetration and slip, which stiff laws turn into forces

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.contact.springs import Spring
-from solver.system import Array
+from solver.operators import Array
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.system import Array
+from solver.operators import Array
 
 NOTHING = 1.0e-250  # N or Pa; below it numbers lose their digits
 

@@ -26,7 +26,7 @@ from solver.contact.sliding import Sliding
 from solver.contact.slip_solve import solve_slip
 from solver.contact.solve import ContactSolution, solve_contact
 from solver.errors import NotConverged
-from solver.system import Array
+from solver.operators import Array
 
 RELATIVE_TOLERANCE = 1.0e-11  # of the largest friction force
 SETTLED = 1.0e-8  # of it, when round-off keeps the turns from getting closer

@@ -19,7 +19,7 @@ import numpy as np
 from solver.contact.dampers import ConstantDamper, Damper, HuntCrossleyDamper
 from solver.contact.friction import CoulombFriction
 from solver.contact.springs import Spring
-from solver.system import Array
+from solver.operators import Array
 
 UNDAMPED = ConstantDamper()
 SLOWEST_TOUCH = 1.0e-4  # m/s; slower touches are damped as if they came with this speed

@@ -8,7 +8,8 @@ import numpy as np
 
 from solver.contact.friction import CoulombFriction
 from solver.contact.law import ContactLaw
-from solver.system import Array, ContactOperator, State
+from solver.operators import Array
+from solver.system import ContactOperator, State
 
 
 @dataclass(frozen=True)

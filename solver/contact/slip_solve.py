@@ -24,7 +24,7 @@ from scipy.linalg import cho_factor, cho_solve
 
 from solver.contact.friction import CoulombFriction
 from solver.errors import NotConverged
-from solver.system import Array
+from solver.operators import Array
 
 RELATIVE_TOLERANCE = 1.0e-12  # of the largest limit
 ROUND_OFF = 1.0e-14  # of what cancels in v_free + S h

@@ -25,7 +25,7 @@ from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve
 from solver.condensation import CondensedOperator
 from solver.contact.law import StagePressure
 from solver.errors import NotConverged
-from solver.system import Array
+from solver.operators import Array
 
 RELATIVE_TOLERANCE = 1.0e-11
 NOTHING = 1.0e-290  # Pa; below it numbers lose their digits

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.system import Array
+from solver.operators import Array
 
 FAR_APART = 1.0e-3  # of the depth: beyond it the difference quotient of the potential is exact enough
 _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)

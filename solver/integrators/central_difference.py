@@ -23,7 +23,8 @@ import numpy as np
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.solve import solve_contact
-from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, Stage, State, Step, imaged
+from solver.operators import Array
+from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step, imaged
 
 
 @dataclass(frozen=True)

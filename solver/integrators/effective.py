@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 
 from solver.condensation import CondensedOperator
-from solver.system import Array, Imaged, SemiDiscreteSystem
+from solver.operators import Array
+from solver.system import Imaged, SemiDiscreteSystem
 
 
 def image_of_solution(

@@ -23,7 +23,8 @@ from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
 from solver.integrators.effective import image_of_solution
-from solver.system import MASS, STIFFNESS, Array, SemiDiscreteSystem, Stage, State, Step
+from solver.operators import Array
+from solver.system import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
 
 PressureOverStep = Callable[[Array, Array, float], StagePressure]
 

@@ -26,7 +26,8 @@ from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
 from solver.integrators.effective import image_of_solution
-from solver.system import MASS, STIFFNESS, VALUE, Array, SemiDiscreteSystem, Stage, State, Step
+from solver.operators import Array
+from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
 RIGID = 1.0e-10  # compliance of the rate constraint relative to that of the contact points
 

@@ -14,8 +14,9 @@ import numpy as np
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce
 from solver.loads.harmonic import Harmonic
+from solver.operators import Array, Operators
 from solver.points import point_row
-from solver.system import Array, Load, Operators
+from solver.system import Load
 
 DERIVATIVES = {"acceleration": 0, "velocity": 1, "displacement": 2}
 

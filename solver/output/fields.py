@@ -17,8 +17,9 @@ from dolfinx import fem
 
 from solver.face_points import FacePoints, at_nodes, face_points, gather_points
 from solver.model import Model
+from solver.operators import Array
 from solver.output.records import FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
-from solver.system import VALUE, Array, State
+from solver.system import VALUE, State
 
 XDMF_CELLS = {
     "triangle": "Triangle",

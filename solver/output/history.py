@@ -7,8 +7,8 @@ from pathlib import Path
 import h5py
 import numpy as np
 
+from solver.operators import Array
 from solver.output.records import FORMAT_VERSION, HISTORY
-from solver.system import Array
 
 BLOCK = 256  # records kept in memory between writes
 

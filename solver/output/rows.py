@@ -8,8 +8,9 @@ import numpy as np
 
 from solver.energy import Ledger, restraint_energy
 from solver.model import Model
+from solver.operators import Array
 from solver.output.records import COMPONENTS, TANGENTS
-from solver.system import VALUE, Array, Load, State, Step
+from solver.system import VALUE, Load, State, Step
 
 Row = dict[str, "Array | float"]
 

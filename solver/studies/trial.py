@@ -10,12 +10,13 @@ import numpy as np
 from mpi4py import MPI
 
 from solver.analyses.static import find_seat
-from solver.analyses.transient import EffectiveOperators, March, march
+from solver.analyses.transient import march
 from solver.case import Case
 from solver.energy import enter_step, open_ledger, restate
 from solver.errors import EnergyCreated, NotConverged, NotFinite, RunError, UserError
 from solver.gates import EnergyGates
 from solver.integrators.schemes import make_integrator
+from solver.march_of_model import march_of_model
 from solver.model import build_model
 from solver.output.rows import Recorder
 from solver.verdict import judge
@@ -80,16 +81,7 @@ def _march(case: Case, trial: Trial) -> None:
     model = build_model(case, MPI.COMM_SELF)
     system, law, scheme = model.system, model.law, make_integrator(case.time.scheme)
     seat = find_seat(system, law, model.seat_springs, scheme.carries_acceleration)
-    plan = March(
-        system,
-        law,
-        scheme,
-        EffectiveOperators(system, scheme),
-        case.time.step,
-        round(case.time.end / case.time.step),
-        case.time.max_halvings,
-        case.time.max_iterations,
-    )
+    plan = march_of_model(model, scheme)
     ledger, gates = open_ledger(system, law, seat.state), EnergyGates(case.gates, system.contact)
     recorder = Recorder(model)
     iterations: list[int] = []

@@ -1,0 +1,94 @@
+"""Contradictions in time: step, span, forcing and records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from solver.case import BaseMotion, HarmonicForce, Output
+from solver.case_file.faults import Fault
+from solver.case_file.places import Loads
+from solver.case_tables.time import MoreauJean, Time
+
+MOST_STEPS = 1e9
+MULTIPLE_TOLERANCE = 1e-6
+"""How far an interval may be from a whole number of steps, in steps."""
+
+
+def run_has_steps(time: Time) -> Iterator[Fault]:
+    """A run has at least one step, and not more than can ever be marched."""
+    if time.step == "auto":
+        return
+    steps = time.end / time.step
+    if steps < 1 - MULTIPLE_TOLERANCE:
+        yield Fault(
+            ("time", "step"),
+            f"{time.step:g} s, longer than the whole run",
+            f"at most end, {time.end:g} s, and much less to be of use",
+            "are step and end swapped, or in ms?",
+            (("time", "end"),),
+        )
+    elif steps > MOST_STEPS:
+        yield Fault(
+            ("time", "step"),
+            f"{time.step:g} s, which makes {steps:.3g} steps until {time.end:g} s",
+            f"at most {MOST_STEPS:g} steps",
+            f"a step of {time.end / 1e5:g} s makes 100000 steps",
+            (("time", "end"),),
+        )
+
+
+def step_follows_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
+    """The step is far shorter than the period of every load."""
+    if time.step == "auto":
+        return
+    for number, entry in load.items():
+        if isinstance(entry, HarmonicForce | BaseMotion) and time.step >= 0.5 / entry.frequency:
+            yield Fault(
+                ("time", "step"),
+                f"{time.step:g} s, with a load of {entry.frequency:g} Hz",
+                f"far less than half its period of {1 / entry.frequency:g} s; 50 steps per period are good",
+                f"step = {0.02 / entry.frequency:.3g}",
+                (("load", number, "frequency"),),
+            )
+
+
+def interest_covers_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
+    """The highest frequency of interest is not below that of a load."""
+    for number, entry in load.items():
+        if time.frequency and isinstance(entry, HarmonicForce | BaseMotion) and entry.frequency > time.frequency:
+            yield Fault(
+                ("time", "frequency"),
+                f"{time.frequency:g} Hz, with a load of {entry.frequency:g} Hz",
+                "at least the frequency of every load",
+                f"frequency = {5 * entry.frequency:g}, or leave it out",
+                (("load", number, "frequency"),),
+            )
+
+
+def outputs_fall_on_steps(time: Time, output: Output) -> Iterator[Fault]:
+    """Output intervals are whole numbers of steps."""
+    if time.step == "auto":
+        return
+    for name in ("history_interval", "fields_interval"):
+        interval = getattr(output, name)
+        if interval is None:
+            continue
+        ratio = interval / time.step
+        steps = max(1, round(ratio)) if ratio < 1e15 else 1
+        key, related = ("output", name), (("time", "step"),)
+        if abs(ratio - steps) > MULTIPLE_TOLERANCE:
+            few = f"{ratio:.6g} steps of {time.step:g} s"
+            nearest = f"{name} = {float(f'{steps * time.step:.12g}')!r}"
+            yield Fault(key, f"{interval:g} s, {few}", "a whole number of steps, at least 1", nearest, related)
+
+
+def adaptive_steps_resolve_a_contact(time: Time) -> Iterator[Fault]:
+    """Adaptive steps resolve how a contact goes on; impulses take no time."""
+    if time.adaptive and isinstance(time.scheme, MoreauJean):
+        yield Fault(
+            ("time", "adaptive"),
+            "true, with the scheme moreau-jean",
+            "false: impulses have no duration that steps could resolve",
+            "adaptive = false, or another scheme",
+            (("time", "scheme"),),
+        )

@@ -1,0 +1,86 @@
+"""M and K of a model, their factors, and the DOFs that gaps depend on."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+Array = NDArray[np.float64]
+Indices = NDArray[np.integer[Any]]
+
+
+class Factor(Protocol):
+    """A factored effective operator A = c_m M + c_k K."""
+
+    def solve(self, right_side: Array) -> Array:
+        """Return A^-1 b; both arrays hold the owned part (n,). Collective."""
+
+    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+        """Return A^-1 E X for columns X (interface.size, r) on the interface DOFs: (n, r), column-major. Collective."""
+
+
+class Operators(Protocol):
+    """M and K of a model, in whatever form they are kept.
+
+    Attributes:
+        size: Number of DOFs that this rank owns, n.
+        massless: Which of them have no mass, (n,): rows and columns of M that are zero.
+    """
+
+    size: int
+    massless: NDArray[np.bool_]
+
+    def apply_mass(self, x: Array) -> Array:
+        """Return M x (n,). Collective."""
+
+    def apply_stiffness(self, x: Array) -> Array:
+        """Return K x (n,). Collective."""
+
+    def stiffness_round_off(self, x: Array) -> Array:
+        """Return about how far the entries of K x are off by round-off, (n,): eps diag(K) |x|."""
+
+    def apply_restraint(self, x: Array) -> Array:
+        """Return the part of K x that the weak restraint adds (n,). Collective."""
+
+    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
+        """Factor A = mass M + stiffness K + springs; if stiffness = 0, massless rows are those of K. Collective."""
+
+    def sum(self, local: Array) -> Array:
+        """Sum a small array over all ranks. Collective."""
+
+
+@dataclass(frozen=True)
+class Interface:
+    """The DOFs that gaps depend on, replicated on all ranks.
+
+    Attributes:
+        size: Number of interface DOFs, over all ranks.
+        owned: Position in the owned vector of those that this rank owns.
+        slots: Their numbers 0 ... size-1.
+    """
+
+    size: int
+    owned: Indices
+    slots: Indices
+
+    def trace(self, x: Array, operators: Operators) -> Array:
+        """Return the interface values (size,) of a vector on every rank. Collective."""
+        values = np.zeros(self.size)
+        values[self.slots] = x[self.owned]
+        return operators.sum(values)
+
+    def add(self, x: Array, values: Array) -> None:
+        """Add interface values (size,) to a vector in place; local."""
+        x[self.owned] += values[self.slots]
+
+
+@dataclass(frozen=True)
+class Springs:
+    """A sparse matrix (size, size) on the interface DOFs, N/m, with entries between DOFs of one cell only."""
+
+    interface: Interface
+    matrix: csr_matrix

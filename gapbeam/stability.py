@@ -30,7 +30,7 @@ def stability(
     jobs: Annotated[int | None, typer.Option(min=1, help="processes; by default one a core")] = None,
 ) -> int:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted."""
-    from postprocess.stability_map import draw_stability_map
+    from postprocess.stability_map import QUANTITIES, draw_stability_map
     from solver.studies.grid import read_axis, run_grid, table
 
     grid = [f"contact.stiffness={stiffness}", f"time.step={step}", f"time.scheme={scheme}", *(vary or [])]
@@ -46,7 +46,9 @@ def stability(
     folder.mkdir(parents=True, exist_ok=True)
     write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
     _write_csv(folder / "stability.csv", records)
-    draw_stability_map(records, folder / "stability.png")
+    pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]
+    for picture, quantity in zip(pictures, QUANTITIES.values(), strict=True):
+        draw_stability_map(records, picture, shown=quantity)
     for name in axes[2].values:
         mine = [record for record in records if record["time.scheme"] == name]
         counts = Counter(record["verdict"] for record in mine)
@@ -54,7 +56,7 @@ def stability(
         residuals = [abs(record["residual"]) for record in mine if record["verdict"] == "passed"]
         worst = f"; largest residual of those that passed {max(residuals):.1e}" if residuals else ""
         print(f"{name}: {told}{worst}")
-    print(folder / "stability.png")
+    print(*pictures, sep="\n")
     return 0
 
 

@@ -3,18 +3,46 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.colors import SymLogNorm
+from matplotlib.colors import LogNorm, Normalize, SymLogNorm
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from postprocess.figures.style import journal_style
 
 RESOLVED, MOST = 1e-6, 1e1  # of the energy exchanged
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What a map shows.
+
+    Attributes:
+        key: Name of the figure in a record.
+        label: What the color bar says.
+        norm: Range and scale of the colors.
+        colors: Color map.
+    """
+
+    key: str
+    label: str
+    norm: Normalize
+    colors: str = "viridis"
+
+
+QUANTITIES = {
+    "energy": Quantity(
+        "created", "energy created / exchanged", SymLogNorm(RESOLVED, vmin=-MOST, vmax=MOST, base=10), "RdBu_r"
+    ),
+    "residual": Quantity("residual", "residual of the balance / exchanged", LogNorm(1e-16, 1e-4)),
+    "penetration": Quantity("relative_penetration", "largest penetration / clearance", LogNorm(1e-6, 1e1)),
+    "iterations": Quantity("iterations", "contact iterations of a step, mean", LogNorm(1.0, 64.0)),
+}
 LABELS = {"contact.stiffness": "contact stiffness (Pa/m)", "time.step": "step (s)"}
 MOST_TICKS = 8
 MARKS = {"energy created": "x", "not converged": "s", "not finite": "*", "failed": "d", "refused": "_"}
@@ -26,8 +54,9 @@ def draw_stability_map(
     along: str = "contact.stiffness",
     up: str = "time.step",
     panels: str = "time.scheme",
+    shown: Quantity = QUANTITIES["energy"],
 ) -> Path:
-    """Draw the energy created (red) or lost (blue) by the scheme over two keys, one panel a value of a third.
+    """Draw a quantity, by default the energy created (red) or lost (blue), over two keys, a panel a value of a third.
 
     A mark says how a run ended that did not pass. Where other keys vary too, the worst of their points is drawn.
 
@@ -37,6 +66,7 @@ def draw_stability_map(
         along: Key on the horizontal axis.
         up: Key on the vertical axis.
         panels: Key of the panels.
+        shown: The quantity.
     """
     names = list(dict.fromkeys(str(record[panels]) for record in records))
     columns = min(3, len(names))
@@ -53,9 +83,8 @@ def draw_stability_map(
                 continue
             mine = [record for record in records if str(record[panels]) == names[place]]
             worst = _worst(mine, along, up)
-            values = np.array([[worst[a, b]["created"] if (a, b) in worst else np.nan for a in x] for b in y])
-            norm = SymLogNorm(RESOLVED, vmin=-MOST, vmax=MOST, base=10)
-            mesh = panel.pcolormesh(np.clip(values, -MOST, MOST), norm=norm, cmap="RdBu_r")
+            values = np.array([[_value(worst.get((a, b)), shown) for a in x] for b in y])
+            mesh = panel.pcolormesh(values, norm=shown.norm, cmap=shown.colors)
             used |= _mark(panel, {(x.index(a), y.index(b)): record for (a, b), record in worst.items()})
             panel.set_title(names[place])
             panel.set_xticks(*_ticks(x))
@@ -65,8 +94,9 @@ def draw_stability_map(
         for panel in axes[:, 0]:
             panel.set_ylabel(LABELS.get(up, up))
         if mesh is not None:
-            bar = figure.colorbar(mesh, ax=axes, shrink=0.85, label="energy created / exchanged")
-            bar.set_ticks([-1e1, -1e-1, -1e-3, -1e-5, 0.0, 1e-5, 1e-3, 1e-1, 1e1])
+            bar = figure.colorbar(mesh, ax=axes, shrink=0.85, label=shown.label)
+            if isinstance(shown.norm, SymLogNorm):
+                bar.set_ticks([-1e1, -1e-1, -1e-3, -1e-5, 0.0, 1e-5, 1e-3, 1e-1, 1e1])
         keys = [
             Line2D([], [], marker=mark, color="black", linestyle="", markersize=4, label=verdict)
             for verdict, mark in MARKS.items()
@@ -76,6 +106,17 @@ def draw_stability_map(
             figure.legend(handles=keys, loc="outside lower center", ncols=len(keys), frameon=False)
         figure.savefig(path)
     return path
+
+
+def _value(record: Mapping[str, Any] | None, shown: Quantity) -> float:
+    """Return what is drawn: within the range of the colors, nothing where nothing was run."""
+    if record is None or record["verdict"] == "refused" or record.get(shown.key) is None:
+        return float("nan")
+    value = float(record[shown.key])
+    least, most = shown.norm.vmin, shown.norm.vmax
+    assert least is not None
+    assert most is not None
+    return min(max(abs(value) if isinstance(shown.norm, LogNorm) else value, least), most)
 
 
 def _worst(records: Sequence[Mapping[str, Any]], along: str, up: str) -> dict[tuple[str, str], Mapping[str, Any]]:

@@ -9,7 +9,7 @@ from pathlib import Path
 import pytest
 from PIL import Image
 
-from postprocess.stability_map import draw_stability_map
+from postprocess.stability_map import QUANTITIES, draw_stability_map
 from solver.case_file.faults import CaseError
 from solver.errors import UserError
 from solver.studies.grid import Axis, read_axis, run_grid, table
@@ -88,8 +88,26 @@ def test_the_command_writes_map_and_tables(tmp_path: Path) -> None:
     records = json.loads((tmp_path / "map" / "stability.json").read_text(encoding="utf-8"))
     with (tmp_path / "map" / "stability.csv").open(encoding="utf-8") as file:
         assert len(records) == len(list(csv.DictReader(file))) == 8
-    with Image.open(tmp_path / "map" / "stability.png") as picture:
-        assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
+    for name in ("energy", "residual", "penetration", "iterations"):
+        with Image.open(tmp_path / "map" / f"stability-{name}.png") as picture:
+            assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
+
+
+def test_every_quantity_colors_its_map(tmp_path: Path) -> None:
+    """A figure that differs between two records changes its own map; a refused point stays white."""
+    base = {"contact.stiffness": "1e10", "time.step": "1e-4", "time.scheme": "newmark", "verdict": "passed"}
+    low = base | {"created": 1e-5, "residual": -1e-12, "relative_penetration": 1e-4, "iterations": 1.5}
+    high = base | {"created": 1e-2, "residual": 1e-6, "relative_penetration": 0.5, "iterations": 20.0}
+    for quantity in QUANTITIES.values():
+        pictures = []
+        for number, record in enumerate((low, high, low | {quantity.key: high[quantity.key]}, low)):
+            path = draw_stability_map([record], tmp_path / f"{number}.png", shown=quantity)
+            pictures.append(path.read_bytes())
+        assert pictures[1] == pictures[2] != pictures[0] == pictures[3]
+    refused = draw_stability_map([high | {"verdict": "refused"}], tmp_path / "refused.png")
+    with Image.open(refused) as picture:
+        width, height = picture.size
+        assert picture.convert("RGB").getpixel((width // 3, int(height * 0.35))) == (255, 255, 255)
 
 
 def test_map_shows_the_worst_of_other_keys(tmp_path: Path) -> None:

@@ -38,7 +38,7 @@ class Ledger:
         exchanged: What created energy is measured against: the sum of |work of the loads that are not static|
             over all steps, plus the largest kinetic energy so far.
         contact_gain: What steps took out of contact damping and friction, which only lose energy: created.
-        round_off: What the balance cannot resolve: round-off in u K u, and the tolerance of the contact solve.
+        round_off: What the balance cannot resolve: round-off in u K u and in the contact solve, and its tolerance.
     """
 
     kinetic: float
@@ -132,6 +132,7 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
         largest_kinetic=largest,
         absolute_work=absolute,
         exchanged=absolute + largest,
+        round_off=ledger.round_off + stage.unresolved,
     )
 
 

@@ -218,6 +218,7 @@ class Stage:
         pressure: Contact pressure in the balance, (m,), Pa.
         elastic_pressure: Its part that derives from the contact potential, (m,), Pa.
         traction: Tangential traction of friction in the balance, (m, k), Pa; None: without friction.
+        unresolved: Work of contact forces that round-off in the contact solve hides, J.
     """
 
     load_factors: Array
@@ -226,6 +227,7 @@ class Stage:
     pressure: Array
     elastic_pressure: Array
     traction: Array | None = None
+    unresolved: float = 0.0
 
 
 @dataclass(frozen=True)

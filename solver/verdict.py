@@ -97,6 +97,13 @@ def remarks(model: Model, recorder: Recorder, episodes: Episodes, ledger: Ledger
             f"(largest growth {gates.largest_growth:.2%}, largest loss {gates.largest_loss:.2%}): "
             "try a smaller time.step"
         )
+    driven = ledger.absolute_work > 0.0
+    if driven and ledger.round_off > gates.limits.impact_growth * ledger.exchanged:
+        found.append(
+            f"round-off hides {ledger.round_off:.2g} J from the energy balance, "
+            f"{ledger.round_off / ledger.exchanged:.1%} of the energy exchanged: less could be created unseen; "
+            "try a smaller time.step"
+        )
     if gates.failed(ledger) and model.case.gates.accept_energy_growth:
         found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
     return found

@@ -38,10 +38,16 @@ def order(law: ContactLaw, name: str, gaps: tuple[float, ...] = (0.1,)) -> float
 
 
 @pytest.mark.parametrize("law", [ELASTIC, HUNT_CROSSLEY], ids=["elastic", "hunt-crossley"])
-@pytest.mark.parametrize("name", ["discrete-gradient", "newmark", "generalized-alpha 0.5", "central-difference"])
+@pytest.mark.parametrize("name", ["discrete-gradient", "newmark", "generalized-alpha 0.5"])
 def test_continuous_pressure_keeps_order_two(law: ContactLaw, name: str) -> None:
     """Elastic and Hunt-Crossley contact: 2 within 0.15."""
     assert order(law, name) == pytest.approx(2.0, abs=0.15)
+
+
+def test_explicit_damping_lags_by_half_a_step() -> None:
+    """Central difference: 2 within 0.15 on elastic contact; 1 within 0.25 where the law takes the rate of the step."""
+    assert order(ELASTIC, "central-difference") == pytest.approx(2.0, abs=0.15)
+    assert order(HUNT_CROSSLEY, "central-difference") == pytest.approx(1.0, abs=0.25)
 
 
 def test_discrete_gradient_keeps_order_two_with_a_jump() -> None:

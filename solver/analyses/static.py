@@ -71,12 +71,14 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     point_forces: Array = np.zeros(contact.size)
     updates: list[float] = []
     for iteration in range(1, MAX_ITERATIONS + 1):
-        free = condensed.solve_free(force - u[STIFFNESS])
-        free_depth = depth - contact.gap_matrix @ contact.interface.trace(free, operators)
+        unbalanced = force - u[STIFFNESS]
+        contact.interface.add(unbalanced, contact.resultant(point_forces))
+        free = condensed.solve_free(unbalanced)
+        held_depth = depth - contact.gap_matrix @ contact.interface.trace(free, operators)
         solution = solve_contact(
-            condensed, 1.0, free_depth, contact.weights, law.static, point_forces, augmented=law.augmented
+            condensed, 1.0, held_depth, contact.weights, law.static, point_forces, augmented=law.augmented
         )
-        moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.forces))
+        moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.change))
         moved += u
         point_forces = solution.forces
         depth = contact.depth(contact.interface.trace(u[VALUE], operators))

@@ -63,10 +63,10 @@ def coupled_newton(
     sliding: Sliding,
     condensed: CondensedOperator,
     scale: float,
-    free_depth: Array,
+    held_depth: Array,
     weights: Array,
     law: Callable[[Array], StagePressure],
-    start: Array,
+    held: Array,
 ) -> tuple[Array, Array, int]:
     """Return the forces f (m,) and h (m, k), N, that missed the laws least, and the number of updates.
 
@@ -74,22 +74,22 @@ def coupled_newton(
         sliding: Slip before it is solved, and the h to start from.
         condensed: Holds the operators.
         scale: s > 0; the rest as in `solver.contact.solve.solve_contact`.
-        free_depth: d_free, (m,), m.
+        held_depth: d_held, (m,), m.
         weights: w, (m,), m^2.
         law: P with its slope.
-        start: f to start from, (m,), N.
+        held: f_held, which the penetration and the slip contain, and to start from, (m,), N.
     """
 
     def tried(forces: Array, friction: Array) -> _Trial:
-        opened, moved = condensed.respond_all(forces, friction)
-        stage, slip = law(free_depth - scale * opened), sliding.free_slip + sliding.scale * moved
+        opened, moved = condensed.respond_all(forces - held, friction)
+        stage, slip = law(held_depth - scale * opened), sliding.free_slip + sliding.scale * moved
         limits = sliding.law.limit(forces)
         missed, missed_friction = forces - weights * stage.pressure, friction - sliding.law.traction(forces, slip)
         return _Trial(forces, friction, slip, weights * stage.slope, limits, missed, missed_friction)
 
-    best = last = tried(start, sliding.start)
+    best = last = tried(held, sliding.start)
     updates = 0
-    while updates < MOST_UPDATES and best.missed_share > _resolved(best, sliding, free_depth):
+    while updates < MOST_UPDATES and best.missed_share > _resolved(best, sliding, held_depth):
         try:
             change, change_friction = _update(sliding, condensed, scale, last)
         except np.linalg.LinAlgError:
@@ -103,10 +103,10 @@ def coupled_newton(
     return best.forces, best.friction, updates
 
 
-def _resolved(trial: _Trial, sliding: Sliding, free_depth: Array) -> float:
+def _resolved(trial: _Trial, sliding: Sliding, held_depth: Array) -> float:
     """Return the share that round-off in penetration and slip alone can make."""
     largest = float(np.max(np.abs(trial.forces), initial=0.0))
-    stiffest = float(np.max(trial.stiffness, initial=0.0)) * float(np.max(np.abs(free_depth), initial=0.0))
+    stiffest = float(np.max(trial.stiffness, initial=0.0)) * float(np.max(np.abs(held_depth), initial=0.0))
     fastest = float(np.max(np.abs(sliding.free_slip), initial=0.0)) / sliding.law.slip_velocity
     return max(ENOUGH, ROUND_OFF * max(fastest, stiffest / largest if largest > 0.0 else 0.0))
 

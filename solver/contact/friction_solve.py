@@ -1,7 +1,7 @@
 """Contact with friction in one step: contact and slip in turn, until the friction forces settle.
 
-    d = d_free - s G A^-1 (H^T f + T^T h),    f = w P(d)
-    v = v_free + c T A^-1 (H^T f + T^T h),    h = -mu <f> v / sqrt(|v|^2 + v0^2)
+    d = d_held - s G A^-1 (H^T (f - f_held) + T^T h),    f = w P(d)
+    v = v_held + c T A^-1 (H^T (f - f_held) + T^T h),    h = -mu <f> v / sqrt(|v|^2 + v0^2)
 
 Newton's iteration on both (`solver.contact.coupled_newton`) gives a start. Given h, f then solves a contact problem,
 and given f, h a slip problem; each has a potential and one solution. Mostly one turn h -> f -> h confirms the start.
@@ -38,10 +38,10 @@ def solve_contact_and_friction(
     sliding: Sliding | None,
     condensed: CondensedOperator,
     scale: float,
-    free_depth: Array,
+    held_depth: Array,
     weights: Array,
     law: Callable[[Array], StagePressure],
-    start: Array,
+    held: Array,
     max_iterations: int = 60,
     augmented: float | None = None,
 ) -> ContactSolution:
@@ -51,10 +51,10 @@ def solve_contact_and_friction(
         sliding: Slip before it is solved; None: without friction, this is `solve_contact`.
         condensed: Holds the Delassus operators.
         scale: s > 0, as in `solve_contact`; the other arguments as well.
-        free_depth: d_free, without contact and friction forces, (m,), m.
+        held_depth: d_held, under the contact forces that acted last and without friction, (m,), m.
         weights: w, (m,), m^2.
         law: P with its slope, at m penetrations.
-        start: Point forces to start from, (m,), N.
+        held: f_held, which the penetration and the slip contain, and to start from, (m,), N.
         max_iterations: Limit, of each solution and of the turns.
         augmented: Relative penetration to reach by multipliers, or None.
 
@@ -65,15 +65,17 @@ def solve_contact_and_friction(
         NotConverged: With the history of what a turn still changed, N.
     """
     if sliding is None:
-        return solve_contact(condensed, scale, free_depth, weights, law, start, max_iterations, augmented)
+        return solve_contact(condensed, scale, held_depth, weights, law, held, max_iterations, augmented)
     along_faces = condensed.compliance[len(weights) :, len(weights) :]
-    forces, friction, iterations = coupled_newton(sliding, condensed, scale, free_depth, weights, law, start)
-    mixing, changes, nothing = _Mixing(), list[float](), np.zeros_like(start)
+    forces, friction, iterations = coupled_newton(sliding, condensed, scale, held_depth, weights, law, held)
+    mixing, changes, nothing = _Mixing(), list[float](), np.zeros_like(held)
     for _ in range(max_iterations + 1):
-        shifted = free_depth - scale * condensed.respond_all(nothing, friction)[0]
-        contact = solve_contact(condensed, scale, shifted, weights, law, forces, max_iterations, augmented)
+        shifted = held_depth - scale * condensed.respond_all(nothing, friction)[0]
+        contact = solve_contact(condensed, scale, shifted, weights, law, held, max_iterations, augmented, forces)
         forces, limits = contact.forces, sliding.law.limit(contact.forces)
-        pressed_slip = sliding.free_slip + sliding.scale * condensed.respond_all(forces, np.zeros_like(friction))[1]
+        pressed_slip = (
+            sliding.free_slip + sliding.scale * condensed.respond_all(forces - held, np.zeros_like(friction))[1]
+        )
         turned = solve_slip(sliding.law, limits, pressed_slip, along_faces, sliding.scale, friction, max_iterations)
         iterations += contact.iterations + turned.iterations
         change = turned.friction - friction

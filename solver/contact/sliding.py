@@ -14,7 +14,7 @@ from solver.system import ContactOperator, State
 
 @dataclass(frozen=True)
 class Sliding:
-    """The slip velocity of a step, v = v_free + c T A^-1 (H^T f + T^T h).
+    """The slip velocity of a step, v = v_free + c T A^-1 (H^T (f - f_held) + T^T h).
 
     Attributes:
         law: The law of friction.

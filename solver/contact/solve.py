@@ -2,15 +2,15 @@
 
 Find the point forces f = w p (m,) with
 
-    d = d_free - s D f,    f = w P(d),
+    d = d_held - s D (f - f_held),    f = w P(d),
 
 for a pointwise non-decreasing law P, a symmetric positive semi-definite Delassus operator D and a scale s > 0.
 Linearizing P at d_k, P = P_k + kappa (d - d_k), gives on the points with kappa > 0
 
-    (diag(1 / (w kappa)) + s D) f = d_free - d_k + P_k / kappa,
+    (diag(1 / (w kappa)) + s D) (f - f_held) = d_held - d_k + (P_k - f_held / w) / kappa,
 
 in which the stiffness enters as a compliance: kappa to infinity is harmless. The forces that solve the step
-minimize the convex potential  f^T s D f / 2 + sum w psi(d_free - s D f)  over the line of each update, which is
+minimize the convex potential  f^T s D f / 2 + sum w psi(d)  over the line of each update, which is
 searched exactly by bisection on its derivative; without that the iteration can cycle.
 """
 
@@ -29,7 +29,9 @@ from solver.operators import Array
 
 RELATIVE_TOLERANCE = 1.0e-11
 NOTHING = 1.0e-290  # Pa; below it numbers lose their digits
-ROUND_OFF = 1.0e-12  # of what cancels in d_free - s D f; in Nitsche's method stresses of rigid motions cancel as well
+ROUND_OFF = 1.0e-12  # of what cancels in the penetration; in Nitsche's method stresses of rigid motions cancel as well
+UNRESOLVED = 1.0e-14  # of d_held, as work of the forces
+EPSILON = 1.0e-15  # of the pressure before: what a pressure cannot be resolved to
 SETTLED = 1.0e-7  # of the largest force: what round-off of the penetration leaves of an update
 FULL_STEPS = 3
 FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
@@ -41,13 +43,16 @@ MOST_UPDATES = 100  # of the multipliers
 class ContactSolution:
     """Forces f = w p (m,), N, the penetration (m,), m, the law there, and the number of iterations.
 
-    With friction also its forces h = w t (m, k), N.
+    And the change f - f_held, which has more digits than f; the work, J, that round-off in the penetration hides; with
+    friction also its forces h = w t (m, k), N.
     """
 
     forces: Array
+    change: Array
     depth: Array
     law: StagePressure
     iterations: int
+    unresolved: float = 0.0
     friction: Array | None = None
 
     def traction(self, weights: Array) -> Array | None:
@@ -58,14 +63,18 @@ class ContactSolution:
 def solve_contact(
     condensed: CondensedOperator,
     scale: float,
-    free_depth: Array,
+    held_depth: Array,
     weights: Array,
     law: Callable[[Array], StagePressure],
-    start: Array,
+    held: Array,
     max_iterations: int = 60,
     augmented: float | None = None,
+    start: Array | None = None,
 ) -> ContactSolution:
-    """Solve d = d_free - s D f, f = w P(d), or the same with multipliers: f = w P(d + shift).
+    """Solve d = d_held - s D (f - f_held), f = w P(d), or the same with multipliers: f = w P(d + shift).
+
+    d_held is the penetration under the forces f_held that acted last. Were it that of a free flight, it and D f would
+    be large and cancel: base and gland press against each other on a body that hardly anything else holds.
 
     The shift, a multiplier over the stiffness, grows by the penetration (Uzawa) until that is below `augmented` times
     the penetration without it.
@@ -73,12 +82,13 @@ def solve_contact(
     Args:
         condensed: Holds the Delassus operator D.
         scale: s > 0, what a unit of A^-1 G^T f adds to the penetration.
-        free_depth: d_free, (m,), m.
+        held_depth: d_held, (m,), m.
         weights: w, (m,), m^2.
         law: P with its slope, at m penetrations.
-        start: Point forces to start from, (m,), N.
+        held: f_held, (m,), N.
         max_iterations: Limit, of each solution.
         augmented: Relative penetration to reach by multipliers, or None.
+        start: Point forces to start from, (m,), N; None: f_held.
 
     Returns:
         The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure, or as well as
@@ -87,17 +97,18 @@ def solve_contact(
     Raises:
         NotConverged: With the history of the residual (Pa), after `max_iterations`.
     """
-    solution = _solve_by_softening(condensed, scale, free_depth, weights, law, start, max_iterations)
+    first = held if start is None else start
+    solution = _solve_by_softening(condensed, scale, held_depth, weights, law, held, first, max_iterations)
     if augmented is None:
         return solution
-    shift, allowed = np.zeros_like(free_depth), augmented * _deepest(solution)
+    shift, allowed = np.zeros_like(held_depth), augmented * _deepest(solution)
     for _ in range(MOST_UPDATES):
         if _deepest(solution) <= allowed:
             return solution
         shift = np.maximum(shift + solution.depth, 0.0)
         # solved for d + shift, whose law is the one given
         shifted = _solve_by_softening(
-            condensed, scale, free_depth + shift, weights, law, solution.forces, max_iterations
+            condensed, scale, held_depth + shift, weights, law, held, solution.forces, max_iterations
         )
         iterations = solution.iterations + shifted.iterations
         solution = replace(shifted, depth=shifted.depth - shift, iterations=iterations)
@@ -116,15 +127,16 @@ def _deepest(solution: ContactSolution) -> float:
 def _solve_by_softening(
     condensed: CondensedOperator,
     scale: float,
-    free_depth: Array,
+    held_depth: Array,
     weights: Array,
     law: Callable[[Array], StagePressure],
+    held: Array,
     start: Array,
     max_iterations: int,
 ) -> ContactSolution:
     """Solve, and where that fails solve softer laws first, each from the solution of the softer one."""
     try:
-        return _solve(condensed, scale, free_depth, weights, law, start, max_iterations)
+        return _solve(condensed, scale, held_depth, weights, law, held, start, max_iterations)
     except NotConverged:
         forces, iterations = start, max_iterations
     for share in SOFTENED:
@@ -132,7 +144,7 @@ def _solve_by_softening(
         def softened(depth: Array, share: float = share) -> StagePressure:
             return StagePressure(*(share * value for value in law(depth)))
 
-        solution = _solve(condensed, scale, free_depth, weights, softened, forces, max_iterations)
+        solution = _solve(condensed, scale, held_depth, weights, softened, held, forces, max_iterations)
         forces, iterations = solution.forces, iterations + solution.iterations
     return replace(solution, iterations=iterations)
 
@@ -140,40 +152,43 @@ def _solve_by_softening(
 def _solve(
     condensed: CondensedOperator,
     scale: float,
-    free_depth: Array,
+    held_depth: Array,
     weights: Array,
     law: Callable[[Array], StagePressure],
+    held: Array,
     start: Array,
     max_iterations: int,
 ) -> ContactSolution:
-    forces = start
-    depth = free_depth - scale * condensed.respond(forces) if np.any(forces) else free_depth
-    size = float(np.max(np.abs(free_depth), initial=0.0))
+    change = start - held
+    depth = held_depth - scale * condensed.respond(change) if start is not held else held_depth
+    size = float(np.max(np.abs(held_depth), initial=0.0))
+    least = max(NOTHING, EPSILON * float(np.max(np.abs(held / weights), initial=0.0)))
     residuals: list[float] = []
     for iteration in range(max_iterations + 1):
-        stage = law(depth)
+        stage, forces = law(depth), held + change
         mismatch = forces / weights - stage.pressure
         residual = float(np.max(np.abs(mismatch), initial=0.0))
         if not np.isfinite(residual):
             break
         residuals.append(residual)
-        wanted = max(RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0)), NOTHING)
-        cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(forces)))
+        wanted = max(RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0)), least)
+        cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(change)))
         floor = ROUND_OFF * float(np.max(stage.slope, initial=0.0)) * max(size, cancelled)
         stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
         if residual <= wanted:
-            return ContactSolution(forces, depth, stage, iteration)
-        update = _newton_forces(condensed, scale, free_depth, weights, depth, stage) - forces
+            return _settled(held, change, depth, stage, iteration, size)
+        newton = _newton_change(condensed, scale, held_depth, weights, depth, stage, held)
+        update = newton - change
         # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
         if stalled and residual <= floor and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces)):
-            return ContactSolution(forces, depth, stage, iteration)
-        change = -scale * condensed.respond(update)
+            return _settled(held, change, depth, stage, iteration, size)
+        deeper = -scale * condensed.respond(update)
         length = 1.0
         if iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):
             search = _exact_step if condensed.symmetric else _shorter_step
-            length = search(weights, forces, update, depth, change, law)
-        forces = forces + length * update
-        depth = depth + length * change if length < 1.0 else free_depth - scale * condensed.respond(forces)
+            length = search(weights, forces, update, depth, deeper, law)
+        change = change + length * update if length < 1.0 else newton
+        depth = depth + length * deeper if length < 1.0 else held_depth - scale * condensed.respond(change)
     raise NotConverged(
         f"the contact solve did not converge in {max_iterations} iterations: the law is missed by "
         f"{residuals[-1] if residuals else float('nan'):.3e} Pa",
@@ -182,37 +197,49 @@ def _solve(
     )
 
 
-def _newton_forces(
+def _settled(
+    held: Array, change: Array, depth: Array, stage: StagePressure, iterations: int, size: float
+) -> ContactSolution:
+    """Return the solution, without the round-off that is left of forces where the law knows none."""
+    change = np.where(stage.pressure == 0.0, -held, change)
+    forces = held + change
+    unresolved = UNRESOLVED * size * float(np.sum(np.abs(forces)))
+    return ContactSolution(forces, change, depth, stage, iterations, unresolved)
+
+
+def _newton_change(
     condensed: CondensedOperator,
     scale: float,
-    free_depth: Array,
+    held_depth: Array,
     weights: Array,
     depth: Array,
     stage: StagePressure,
+    held: Array,
 ) -> Array:
-    """Solve the linearized law with the balance on the points whose pressure depends on the penetration."""
+    """Solve the linearized law with the balance for f - f_held; where the law has no slope f is known."""
     active = np.flatnonzero(stage.slope > 0.0)
-    forces = np.asarray(weights * stage.pressure)
+    change = np.asarray(weights * stage.pressure - held)
     if len(active) == 0:
-        return forces
-    fixed = forces.copy()
-    fixed[active] = 0.0
-    target = free_depth[active] - depth[active] + stage.pressure[active] / stage.slope[active]
-    if np.any(fixed):
-        target -= scale * condensed.respond(fixed)[active]
+        return change
+    compliance = 1.0 / (weights[active] * stage.slope[active])
+    missing = compliance * change[active]
+    change[active] = 0.0
+    target = held_depth[active] - depth[active] + missing
+    if np.any(change):
+        target -= scale * condensed.respond(change)[active]
     matrix = scale * condensed.delassus[np.ix_(active, active)]
-    matrix[np.diag_indices_from(matrix)] += 1.0 / (weights[active] * stage.slope[active])
+    matrix[np.diag_indices_from(matrix)] += compliance
     try:
         if condensed.symmetric:
-            forces[active] = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
+            change[active] = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
         else:
-            forces[active] = solve(matrix, target, check_finite=False)
+            change[active] = solve(matrix, target, check_finite=False)
     except LinAlgError:
         # Compliances of nearly rigid laws vanish against round-off in D: take the smallest solution.
         matrix = scale * condensed.delassus[np.ix_(active, active)]
-        matrix[np.diag_indices_from(matrix)] += 1.0 / (weights[active] * stage.slope[active])
-        forces[active] = np.linalg.lstsq(matrix, target, rcond=1.0e-14)[0]
-    return forces
+        matrix[np.diag_indices_from(matrix)] += compliance
+        change[active] = np.linalg.lstsq(matrix, target, rcond=1.0e-14)[0]
+    return change
 
 
 def _exact_step(

@@ -23,6 +23,7 @@ import numpy as np
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.solve import solve_contact
+from solver.integrators.effective import hold
 from solver.operators import Array
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step, imaged
 
@@ -56,9 +57,10 @@ class CentralDifference:
         factors = system.load_factors(old.time + dt)
         force = system.combine_loads(factors) - system.mass_damping * middle[MASS]
         depth = contact.depth(contact.interface.trace(u[VALUE], operators))
-        seconds, iterations = 0.0, 0
+        seconds, iterations, unresolved = 0.0, 0, 0.0
         if contact.size and self._on_massless(system):
             right_side = force - u[STIFFNESS] - lag * middle[STIFFNESS]
+            held = hold(system, right_side, old.pressure)
             started = time.perf_counter()
             free = condensed.solve_free(right_side)
             seconds = time.perf_counter() - started
@@ -69,14 +71,15 @@ class CentralDifference:
                 depth - scale * (contact.gap_matrix @ contact.interface.trace(free, operators)),
                 contact.weights,
                 lambda end: law.implicit(old.depth, end, dt),
-                contact.weights * old.pressure,
+                held,
                 max_iterations,
                 law.augmented,
             )
-            moved = np.where(operators.massless, scale * condensed.correct(free, solution.forces), 0.0)
+            moved = np.where(operators.massless, scale * condensed.correct(free, solution.change), 0.0)
             correction = imaged(operators, moved)
             u, middle = u + correction, middle + correction / dt
-            depth, forces, closed, iterations = solution.depth, solution.forces, solution.law, solution.iterations
+            depth, forces, closed = solution.depth, solution.forces, solution.law
+            iterations, unresolved = solution.iterations, solution.unresolved
         else:
             closed = self._explicit(law, old.depth, depth, dt)
             forces = contact.weights * closed.pressure
@@ -105,6 +108,7 @@ class CentralDifference:
             ),
             pressure=0.5 * (old.pressure + pressure),
             elastic_pressure=0.5 * (law.spring.pressure(old.depth) + closed.elastic),
+            unresolved=unresolved,
         )
         return Step(old, new, stage, iterations, timings={"back_substitution": seconds})
 

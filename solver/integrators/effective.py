@@ -9,6 +9,18 @@ from solver.operators import Array
 from solver.system import Imaged, SemiDiscreteSystem
 
 
+def hold(system: SemiDiscreteSystem, right_side: Array, pressure: Array) -> Array:
+    """Add H^T f for the pressure that acted last to a right side, and return f = w p, (m,), N.
+
+    The step then solves for the change of the contact forces: what holds the body is in the right side, and nothing
+    large cancels (`solver.contact.solve`).
+    """
+    held = np.asarray(system.contact.weights * pressure)
+    if np.any(held):
+        system.contact.interface.add(right_side, system.contact.resultant(held))
+    return held
+
+
 def image_of_solution(
     system: SemiDiscreteSystem,
     condensed: CondensedOperator,
@@ -26,8 +38,8 @@ def image_of_solution(
         system: The system.
         condensed: A, factored.
         free: A^-1 r, (n,).
-        right_side: r, (n,), overwritten.
-        forces: Point forces f = w p, (m,), N.
+        right_side: r, with what `hold` added, (n,), overwritten.
+        forces: Change of the point forces f = w p from those held, (m,), N.
         friction: Those of friction, h = w t, (m, k), N; None: without friction.
 
     Collective.

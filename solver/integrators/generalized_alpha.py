@@ -18,7 +18,7 @@ from solver.condensation import CondensedOperator
 from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
-from solver.integrators.effective import image_of_solution
+from solver.integrators.effective import hold, image_of_solution
 from solver.operators import Array
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
@@ -83,6 +83,7 @@ class GeneralizedAlpha:
             - system.stiffness_damping * v_stage[STIFFNESS]
             - u_stage[STIFFNESS]
         )
+        held = hold(system, right_side, old.pressure)
         started = time.perf_counter()
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
@@ -109,11 +110,11 @@ class GeneralizedAlpha:
             guess_depth - scale * (contact.gap_matrix @ free_trace),
             contact.weights,
             stage_law,
-            contact.weights * old.pressure,
+            held,
             max_iterations,
             law.augmented,
         )
-        acceleration = image_of_solution(system, condensed, free, right_side, solution.forces, solution.friction)
+        acceleration = image_of_solution(system, condensed, free, right_side, solution.change, solution.friction)
         stage_pressure = solution.forces / contact.weights
         new = State(
             time=old.time + dt,
@@ -137,5 +138,6 @@ class GeneralizedAlpha:
             pressure=stage_pressure,
             elastic_pressure=new_share * solution.law.elastic + old_share * old_elastic,
             traction=solution.traction(contact.weights),
+            unresolved=solution.unresolved,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})

@@ -22,7 +22,7 @@ from solver.condensation import CondensedOperator
 from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
-from solver.integrators.effective import image_of_solution
+from solver.integrators.effective import hold, image_of_solution
 from solver.operators import Array
 from solver.system import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
 
@@ -72,6 +72,7 @@ class Midpoint:
         contact, operators = system.contact, system.operators
         factors = system.load_factors(old.time + 0.5 * dt)
         right_side = system.combine_loads(factors) + (2.0 / dt) * old.v[MASS] - old.u[STIFFNESS]
+        held = hold(system, right_side, old.pressure)
         started = time.perf_counter()
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
@@ -84,11 +85,11 @@ class Midpoint:
             free_depth,
             contact.weights,
             lambda depth: pressure_over_step(old.depth, depth, dt),
-            contact.weights * old.pressure,
+            held,
             max_iterations,
             law.augmented,
         )
-        middle_velocity = image_of_solution(system, condensed, free, right_side, solution.forces, solution.friction)
+        middle_velocity = image_of_solution(system, condensed, free, right_side, solution.change, solution.friction)
         new = State(
             time=old.time + dt,
             u=old.u + dt * middle_velocity,
@@ -104,5 +105,6 @@ class Midpoint:
             pressure=new.pressure,
             elastic_pressure=solution.law.elastic,
             traction=new.traction,
+            unresolved=solution.unresolved,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})

@@ -25,7 +25,7 @@ from solver.condensation import CondensedOperator
 from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
-from solver.integrators.effective import image_of_solution
+from solver.integrators.effective import hold, image_of_solution
 from solver.operators import Array
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
@@ -60,12 +60,14 @@ class MoreauJean:
         contact, operators, theta = system.contact, system.operators, self.theta
         factors = system.load_factors(old.time + theta * dt)
         right_side = system.combine_loads(factors) + old.v[MASS] / (theta * dt) - old.u[STIFFNESS]
+        old_rate = -(contact.gap_matrix @ contact.interface.trace(old.v[VALUE], operators))
+        closed = old.depth + 0.5 * dt * old_rate >= 0.0
+        held = hold(system, right_side, np.where(closed, old.pressure, 0.0))
         started = time.perf_counter()
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
-        traces = [contact.interface.trace(x, operators) for x in (free, old.v[VALUE])]
-        free_rate, old_rate = -(contact.gap_matrix @ np.stack(traces, axis=1)).T
-        closed = old.depth + 0.5 * dt * old_rate >= 0.0
+        free_trace = contact.interface.trace(free, operators)
+        free_rate = -(contact.gap_matrix @ free_trace)
         allowed = (1.0 - theta - theta * self.restitution) * old_rate
         stiffness = 1.0 / (RIGID * dt * np.maximum(np.diagonal(condensed.delassus), 1e-300) * contact.weights)
 
@@ -75,16 +77,16 @@ class MoreauJean:
             return StagePressure(pressure, np.where(pressed, stiffness, 0.0), np.zeros_like(pressure))
 
         solution = solve_contact_and_friction(
-            Sliding.of(law, contact, 1.0, traces[0], old),
+            Sliding.of(law, contact, 1.0, free_trace, old),
             condensed,
             dt,
             dt * (free_rate - allowed),
             contact.weights,
             impulses,
-            np.where(closed, contact.weights * old.pressure, 0.0),
+            held,
             max_iterations,
         )
-        velocity = image_of_solution(system, condensed, free, right_side, solution.forces, solution.friction)
+        velocity = image_of_solution(system, condensed, free, right_side, solution.change, solution.friction)
         new = State(
             time=old.time + dt,
             u=old.u + dt * velocity,
@@ -100,5 +102,6 @@ class MoreauJean:
             pressure=new.pressure,
             elastic_pressure=np.zeros_like(new.pressure),
             traction=new.traction,
+            unresolved=solution.unresolved,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})

@@ -6,7 +6,7 @@ Lankarani and Nikravesh (1990) for chi = 3 (1-e^2)/(4 v0); ADAMS IMPACT against 
 
 from __future__ import annotations
 
-from math import gamma, pi, sqrt
+from math import asin, gamma, pi, sqrt
 
 import numpy as np
 import pytest
@@ -15,7 +15,7 @@ from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
 
 from solver.contact.dampers import HuntCrossleyDamper, SmoothStepDamper
-from solver.contact.law import ContactLaw
+from solver.contact.law import ContactLaw, kelvin_voigt
 from solver.contact.restitution import hunt_crossley_product, lankarani_nikravesh_product
 from solver.contact.springs import Spring
 from tests.toys import SCHEMES, start, steps_of, stopped_oscillator
@@ -125,3 +125,58 @@ def test_mean_pressure_does_the_work(exponent: float, old: float, new: float, st
     assert slope[0] >= 0.0
     higher, _ = spring.mean(depths[0], depths[1] + 1e-6)
     assert higher[0] >= pressure[0] * (1.0 - 1e-9)
+
+
+@pytest.mark.parametrize("zeta", [0.05, 0.3, 0.7])
+@pytest.mark.parametrize("adhesive", [False, True])
+def test_duration_of_kelvin_voigt(zeta: float, adhesive: bool) -> None:
+    """Clipped, the force ends after (pi - 2 asin zeta) / w_d, adhesive with the depth after pi / w_d: to 1e-6.
+
+    Source: the force K d + c d' of the damped half wave d = v0 / w_d exp(-zeta w t) sin w_d t vanishes there.
+    """
+    stiffness = 1.0e4
+    damped = sqrt(stiffness * (1.0 - zeta * zeta))
+    expected = (pi if adhesive else pi - 2.0 * asin(zeta)) / damped
+    law = kelvin_voigt(stiffness, 2.0 * zeta * sqrt(stiffness), adhesive)
+    count, system = 6000, stopped_oscillator()
+    dt = expected / count
+    steps = steps_of(system, law, SCHEMES["discrete-gradient"], start(system, v=SPEED), dt, count - 1)
+    times = np.array([step.new.time for step in steps[-6:]])
+    if adhesive:
+        falling = np.array([step.new.depth[0] for step in steps[-6:]])
+    else:
+        times, falling = times - 0.5 * dt, np.array([step.stage.pressure[0] for step in steps[-6:]])
+    assert np.all(falling[:-1] > 0.0)
+    ended = np.polyval(np.polyfit(falling[:-1], (times[:-1] - expected) / expected, 2), 0.0)
+    assert abs(ended) < 1e-6
+
+
+@pytest.mark.parametrize("product", [0.1, 0.5, 2.0])
+@pytest.mark.parametrize("exponent", [1.0, 1.5])
+def test_duration_of_hunt_crossley(product: float, exponent: float) -> None:
+    """The time to lift-off against an adaptive integrator at 1e-12: to 1e-6."""
+    spring, factor = Spring(1.0e5, exponent), product / SPEED
+    _, elastic = impact_length(spring)
+
+    def force(state: np.ndarray) -> float:
+        return float(spring.stiffness * max(state[0], 0.0) ** exponent * (1.0 + factor * state[1]))
+
+    def open_again(_time: float, state: np.ndarray) -> float:
+        return float(state[0])
+
+    open_again.terminal, open_again.direction = True, -1.0  # type: ignore[attr-defined]
+    motion = solve_ivp(
+        lambda _time, state: [state[1], -force(state)],
+        (0.0, 5.0 * elastic),
+        [0.0, SPEED],
+        method="DOP853",
+        events=open_again,
+        rtol=1e-12,
+        atol=1e-16,
+    )
+    expected = float(motion.t_events[0][0])
+    law, count, system = ContactLaw(spring, HuntCrossleyDamper(spring, factor)), 5000, stopped_oscillator()
+    steps = steps_of(system, law, SCHEMES["discrete-gradient"], start(system, v=SPEED), expected / count, count + 10)
+    last = steps[-1].new
+    assert last.depth[0] < 0.0
+    assert last.time - last.depth[0] / last.v[0, 0] == pytest.approx(expected, rel=1e-6)

@@ -200,9 +200,11 @@ def _solve(
 def _settled(
     held: Array, change: Array, depth: Array, stage: StagePressure, iterations: int, size: float
 ) -> ContactSolution:
-    """Return the solution, without the round-off that is left of forces where the law knows none."""
-    change = np.where(stage.pressure == 0.0, -held, change)
-    forces = held + change
+    """Return the solution, without the round-off that is left of forces where the law knows none.
+
+    The change keeps it: the penetration is that of the change, and nearly free bodies move far under round-off.
+    """
+    forces = np.where(stage.pressure == 0.0, 0.0, held + change)
     unresolved = UNRESOLVED * size * float(np.sum(np.abs(forces)))
     return ContactSolution(forces, change, depth, stage, iterations, unresolved)
 

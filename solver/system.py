@@ -149,6 +149,12 @@ class SemiDiscreteSystem:
     mass_damping: float = 0.0
     stiffness_damping: float = 0.0
 
+    @cached_property
+    def contact_is_massless(self) -> bool:
+        """Whether the DOFs that gaps depend on carry no mass, found once. Collective the first time."""
+        massless = self.operators.massless[self.contact.interface.owned]
+        return bool(self.operators.sum(np.array([float(np.sum(massless))]))[0] > 0.0)
+
     def load_factors(self, time: float) -> Array:
         """Return s_k(t) of all loads."""
         return np.array([load.factor(time) for load in self.loads])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from pathlib import Path
 
 import pytest
@@ -79,3 +80,10 @@ def faults_of(path: Path, overrides: Overrides = ()) -> tuple[Fault, ...]:
     with pytest.raises(CaseError) as caught:
         read_case(path, overrides)
     return caught.value.faults
+
+
+def assert_tells(fault: object, words: Iterable[str]) -> None:
+    """Every one of these words stands in the message of a fault."""
+    message = str(fault)
+    for word in words:
+        assert word in message, f"{word!r} is not in:\n{message}"

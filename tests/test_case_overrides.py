@@ -10,7 +10,7 @@ from solver.case import Damping, HarmonicForce
 from solver.case_file.overrides import parse_value
 from solver.case_file.reader import read_case
 from solver.case_tables.time import GeneralizedAlpha, Newmark
-from tests.case_texts import faults_of, spoiled, written
+from tests.case_texts import assert_tells, faults_of, spoiled, written
 
 
 def test_values_of_tables_are_replaced(tmp_path: Path) -> None:
@@ -117,8 +117,7 @@ def test_a_mesh_file_is_looked_for_beside_the_case_file(tmp_path: Path) -> None:
 )
 def test_a_bad_override_is_explained(tmp_path: Path, text: str, words: list[str]) -> None:
     (fault,) = faults_of(written(tmp_path), [text])
-    for word in words:
-        assert word in str(fault), f"{word!r} is not in:\n{fault}"
+    assert_tells(fault, words)
 
 
 def test_a_contradiction_with_the_file_names_both(tmp_path: Path) -> None:

@@ -9,7 +9,7 @@ import pytest
 
 from solver.case import Case
 from solver.case_file.reader import CaseError, read_case
-from tests.case_texts import GOOD, faults_of, spoiled, written
+from tests.case_texts import GOOD, assert_tells, faults_of, spoiled, written
 
 BAD_KEYS = {
     "number in quotes": (
@@ -461,8 +461,7 @@ def test_a_bad_key_is_explained(tmp_path: Path, old: str, new: str, words: list[
     assert message.startswith(f"{path}:"), message
     assert "found:" in message
     assert "expected:" in message
-    for word in words:
-        assert word in message, f"{word!r} is not in:\n{message}"
+    assert_tells(message, words)
 
 
 @pytest.mark.parametrize(("old", "new", "words"), BAD_TEXTS.values(), ids=BAD_TEXTS)
@@ -472,8 +471,7 @@ def test_bad_toml_is_explained(tmp_path: Path, old: str, new: str, words: list[s
     (fault,) = faults_of(path)
     line = text[: text.index(new)].count("\n") + 1 + new.count("\n")
     assert f":{line}: line {line}" in fault.where
-    for word in words:
-        assert word in str(fault), f"{word!r} is not in:\n{fault}"
+    assert_tells(fault, words)
 
 
 def test_no_message_speaks_of_pydantic(tmp_path: Path) -> None:

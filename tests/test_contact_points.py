@@ -31,7 +31,7 @@ from solver.output.fields import FieldWriter
 from solver.output.rows import Recorder
 from solver.resultants import ResultantOperator
 from solver.system import MASS, VALUE, Step
-from tests.case_texts import faults_of, spoiled, written
+from tests.case_texts import assert_tells, faults_of, spoiled, written
 from tests.command import DEMO, RATTLE, alone, called, on_ranks, settings
 from tests.models import SOLID, beam_model, face_forces, seat_of, thrown
 from tests.toys import ledger_of
@@ -378,8 +378,7 @@ BAD = {
 def test_bad_points_are_explained(tmp_path: Path, new: str, words: list[str]) -> None:
     """One mistake, one fault: where, what was found, what was expected, what to try."""
     (fault,) = faults_of(written(tmp_path, spoiled('stiffness = "auto"', new)))
-    for word in words:
-        assert word in str(fault), f"{word!r} is not in:\n{fault}"
+    assert_tells(fault, words)
 
 
 def test_points_beside_a_solid_beam_are_explained(tmp_path: Path) -> None:

@@ -2,16 +2,24 @@
 
 from __future__ import annotations
 
+from itertools import islice
 from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
+from mpi4py import MPI
 
+from solver.analyses.static import find_seat
+from solver.analyses.transient import march
 from solver.case import Case
 from solver.case_file.consistency import contradictions_in
+from solver.integrators.schemes import make_integrator
+from solver.march_of_model import march_of_model
+from solver.model import build_model
 from solver.studies.trial import Trial, try_case
+from solver.system import STIFFNESS, VALUE
 
 STEPS = 60
 RESIDUAL = 1e-6  # of the energy exchanged, once that is above round-off
@@ -91,6 +99,27 @@ def test_frequencies_and_damping(frequency: float, ratio: float) -> None:
     """From quasi-static to ultrasonic, undamped and beyond critical damping."""
     trial = judged(extreme_case(1e-4, 0.3, 42.5, 200.0, frequency, ratio, "auto", 40, 2))
     assert trial.verdict == "passed", trial.message
+
+
+@pytest.mark.parametrize(
+    ("clearance", "slenderness", "force", "steps_per_period", "degree"),
+    [(0.0, 5.0, 1.0, 20, 1), (-1e-4, 498.0, 568.0, 384, 2)],
+    ids=["steps of 5 s", "base and gland press with 1e7 N"],
+)
+def test_what_is_carried_along_stays_exact_where_contact_alone_holds(
+    clearance: float, slenderness: float, force: float, steps_per_period: int, degree: int
+) -> None:
+    """K u and the penetration after ten steps against new products, to 1e-5; 1e-3 goes where a free flight cancels."""
+    case = extreme_case(clearance, 0.0, slenderness, force, 0.01, 0.0, "auto", steps_per_period, degree)
+    model = build_model(case, MPI.COMM_SELF)
+    contact, operators = model.system.contact, model.system.operators
+    start = find_seat(model.system, model.law, model.seat_springs).state
+    for step in islice(march(march_of_model(model, make_integrator(case.time.scheme)), start), 10):
+        end = step.new
+    true = operators.apply_stiffness(end.u[VALUE])
+    assert np.abs(end.u[STIFFNESS] - true).max() < 1e-5 * np.abs(true).max()
+    depth = contact.depth(contact.interface.trace(end.u[VALUE], operators))
+    assert np.abs(end.depth - depth).max() < 1e-5 * np.abs(depth).max()
 
 
 CASES = st.builds(

@@ -23,7 +23,7 @@ from solver.contact.choice import make_law
 from solver.contact.restitution import kelvin_voigt_ratio, kelvin_voigt_restitution
 from solver.defaults import Default, contact_damping
 from solver.model import build_model
-from tests.case_texts import faults_of, spoiled, written
+from tests.case_texts import assert_tells, faults_of, spoiled, written
 from tests.models import COARSE, beam_case
 from tests.toys import SCHEMES, start, steps_of, stopped_oscillator
 
@@ -173,8 +173,7 @@ BAD = {
 def test_a_bad_restitution_is_explained(tmp_path: Any, new: str, words: list[str]) -> None:
     """One fault, with where, what was found, what was expected and what to try."""
     (fault,) = faults_of(written(tmp_path, spoiled('stiffness = "auto"', new)))
-    for word in words:
-        assert word in str(fault), f"{word!r} is not in:\n{fault}"
+    assert_tells(fault, words)
 
 
 def test_a_restitution_is_damping(tmp_path: Any) -> None:

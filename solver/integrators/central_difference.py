@@ -21,10 +21,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.condensation import CondensedOperator
-from solver.contact.law import ContactLaw, StagePressure
+from solver.contact.law import ContactLaw
 from solver.contact.solve import solve_contact
 from solver.integrators.effective import hold
-from solver.operators import Array
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step, imaged
 
 
@@ -58,7 +57,7 @@ class CentralDifference:
         force = system.combine_loads(factors) - system.mass_damping * middle[MASS]
         depth = contact.depth(contact.interface.trace(u[VALUE], operators))
         seconds, iterations, unresolved = 0.0, 0, 0.0
-        if contact.size and self._on_massless(system):
+        if system.contact_is_massless:
             right_side = force - u[STIFFNESS] - lag * middle[STIFFNESS]
             held = hold(system, right_side, old.pressure)
             started = time.perf_counter()
@@ -81,7 +80,7 @@ class CentralDifference:
             depth, forces, closed = solution.depth, solution.forces, solution.law
             iterations, unresolved = solution.iterations, solution.unresolved
         else:
-            closed = self._explicit(law, old.depth, depth, dt)
+            closed = law.endpoint(depth, np.asarray((depth - old.depth) / dt), 0.0)
             forces = contact.weights * closed.pressure
         right_side = force - u[STIFFNESS] - lag * middle[STIFFNESS]
         contact.interface.add(right_side, contact.resultant(forces))
@@ -111,12 +110,3 @@ class CentralDifference:
             unresolved=unresolved,
         )
         return Step(old, new, stage, iterations, timings={"back_substitution": seconds})
-
-    @staticmethod
-    def _explicit(law: ContactLaw, old: Array, new: Array, dt: float) -> StagePressure:
-        return law.endpoint(new, np.asarray((new - old) / dt), 0.0)
-
-    @staticmethod
-    def _on_massless(system: SemiDiscreteSystem) -> bool:
-        interface = system.contact.interface
-        return bool(system.operators.sum(np.array([float(np.sum(system.operators.massless[interface.owned]))]))[0])

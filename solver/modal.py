@@ -1,0 +1,70 @@
+"""A dense system in its own modal coordinates, where M = 1 and K is diagonal: what compiled loops march.
+
+    q'' + (c_M + c_K s) q' + s q = sum_k s_k(t) L_k + Phi^T f,    d = -(g0 + Phi q),    x = X q,    Phi = G X
+
+with X^T M X = 1 and X^T K X = diag(s). A time step without contact is then a handful of products per DOF.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.linalg import eigh
+
+from solver.dense import DenseOperators
+from solver.operators import Array
+from solver.system import SemiDiscreteSystem
+
+
+@dataclass(frozen=True)
+class ModalSystem:
+    """A system with M = 1, K = diag(s), C = c_M + c_K s.
+
+    Attributes:
+        system: The dense system that this is.
+        shapes: X, from modal coordinates to the DOFs of the system, (n, n).
+        squares: s, squares of the angular frequencies, (n,), 1/s^2.
+        gaps: Phi, (m, n).
+        loads: L_k = X^T f_k, (loads, n).
+        restraint: X^T K_restraint X, (n, n), 1/s^2: what of K is the weak restraint.
+    """
+
+    system: SemiDiscreteSystem
+    shapes: Array
+    squares: Array
+    gaps: Array
+    loads: Array
+    restraint: Array
+
+    @property
+    def damping(self) -> Array:
+        """C, (n,), 1/s."""
+        return np.asarray(self.system.mass_damping + self.system.stiffness_damping * self.squares)
+
+    def coordinates(self, x: Array) -> Array:
+        """Return q = X^T M x, (n,), of DOFs x, (n,)."""
+        return np.asarray(self.shapes.T @ self.system.operators.apply_mass(x))
+
+    def dofs(self, q: Array) -> Array:
+        """Return X q; q is (n,) or, row by row, (times, n)."""
+        return np.asarray(q @ self.shapes.T)
+
+
+def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
+    """Return a dense system in modal coordinates; None where it is not dense, has massless DOFs, or H is not G."""
+    operators, contact = system.operators, system.contact
+    if not isinstance(operators, DenseOperators) or np.any(operators.massless) or not contact.symmetric:
+        return None
+    squares, shapes = eigh(operators.stiffness, operators.mass)
+    interface = contact.interface
+    traced = np.zeros((interface.size, operators.size))
+    traced[interface.slots] = shapes[interface.owned]
+    return ModalSystem(
+        system,
+        shapes,
+        np.maximum(squares, 0.0),
+        np.ascontiguousarray(contact.gap_matrix @ traced),
+        np.array([load.pattern @ shapes for load in system.loads]).reshape(len(system.loads), operators.size),
+        shapes.T @ operators.restraint @ shapes,
+    )

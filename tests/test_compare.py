@@ -113,7 +113,7 @@ def test_another_cycle_is_another_branch(tmp_path: Path) -> None:
 
 
 def test_motions_without_cycle_are_compared_by_their_means(tmp_path: Path) -> None:
-    """Two draws of one random motion agree within their scatter; one twice as large does not; too short says nothing."""
+    """Two draws of a random motion agree within their scatter; one twice as large does not; short ones tell nothing."""
     one, other = motion(20.0, noise=1, step=5e-4), motion(20.0, noise=2, step=5e-4)
     found = laid(tmp_path, one, other)
     assert found.way == "statistics"

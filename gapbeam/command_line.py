@@ -21,6 +21,7 @@ from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
 from gapbeam.ranks import abort_together, first_rank
 from gapbeam.stability import stability
+from gapbeam.sweep import sweep
 
 INPUT_FAULT = 2
 INTERRUPTED = 130
@@ -90,6 +91,7 @@ app.command()(plot)
 app.command()(render)
 app.command()(stability)
 app.command()(compare)
+app.command()(sweep)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

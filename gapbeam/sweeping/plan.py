@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 import shutil
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -17,6 +17,7 @@ from solver.case_file.reader import read_case
 from solver.errors import UserError
 from solver.output.folder import write_beside
 from solver.studies.axes import Axis, overrides_of, points_of
+from solver.variants import body_key
 
 PLAN_FILE = "plan.json"
 POINTS = "points"
@@ -124,7 +125,30 @@ def read_points(sweep: Sweep) -> dict[tuple[str, ...], Case | CaseError]:
     faults = [entry for entry in found.values() if isinstance(entry, CaseError)]
     if len(faults) == len(found):
         raise faults[0]
+    if sweep.carry:
+        _check_carry(sweep, found)
     return found
+
+
+def _check_carry(sweep: Sweep, cases: Mapping[tuple[str, ...], Case | CaseError]) -> None:
+    """Refuse to carry a state along a key that changes what the state is a state of."""
+    if sweep.zipped:
+        lines: dict[tuple[str, ...], list[Case]] = {(): [case for case in cases.values() if isinstance(case, Case)]}
+    else:
+        lines = {}
+        for point, case in cases.items():
+            if isinstance(case, Case):
+                lines.setdefault(point[:-1], []).append(case)
+    for line in lines.values():
+        keys = [body_key(case) for case in line]
+        if any(key != keys[0] for key in keys):
+            tables = [_flat(key.model_dump(mode="json")) for key in keys]
+            name = next(name for name in tables[0] if any(table.get(name) != tables[0][name] for table in tables))
+            raise UserError(
+                f"--carry: {name} changes along {sweep.axes[-1].key}, so a state does not fit the next point; expected "
+                "a last key that leaves mesh, material, model and places as they are, such as support.clearance, "
+                "contact.stiffness, load.NAME.amplitude or load.NAME.frequency"
+            )
 
 
 def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) -> int:
@@ -184,9 +208,7 @@ def _plan(sweep: Sweep, cases: Sequence[Case]) -> dict[str, Any]:
     swept = {axis.key for axis in sweep.axes}
     plan: dict[str, Any] = {"format": FORMAT}
     tables = [_flat(case.model_dump(mode="json")) for case in cases]
-    plan |= {
-        key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)
-    }
+    plan |= {key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)}
     if cases[0].mesh.file is not None:
         content = Path(cases[0].mesh.file)
         plan["contents of mesh.file"] = hashlib.sha256(content.read_bytes()).hexdigest() if content.is_file() else None

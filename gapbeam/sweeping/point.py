@@ -9,7 +9,6 @@ import time
 from typing import Any
 
 import numpy as np
-from mpi4py import MPI
 
 from gapbeam.sweeping.plan import Chain, Task, point_file
 from postprocess.display_units import shown
@@ -20,32 +19,36 @@ from solver.case import Case
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
 from solver.errors import RunError
-from solver.model import Model, build_model
+from solver.model import Model
 from solver.output.folder import write_beside
+from solver.output.summary import finite
+from solver.studies.kept_body import KeptBody
 from solver.studies.respond import VERDICTS, Response, respond
 from solver.studies.starts import Start, carried, kicked, seated
-from solver.system import State
+from solver.system import VALUE, State, imaged
 from solver.time_step import forcing_frequencies
+
+SAME = 1e-6  # of the range of the gaps: the same basis gives the same gaps
+_End = tuple[State, Case]
+BODY = KeptBody()  # of this process
 
 
 def run_chain(chain: Chain) -> int:
     """Compute the responses of a chain that are not on disk yet, and return how many there were."""
-    before: tuple[Case, State] | None = None
-    computed = 0
-    for task in chain.tasks:
-        path = point_file(chain.folder, task)
-        if path.exists():
-            before = _kept(chain, task)
-            continue
+    first = next((place for place, task in enumerate(chain.tasks) if not point_file(chain.folder, task).exists()), None)
+    if first is None:
+        return 0
+    before: _End | None = None
+    if chain.sweep.carry and first > 0 and point_file(chain.folder, chain.tasks[first - 1], "npz").exists():
+        before = _kept(chain, chain.tasks[first - 1])
+        first = 0 if before is None else first
+    for task in chain.tasks[first:]:
         record, before = _response(chain, task, before)
-        write_beside(path, json.dumps(_finite(record), indent=1, allow_nan=False) + "\n")
-        computed += 1
-    return computed
+        write_beside(point_file(chain.folder, task), json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
+    return len(chain.tasks) - first
 
 
-def _response(
-    chain: Chain, task: Task, before: tuple[Case, State] | None
-) -> tuple[dict[str, Any], tuple[Case, State] | None]:
+def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, Any], _End | None]:
     """Return the record of a response, and its case and end for the next one."""
     sweep, clock = chain.sweep, time.perf_counter()
     record: dict[str, Any] = {
@@ -59,7 +62,7 @@ def _response(
     }
     try:
         case = read_case(sweep.case, sweep.overrides(task.values))
-        model = build_model(case, MPI.COMM_SELF)
+        model = BODY.model(case)
         begin = _start(model, task, before, sweep.seed)
     except (CaseError, RunError) as error:
         verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
@@ -76,7 +79,7 @@ def _response(
     if end is None or not sweep.carry:
         return record, None
     _keep(chain, task, end)
-    return record, (model.case, end)
+    return record, (end, model.case)
 
 
 def span(model: Model) -> tuple[int, float | None]:
@@ -88,9 +91,9 @@ def span(model: Model) -> tuple[int, float | None]:
     return max(1, round(max(periods, 1) / (frequencies[0] * model.step))), frequencies[0]
 
 
-def _start(model: Model, task: Task, before: tuple[Case, State] | None, seed: int) -> Start:
-    if before is not None and len(before[1].u[0]) == model.system.operators.size:
-        return carried(model, before[1], before[0])
+def _start(model: Model, task: Task, before: _End | None, seed: int) -> Start:
+    if before is not None:
+        return carried(model, *before)
     return seated(model) if task.start == 0 else kicked(model, task.start, seed)
 
 
@@ -138,22 +141,13 @@ def _keep(chain: Chain, task: Task, end: State) -> None:
     part.replace(path)
 
 
-def _kept(chain: Chain, task: Task) -> tuple[Case, State] | None:
-    """Return case and end of a response that is on disk; None where it left no end to go on from."""
-    path = point_file(chain.folder, task, "npz")
-    if not chain.sweep.carry or not path.exists():
-        return None
-    with np.load(path) as data:
-        u, v = (np.stack([data[name]] * 3) for name in ("u", "v"))  # images are formed anew where it is carried on
+def _kept(chain: Chain, task: Task) -> _End | None:
+    """Return end and case of a response that is on disk; None where this process has another basis than that one."""
+    case = read_case(chain.sweep.case, chain.sweep.overrides(task.values))
+    system = BODY.model(case).system
+    with np.load(point_file(chain.folder, task, "npz")) as data:
+        u, v = imaged(system.operators, data["u"]), imaged(system.operators, data["v"])
         state = State(float(data["time"]), u, v, data["depth"], data["pressure"])
-    return read_case(chain.sweep.case, chain.sweep.overrides(task.values)), state
-
-
-def _finite(value: Any) -> Any:
-    if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    return int(value) if isinstance(value, np.integer) else value
+    depth = system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators))
+    same = np.allclose(depth, state.depth, rtol=0.0, atol=SAME * float(np.ptp(state.depth)) + 1e-15)
+    return (state, case) if same else None

@@ -1,7 +1,7 @@
 """The census of a sweep: which responses coexist at a point, and how many starts reached each.
 
-Two responses are the same if they have the same cycle, or one has not quite settled, and every amplitude is the same within the tolerance and the
-scatter of both: of acceleration (2.5 ms mean, or as recorded) and displacement at every probe.
+Two responses are the same if they have the same cycle, or one has not quite settled, and every amplitude is the same
+within the tolerance and the scatter of both: of acceleration (2.5 ms mean) and displacement at every probe.
 """
 
 from __future__ import annotations

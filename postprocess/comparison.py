@@ -14,8 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from postprocess.overlay import LONGEST, Overlay, cycles_overlaid, is_raw, phase_origin, times_overlaid
-from postprocess.periodicity import Periodicity
+from postprocess.overlay import LONGEST, Overlay, Run, cycles_overlaid, is_raw, run_of, times_overlaid
 from postprocess.results import Results
 from postprocess.signals import SignalError
 from postprocess.steady import HARMONICS, Quantity, Steady, steady
@@ -111,7 +110,8 @@ def compare(a: Results, b: Results, tolerance: float = TOLERANCE, after: float |
     """
     frequency = _frequency(a, b)
     probes = _probes(a, b)
-    both = _steady(a, frequency, after), _steady(b, frequency, after)
+    runs = run_of(a, frequency), run_of(b, frequency)
+    both = _steady(a, runs[0], frequency, after), _steady(b, runs[1], frequency, after)
     notes = [f"{name}: {note}" for name, one in zip("AB", both, strict=True) for note in one.notes]
     notes += [
         f"{name}: the run ended as {one.status}: {one.summary.get('message')}"
@@ -122,22 +122,22 @@ def compare(a: Results, b: Results, tolerance: float = TOLERANCE, after: float |
     rows = _rows(both, probes)
     shared = _shared_cycle(both)
     if shared is not None:
-        overlays = cycles_overlaid(a, b, probes, frequency, shared)
+        overlays = cycles_overlaid(*runs, probes, frequency, shared)
         word = " against ".join(dict.fromkeys(one.word for one in both))
         way, (agree, verdict) = "cycle", _verdict(rows, overlays, tolerance, word)
     elif both[0].settled or both[1].settled:
-        overlays = cycles_overlaid(a, b, probes, frequency, _span(both))
+        overlays = cycles_overlaid(*runs, probes, frequency, _span(both))
         way, agree = "branches", False
         verdict = f"different branches: {both[0].word} against {both[1].word}"
     else:
-        overlays = times_overlaid(a, b, probes, frequency)
+        overlays = times_overlaid(*runs, probes, frequency)
         deciding = [one for one in overlays if not is_raw(one.name)]
         if deciding and max(one.rms for one in deciding) <= tolerance:
             rows = tuple(Row(**(vars(row) | {"allowed": 0.0})) for row in rows)
             way, (agree, verdict) = "same times", _verdict(rows, overlays, tolerance, "no cycle, but the same times")
         else:
             way, (agree, verdict) = "statistics", _statistics(rows, both, tolerance)
-    shift = 2.0 * np.pi * frequency * (phase_origin(a) - phase_origin(b)) * np.arange(1, HARMONICS + 1)
+    shift = 2.0 * np.pi * frequency * (runs[0].origin - runs[1].origin) * np.arange(1, HARMONICS + 1)
     phases = {
         probe: np.angle(np.exp(1j * (_angles(both[0], probe) - _angles(both[1], probe) + shift))) for probe in probes
     }
@@ -172,22 +172,11 @@ def _probes(a: Results, b: Results) -> tuple[str, ...]:
     return shared
 
 
-def _steady(results: Results, frequency: float, after: float | None) -> Steady:
+def _steady(results: Results, run: Run, frequency: float, after: float | None) -> Steady:
     try:
-        return steady(results.history, frequency, after, cycle=_known_cycle(results))
+        return steady(run.history, frequency, after)
     except SignalError as fault:
         raise ComparisonError(f"{results.folder}: {fault}") from fault
-
-
-def _known_cycle(results: Results) -> Periodicity | None:
-    """Return the cycle of results that are one periodic orbit and nothing else, as shooting finds it."""
-    told = results.summary.get("orbit")
-    if not isinstance(told, dict) or not told.get("periods"):
-        return None
-    periods, residual = int(told["periods"]), float(told.get("residual") or 0.0)
-    start = float(results.history["time"].values[0])
-    verdict = f"period {periods}: computed as a periodic orbit"
-    return Periodicity(periods, residual, 0.0, 1, start, periods, TOLERANCE, verdict)
 
 
 def _shared_cycle(both: tuple[Steady, Steady]) -> int | None:

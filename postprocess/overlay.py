@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
+from math import ceil
 
 import numpy as np
+import xarray as xr
 
 from postprocess.periodicity import last_periods
 from postprocess.results import Results
@@ -13,16 +15,66 @@ from postprocess.signals import Signal, SignalError, probe_signal
 from postprocess.smoothing import smooth
 from postprocess.spectra import whole_periods
 from postprocess.steady import FEWEST
+from solver.output.records import HISTORY
 
 FloatArray = np.ndarray
 
 LONGEST = 12.0  # forcing periods of a record that does not repeat
+ENOUGH = 16.0  # forcing periods to which a computed orbit is repeated
 _SAME = 1e-6
 
 
 def is_raw(name: str) -> bool:
     """Return whether a figure is of the acceleration as recorded: it follows the output interval and is told only."""
     return name.endswith(" acceleration") and not name.endswith(" smoothed acceleration")
+
+
+@dataclass(frozen=True)
+class Run:
+    """What is compared of a run.
+
+    Attributes:
+        history: Its records.
+        origin: Time at which its first harmonic load has phase 0, s.
+    """
+
+    history: xr.Dataset
+    origin: float
+
+
+def run_of(results: Results, frequency: float) -> Run:
+    """Return what is compared of results; a computed periodic orbit goes round as often as a record needs.
+
+    Raises:
+        ResultsError: The results cannot be read.
+    """
+    loads = [load for load in results.case.get("load", ()) if load.get("frequency")]
+    origin = -float(loads[0].get("phase", 0.0)) / 360.0 / float(loads[0]["frequency"]) if loads else 0.0
+    history = results.history
+    if (results.case.get("analysis") or {}).get("type") == "periodic":
+        history = repeated(history, frequency)
+    return Run(history, origin)
+
+
+def repeated(history: xr.Dataset, frequency: float) -> xr.Dataset:
+    """Return the records of whole cycles, first and last the same state, going on for 16 forcing periods at least.
+
+    Impulse, work and losses since the start go on growing.
+    """
+    time = np.asarray(history["time"].values, dtype=float)
+    span = float(time[-1] - time[0])
+    rounds = ceil(ENOUGH / max(span * frequency, 1.0))
+    running = {record.name for record in HISTORY if "since t = 0" in record.meaning}
+    first = history.isel(time=slice(0, 1))
+    parts = []
+    for turn in range(rounds):
+        part = history.isel(time=slice(1, None))
+        part = part.assign_coords(time=time[1:] + turn * span)
+        for name in running & set(map(str, part.data_vars)):
+            grown = history[name].isel(time=-1, drop=True) - history[name].isel(time=0, drop=True)
+            part[name] = part[name] + turn * grown
+        parts.append(part)
+    return xr.concat([first, *parts], dim="time")
 
 
 @dataclass(frozen=True)
@@ -59,13 +111,7 @@ class Overlay:
         return float(np.max(np.abs(self.a - self.b)) / self.range) if self.range > 0.0 else 0.0
 
 
-def phase_origin(results: Results) -> float:
-    """Return the time at which the first harmonic load has phase 0, s."""
-    loads = [load for load in results.case.get("load", ()) if load.get("frequency")]
-    return -float(loads[0].get("phase", 0.0)) / 360.0 / float(loads[0]["frequency"]) if loads else 0.0
-
-
-def _signals(one: Results, probe: str) -> dict[str, Signal]:
+def _signals(one: Run, probe: str) -> dict[str, Signal]:
     raw = probe_signal(one.history, "acceleration_absolute", probe)
     found = {"displacement": probe_signal(one.history, "displacement", probe)}
     with contextlib.suppress(SignalError):  # recorded too seldom
@@ -73,9 +119,7 @@ def _signals(one: Results, probe: str) -> dict[str, Signal]:
     return found | {"acceleration": raw}
 
 
-def cycles_overlaid(
-    a: Results, b: Results, probes: tuple[str, ...], frequency: float, cycle: int
-) -> tuple[Overlay, ...]:
+def cycles_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float, cycle: int) -> tuple[Overlay, ...]:
     """Return the last cycle of both, A by the whole periods earlier that suit the first signal best."""
     found, shift = list[Overlay](), None
     for probe in probes:
@@ -83,7 +127,7 @@ def cycles_overlaid(
         for name in (name for name in of_a if name in of_b):
             waves = []
             for one, signal in ((a, of_a[name]), (b, of_b[name])):
-                waves.append(_folded(signal, frequency, cycle, phase_origin(one)))
+                waves.append(_folded(signal, frequency, cycle, one.origin))
             if waves[0].size != waves[1].size:
                 size = min(wave.size for wave in waves)
                 waves = [_thinned(wave, size) for wave in waves]
@@ -117,7 +161,7 @@ def _thinned(wave: FloatArray, size: int) -> FloatArray:
     return np.asarray(np.interp(places, np.arange(wave.size + 1), np.append(wave, wave[0])))
 
 
-def times_overlaid(a: Results, b: Results, probes: tuple[str, ...], frequency: float) -> tuple[Overlay, ...]:
+def times_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float) -> tuple[Overlay, ...]:
     """Return the last 12 periods that both records hold, at the same times; nothing where they hold too few."""
     found = []
     for probe in probes:

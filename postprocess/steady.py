@@ -103,7 +103,6 @@ def steady(
     frequency: float,
     after: float | None = None,
     tolerance: float = TOLERANCE,
-    cycle: Periodicity | None = None,
 ) -> Steady:
     """Compute the figures of a response over its last windows.
 
@@ -118,7 +117,6 @@ def steady(
         frequency: Of the forcing, Hz.
         after: s, where the transient ends; by default where the cycle begins or, without one, half the record is over.
         tolerance: Of the periodicity, as a fraction of the range.
-        cycle: The periodicity where it is known, as for one cycle of a periodic orbit.
 
     Raises:
         SignalError: No probe, fewer than four forcing periods or four values in one, or values that are not finite.
@@ -128,13 +126,12 @@ def steady(
         raise SignalError("the run recorded no probe; add [[probe]] to the case")
     motions = [probe_signal(history, name, probe) for probe in probes for name in ("displacement", "velocity")]
     recorded = whole_periods(motions[0], frequency)
-    if cycle is None:
-        if recorded < FEWEST:
-            raise SignalError(
-                f"the record of {motions[0].duration:.4g} s holds {recorded} forcing periods of {1.0 / frequency:g} s; "
-                f"expected at least {FEWEST}: run longer"
-            )
-        cycle = periodicity(tuple(motions), frequency, tolerance)
+    if recorded < FEWEST:
+        raise SignalError(
+            f"the record of {motions[0].duration:.4g} s holds {recorded} forcing periods of {1.0 / frequency:g} s; "
+            f"expected at least {FEWEST}: run longer"
+        )
+    cycle = periodicity(tuple(motions), frequency, tolerance)
     begin, end = float(motions[0].time[0]), float(motions[0].time[-1])
     if after is None:
         after = 0.5 * (begin + end) if cycle.transient is None else cycle.transient
@@ -145,10 +142,32 @@ def steady(
     notes = []
     if cycle.period is None and periods < CYCLE:
         notes.append(f"windows of {periods} forcing periods: too short to tell subharmonics from scatter; run longer")
+    quantities, amplitudes, faults = figures_over(history, frequency, periods, count)
     start = end - periods * count / frequency
+    return Steady(
+        frequency, cycle, periods, count, start, end, quantities, amplitudes, tuple(dict.fromkeys([*notes, *faults]))
+    )
+
+
+def figures_over(
+    history: xr.Dataset, frequency: float, periods: int, count: int = 1
+) -> tuple[dict[str, Quantity], dict[str, FloatArray], list[str]]:
+    """Return figures, harmonics and notes, as in `Steady`, over the last windows of a record, settled or not.
+
+    Args:
+        history: The records of a run.
+        frequency: Of the forcing, Hz.
+        periods: Forcing periods in a window.
+        count: Number of windows.
+
+    Raises:
+        SignalError: A window without values, or fewer values in a forcing period than the harmonics need.
+    """
+    probes = [str(name) for name in history["probe"].values]
     quantities: dict[str, Quantity] = {}
     amplitudes: dict[str, FloatArray] = {}
-    span = _Span(frequency, periods, count, end)
+    notes: list[str] = []
+    span = _Span(frequency, periods, count, float(history["time"].values[-1]))
     for probe in probes:
         displacement = probe_signal(history, "displacement", probe)
         acceleration = probe_signal(history, "acceleration_absolute", probe)
@@ -164,7 +183,7 @@ def steady(
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
         quantities[f"{face} peak force"] = Quantity("N", span.largest(face_signal(history, "contact_force", face)))
         quantities[f"{face} impulse"] = Quantity("N s", span.increments(face_signal(history, "impulse", face)))
-    return Steady(frequency, cycle, periods, count, start, end, quantities, amplitudes, tuple(dict.fromkeys(notes)))
+    return quantities, amplitudes, notes
 
 
 def _windows(available: int, cycle: int | None) -> tuple[int, int]:

@@ -178,3 +178,15 @@ def test_as_data_is_json(tmp_path: Path) -> None:
     still = np.zeros(20001)
     found = laid(tmp_path, motion(), (motion()[0], {"displacement": still}))
     json.dumps(as_data(found), allow_nan=False)
+
+
+def test_a_computed_orbit_is_compared_with_a_march(tmp_path: Path) -> None:
+    """One cycle of period 3, as shooting leaves it, against a long record of the same motion: impulse included."""
+    lines = {1.0: 1e-3, 1.0 / 3.0: 4e-4}
+    one = write_results(tmp_path / "orbit", *motion(3 / FREQUENCY, lines))
+    text = (one / "case.toml").read_text(encoding="utf-8")
+    (one / "case.toml").write_text(f'{text}\n[analysis]\ntype = "periodic"\n', encoding="utf-8")
+    other = write_results(tmp_path / "march", *motion(3.0, lines))
+    found = compare(open_results(one), open_results(other), 1e-3)
+    assert found.steady[0].cycle.period == 3
+    assert found.agree, found.verdict

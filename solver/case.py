@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from solver.case_tables.analysis import Analysis, Transient
 from solver.case_tables.contact import Contact
 from solver.case_tables.time import Time
 from solver.case_tables.values import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole
@@ -186,5 +187,6 @@ class Case(Table):
     load: tuple[Load, ...] = Field(default=(), description="loads acting together")
     probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")
     time: Time
+    analysis: Analysis = Transient()
     gates: Gates = Gates()
     output: Output = Output()

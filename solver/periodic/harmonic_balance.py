@@ -1,0 +1,211 @@
+"""Harmonic balance: the periodic response as a Fourier series, contact by samples in time.
+
+    Z_k Q_k = F_k + Phi^T f_k,    Z_k = s - (k w)^2 + i k w C,    f = w p(d, d'),    d = -(g0 + Phi q)
+
+in the modal coordinates of a dense system. The forces f are sampled at N instants of a period and taken back to
+harmonics (alternating frequency-time; Cameron and Griffin 1989), their Jacobian likewise.
+
+Gaps see q through r = rank(Phi) traces only: Phi = U V, y = V q. With springs sigma on the traces, taken off again on
+the right, nothing is singular, not even the mean of a body that contact alone holds:
+
+    y_k = V Z'_k^-1 (F_k + V^T (U^T f_k + sigma y_k)),    Z'_k = Z_k + sigma V^T V
+
+These are r (2 H + 1) equations, solved by Newton's method with a line search. sigma leaves no trace in the answer.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from solver.contact.law import ContactLaw
+from solver.errors import NotConverged, UserError
+from solver.modal import ModalSystem
+from solver.operators import Array
+from solver.periodic.fourier import Fourier
+
+MOST_UNKNOWNS = 8000  # 0.5 GB for the Jacobian, and half a minute for its factorization
+NO_TRACE = 1.0e-12  # of the largest singular value
+SHORTEST_UPDATE = 2.0**-8
+
+
+@dataclass(frozen=True)
+class HarmonicSolution:
+    """A solution of the balance.
+
+    Attributes:
+        series: Harmonics, samples and base frequency.
+        traces: Coefficients of y, (2 H + 1, r), m.
+        coordinates: Coefficients of the modal coordinates q, (2 H + 1, n).
+        residuals: |R| / |y| of every iteration.
+        truncated: Norm of the contact forces beyond harmonic H, relative to all but their mean.
+    """
+
+    series: Fourier
+    traces: Array
+    coordinates: Array
+    residuals: tuple[float, ...]
+    truncated: float
+
+    @property
+    def residual(self) -> float:
+        """What is left of the balance, relative."""
+        return self.residuals[-1]
+
+    def motion(self, times: Array) -> tuple[Array, Array, Array]:
+        """Return q, q', q'' at any instants, (times, n) each."""
+        waves = self.series.waves_at(times)
+        rates = self.series.rates(self.coordinates)
+        return waves @ self.coordinates, waves @ rates, waves @ self.series.rates(rates)
+
+
+@dataclass(frozen=True)
+class HarmonicBalance:
+    """The equations for one number of harmonics.
+
+    Attributes:
+        modal: The system; its loads are those of the steady state.
+        law: Contact law.
+        series: Harmonics, samples and base frequency.
+    """
+
+    modal: ModalSystem
+    law: ContactLaw
+    series: Fourier
+
+    def solve(self, start: Array, tolerance: float = 1.0e-9, max_iterations: int = 40) -> HarmonicSolution:
+        """Solve the balance from a start.
+
+        Args:
+            start: Coefficients of y, (2 H + 1, r), m.
+            tolerance: Largest |R| / |y|.
+            max_iterations: Limit.
+
+        Raises:
+            NotConverged: With the residual of every iteration.
+            UserError: There are more unknowns than a dense Jacobian is good for.
+        """
+        self._refuse_large()
+        y, residuals = start, list[float]()
+        missed, forces = self._residual(y)
+        for _ in range(max_iterations + 1):
+            size = max(float(np.linalg.norm(y)), np.finfo(float).tiny)
+            residuals.append(float(np.linalg.norm(missed)) / size)
+            if residuals[-1] <= tolerance:
+                return HarmonicSolution(
+                    self.series, y, self._coordinates(y, forces), tuple(residuals), self._truncated(y)
+                )
+            try:
+                update = -np.linalg.solve(self._jacobian(y), missed.reshape(-1)).reshape(y.shape)
+            except np.linalg.LinAlgError:
+                break
+            length = 1.0
+            while True:
+                tried, tried_forces = self._residual(y + length * update)
+                if np.linalg.norm(tried) < (1.0 - 1.0e-4 * length) * np.linalg.norm(missed):
+                    break
+                length *= 0.5
+                if length < SHORTEST_UPDATE:
+                    raise self._failure(residuals)
+            y, missed, forces = y + length * update, tried, tried_forces
+        raise self._failure(residuals)
+
+    def traces_of(self, coordinates: Array) -> Array:
+        """Return y = V q, (..., r), of modal coordinates, (..., n)."""
+        return np.asarray(coordinates @ self.basis[1].T)
+
+    @cached_property
+    def basis(self) -> tuple[Array, Array]:
+        """U, (m, r), with orthonormal columns, and V, (r, n)."""
+        left, values, right = np.linalg.svd(self.modal.gaps, full_matrices=False)
+        kept = values > NO_TRACE * max(float(np.max(values, initial=0.0)), np.finfo(float).tiny)
+        return left[:, kept], values[kept, None] * right[kept]
+
+    @property
+    def unknowns(self) -> int:
+        """r (2 H + 1)."""
+        return self.basis[1].shape[0] * self.series.size
+
+    @cached_property
+    def _shift(self) -> float:
+        stiffest = float(np.max(np.sum(self.basis[1] ** 2, axis=1), initial=0.0))
+        return self.series.omega**2 / stiffest if stiffest > 0.0 else 0.0
+
+    @cached_property
+    def _responses(self) -> tuple[Array, Array]:
+        """Z'_k^-1 V^T, (H + 1, n, r), and Z'_k^-1 F_k as coefficients, (2 H + 1, n)."""
+        modal, series, v = self.modal, self.series, self.basis[1]
+        speeds = series.omega * np.arange(series.harmonics + 1)
+        factors = np.array([[load.factor(time) for load in modal.system.loads] for time in series.times])
+        loads = series.analyze(factors.reshape(series.samples, len(modal.loads)) @ modal.loads)
+        inverses = np.empty((series.harmonics + 1, len(modal.squares), len(modal.squares)), dtype=complex)
+        for k, speed in enumerate(speeds):
+            stiffness = self._shift * (v.T @ v) + np.diag(modal.squares - speed**2 + 1j * speed * modal.damping)
+            inverses[k] = np.linalg.inv(stiffness)
+        return inverses @ v.T, series.respond(inverses, loads)
+
+    @cached_property
+    def _trace_responses(self) -> tuple[Array, Array]:
+        """V Z'_k^-1 V^T, (H + 1, r, r), and V Z'_k^-1 F_k as coefficients, (2 H + 1, r)."""
+        columns, driven = self._responses
+        return self.basis[1] @ columns, driven @ self.basis[1].T
+
+    def _residual(self, y: Array) -> tuple[Array, Array]:
+        """Return R, (2 H + 1, r), and the coefficients of U^T f + sigma y, (2 H + 1, r)."""
+        depth, rate = self._contact_motion(y)
+        pressure = self.law.instant(depth, rate).pressure
+        forces = self.series.analyze((self.modal.system.contact.weights * pressure) @ self.basis[0]) + self._shift * y
+        compliance, driven = self._trace_responses
+        return y - driven - self.series.respond(compliance, forces), forces
+
+    def _jacobian(self, y: Array) -> Array:
+        depth, rate = self._contact_motion(y)
+        law, weights, u = self.law.instant(depth, rate), self.modal.system.contact.weights, self.basis[0]
+        touched = np.flatnonzero(np.any(law.pressure != 0.0, axis=0))
+        u, series, size, r = u[touched], self.series, self.series.size, u.shape[1]
+        by_point = series.multiplication((weights * law.slope)[:, touched])
+        if np.any(law.rate_slope):
+            by_point = by_point + series.rate_columns(series.multiplication((weights * law.rate_slope)[:, touched]))
+        products = (u[:, :, None] * u[:, None, :]).reshape(len(touched), r * r)
+        stiffness = (by_point.reshape(size * size, -1) @ products).reshape(size, size, r, r)
+        forces = -stiffness.transpose(0, 2, 1, 3)
+        forces[np.arange(size), :, np.arange(size), :] += self._shift * np.eye(r)
+        flat = series.respond(self._trace_responses[0], forces.reshape(size, r, size * r)).reshape(size * r, size * r)
+        return np.asarray(np.eye(size * r) - flat)
+
+    def _contact_motion(self, y: Array) -> tuple[Array, Array]:
+        """Return d and d' at the samples, (N, m) each."""
+        waves, outward = self.series.waves, self.basis[0].T
+        place, speed = (waves @ (part @ outward) for part in (y, self.series.rates(y)))
+        return -(self.modal.system.contact.initial_gap + place), -speed
+
+    def _coordinates(self, y: Array, forces: Array) -> Array:
+        columns, driven = self._responses
+        return np.asarray(driven + self.series.respond(columns, forces))
+
+    def _truncated(self, y: Array) -> float:
+        pressure = self.law.instant(*self._contact_motion(y)).pressure
+        forces = (self.modal.system.contact.weights * pressure) @ self.basis[0]
+        kept = self.series.waves @ self.series.analyze(forces)
+        whole = float(np.linalg.norm(forces - forces.mean(axis=0)))
+        return float(np.linalg.norm(forces - kept)) / whole if whole > 0.0 else 0.0
+
+    def _refuse_large(self) -> None:
+        if self.unknowns > MOST_UNKNOWNS:
+            rank = self.basis[1].shape[0]
+            raise UserError(
+                f"harmonic balance: {rank} contact traces times {self.series.size} coefficients are "
+                f"{self.unknowns} unknowns, a dense Jacobian of {8e-9 * self.unknowns**2:.2g} GB\n"
+                f"  expected: at most {MOST_UNKNOWNS} unknowns\n"
+                f"  try:      at most {max((MOST_UNKNOWNS // max(rank, 1) - 1) // 2, 1)} harmonics, a model with "
+                "fewer modes or contact points, or shooting"
+            )
+
+    def _failure(self, residuals: list[float]) -> NotConverged:
+        return NotConverged(
+            f"harmonic balance with {self.series.harmonics} harmonics did not converge in {len(residuals) - 1} "
+            f"iterations: {min(residuals):.2e} of the response is left; start from a march, or use shooting",
+            tuple(residuals),
+        )

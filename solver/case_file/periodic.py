@@ -2,18 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
 from solver.case import BaseMotion, HarmonicForce, Support
 from solver.case_file.faults import Fault, Key
 from solver.case_file.places import Loads
 from solver.case_file.words import either
-from solver.case_tables.analysis import Continuation, Periodic, Transient
+from solver.case_tables.analysis import Periodic, Transient
 from solver.case_tables.contact import AugmentedLagrangian, Contact, Penalty
+from solver.case_tables.model import FullModel, ModelTable
 from solver.case_tables.time import DiscreteGradient, ImplicitMidpoint, Time
 
 Analysis = Transient | Periodic
 TYPE: Key = ("analysis", "type")
+VARIED = ("support.clearance", "contact.stiffness", "contact.damping")
 
 
 def forcing_is_periodic(analysis: Analysis, load: Loads) -> Iterator[Fault]:
@@ -86,6 +88,22 @@ def shooting_has_whole_steps(analysis: Analysis, time: Time) -> Iterator[Fault]:
         )
 
 
+def model_is_dense(analysis: Analysis, model: ModelTable) -> Iterator[Fault]:
+    """Harmonic balance and curves work on models of few DOFs."""
+    if not isinstance(analysis, Periodic) or not isinstance(model, FullModel):
+        return
+    if analysis.method == "harmonic-balance" or analysis.continuation is not None:
+        what = "harmonic balance" if analysis.method == "harmonic-balance" else "a curve"
+        related: Key = ("analysis", "method" if analysis.method == "harmonic-balance" else "continuation")
+        yield Fault(
+            ("model", "type"),
+            f"full, with {what}",
+            "reduced or beam: a model of few degrees of freedom",
+            'model.type = "reduced"',
+            (related,),
+        )
+
+
 def balance_has_a_law(analysis: Analysis, contact: Contact) -> Iterator[Fault]:
     """Harmonic balance needs a law with finite slopes, and mass everywhere."""
     if not isinstance(analysis, Periodic) or analysis.method != "harmonic-balance":
@@ -116,7 +134,7 @@ def march_reaches_the_amplitude(analysis: Analysis, time: Time, load: Loads) -> 
             )
 
 
-def curve_is_in_reach(analysis: Analysis, support: Support, load: Loads) -> Iterator[Fault]:
+def curve_is_in_reach(analysis: Analysis, support: Support, contact: Contact, load: Loads) -> Iterator[Fault]:
     """What varies along a curve is a number of the case, which lies in the range."""
     if not isinstance(analysis, Periodic) or analysis.continuation is None:
         return
@@ -129,11 +147,11 @@ def curve_is_in_reach(analysis: Analysis, support: Support, load: Loads) -> Iter
             'method = "shooting"',
             (table,),
         )
-    names = varied(load)
-    if curve.key not in names:
-        yield Fault((*table, "key"), curve.key, either(sorted(names)), "loads are called by their names")
+    value = value_of(curve.key, {"support": support, "contact": contact}, load)
+    if value is None:
+        known = ("support.clearance", "contact.stiffness or contact.damping where it is a number", *_of_loads(load))
+        yield Fault((*table, "key"), curve.key, either(known), "loads are called by their names")
         return
-    value = support.clearance if names[curve.key] is None else _value(curve, load)
     if not curve.low < curve.high:
         yield Fault(
             (*table, "high"), f"{curve.high:g}", f"more than low, {curve.low:g}", "swap them?", ((*table, "low"),)
@@ -150,15 +168,24 @@ def curve_is_in_reach(analysis: Analysis, support: Support, load: Loads) -> Iter
         yield Fault((*table, "low"), f"{curve.low:g} Hz", "a frequency above 0", f"low = {0.1 * value:g}")
 
 
-def varied(load: Loads) -> dict[str, int | None]:
-    """Return the keys that a curve may vary, with the number of the load that each belongs to."""
-    found: dict[str, int | None] = {"support.clearance": None}
-    for number, entry in load.items():
-        if isinstance(entry, HarmonicForce | BaseMotion):
-            found |= {f"load.{entry.name}.{key}": number for key in ("frequency", "amplitude")}
-    return found
+def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | None:
+    """Return the value of what a curve may vary, None where it may not: for keys that a case is remade for cheaply.
+
+    Args:
+        key: "support.clearance", "contact.stiffness", "contact.damping", "load.NAME.frequency", "load.NAME.amplitude".
+        tables: The tables support and contact, by name.
+        load: The loads.
+    """
+    if key in _of_loads(load):
+        _, name, field = key.split(".")
+        return float(next(getattr(entry, field) for entry in load.values() if entry.name == name))
+    table, _, field = key.partition(".")
+    if key not in VARIED:
+        return None
+    value = getattr(tables[table], field)
+    return float(value) if isinstance(value, float | int) else None
 
 
-def _value(curve: Continuation, load: Loads) -> float:
-    number = varied(load)[curve.key]
-    return float(getattr(load[number], curve.key.rsplit(".", 1)[1])) if number is not None else 0.0
+def _of_loads(load: Loads) -> list[str]:
+    shaken = [entry.name for entry in load.values() if isinstance(entry, HarmonicForce | BaseMotion)]
+    return [f"load.{name}.{field}" for name in shaken for field in ("frequency", "amplitude")]

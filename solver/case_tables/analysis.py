@@ -21,7 +21,8 @@ class Continuation(Table):
     key: str = Field(
         min_length=1,
         max_length=100,
-        description="what varies: support.clearance, load.NAME.frequency or load.NAME.amplitude",
+        description="what varies: support.clearance, contact.stiffness, contact.damping, load.NAME.amplitude, or "
+        "load.NAME.frequency, which is that of all loads",
         examples=["load.shaker.frequency"],
     )
     low: Number = Field(description="least value, in the unit of the key", examples=[15.0])

@@ -78,6 +78,13 @@ class ModalMap:
         tangent = monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
         return self.coordinates(steps[-1].new), tangent
 
+    def history(self, x: Array) -> tuple[Array, Array]:
+        """Return the DOFs at the ends of all steps, (steps + 1, n), and point forces in them, (steps, m), N."""
+        steps = list(self.steps_from(x))
+        weights = self.modal.system.contact.weights
+        places = np.array([steps[0].old.u[VALUE], *(step.new.u[VALUE] for step in steps)])
+        return places, np.array([weights * step.stage.pressure for step in steps])
+
     @cached_property
     def _operators(self) -> EffectiveOperators:
         return EffectiveOperators(self.modal.system, self.scheme)

@@ -1,4 +1,4 @@
-"""Shooting and Floquet multipliers against closed forms, an independent code, differences, and the other way to do it."""
+"""Shooting and Floquet multipliers against closed forms, an independent code, differences, and other ways there."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ from solver.periodic.modal_map import ModalMap
 from solver.periodic.newton_krylov import shoot_marched
 from solver.periodic.shooting import shoot
 from solver.system import VALUE, ContactOperator, Load, SemiDiscreteSystem
-from tests.test_periodic_orbit import HARMONICS, LARGEST_FORCE, MEAN, PERIOD, STATE
+from tests.test_periodic_orbit import HARMONICS, LARGEST_FORCE, MEAN, STATE
 from tests.toys import stopped_oscillator
 
 MULTIPLIER = 0.67523191  # absolute value of both; source as in tests/test_periodic_orbit.py
@@ -141,7 +141,7 @@ def test_tangent_is_the_derivative(law: ContactLaw, implicit: bool) -> None:
 
 @pytest.mark.parametrize("implicit", [False, True])
 def test_krylov_finds_the_same_orbit(implicit: bool) -> None:
-    """Newton's method with GMRES, which never forms a monodromy matrix, finds orbit and multipliers of the dense one."""
+    """Newton's method with GMRES, without a monodromy matrix, finds orbit and multipliers of the dense one."""
     period_map = chain(LAWS["damped"], implicit)
     x = np.zeros(6)
     for _ in range(5):

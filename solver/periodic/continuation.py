@@ -54,7 +54,7 @@ class CurveSettings:
 
     @property
     def range(self) -> float:
-        """high - low."""
+        """Length of the range, high - low."""
         return self.high - self.low
 
 
@@ -114,9 +114,10 @@ def follow(map_at: Callable[[float], PeriodMap], value: float, start: Array, set
     orbit = shoot(map_at(value), start, settings.tolerance)
     walk = _Walk(map_at, settings, settings.range)
     first = CurvePoint(value, orbit.x, orbit.stability, 1.0, orbit.iterations, orbit.residual)
-    up, upper = walk.along(first, orbit.monodromy, 1.0)
-    down, lower = walk.along(first, orbit.monodromy, -1.0)
-    return Curve((*_turned(down), first, *up), (lower, upper))
+    up, upper = walk.along(walk.first(first, orbit.monodromy, 1.0))
+    down, lower = walk.along(walk.first(first, orbit.monodromy, -1.0))
+    between = replace(first, direction=up[0].direction if up else 1.0)
+    return Curve((*_turned(down), between, *up), (lower, upper))
 
 
 def _turned(points: list[CurvePoint]) -> Iterator[CurvePoint]:
@@ -148,9 +149,12 @@ class _Walk:
     settings: CurveSettings
     range: float
 
-    def along(self, first: CurvePoint, monodromy: Array, sign: float) -> tuple[list[CurvePoint], str]:
-        """Return the points behind the first, and why they end."""
-        last = self._found(first, monodromy, np.append(np.zeros(len(first.x)), sign))
+    def first(self, point: CurvePoint, monodromy: Array, sign: float) -> _Found:
+        """Return a point with the tangent along which the parameter grows (1) or falls (-1)."""
+        return self._found(point, monodromy, np.append(np.zeros(len(point.x)), sign))
+
+    def along(self, last: _Found) -> tuple[list[CurvePoint], str]:
+        """Return the points behind one, and why they end."""
         points: list[CurvePoint] = []
         length = self.settings.first_step
         for _ in range(self.settings.max_points):
@@ -200,11 +204,11 @@ class _Walk:
         """Return a point with the unit tangent that points where `towards`, in other weights, does."""
         scale = self.map_at(point.value).scale
         size = float(np.linalg.norm(scale * point.x))
-        weights = scale / size if size > 0.0 else scale
+        weights: Array = np.asarray(scale / size) if size > 0.0 else scale
         along = towards if weighed is None else np.append(weights / weighed * towards[:-1], towards[-1])
         matrix = self._bordered(point.x, point.value, monodromy, weights, along)
         tangent = np.linalg.solve(matrix, np.append(np.zeros(len(point.x)), 1.0))
-        tangent = tangent / np.linalg.norm(tangent)
+        tangent = np.asarray(tangent / np.linalg.norm(tangent), dtype=float)
         return _Found(replace(point, direction=float(tangent[-1])), weights, tangent)
 
     def _bordered(self, x: Array, value: float, monodromy: Array, weights: Array, row: Array) -> Array:

@@ -72,7 +72,7 @@ class Stability:
 
 def stability_of(monodromy: Array) -> Stability:
     """Return the multipliers of a monodromy matrix, (2n, 2n)."""
-    return ordered(np.linalg.eigvals(monodromy))
+    return ordered(np.asarray(np.linalg.eigvals(monodromy), dtype=complex))
 
 
 def ordered(multipliers: NDArray[np.complex128] | Array) -> Stability:

@@ -1,6 +1,6 @@
 """Real Fourier series of a period, and what multiplication by a periodic function does to their coefficients.
 
-    y(t) = a_0 + sum_k a_k cos k w t + b_k sin k w t,    coefficients in the order a_0, a_1 ... a_H, b_1 ... b_H
+y(t) = a_0 + sum_k a_k cos k w t + b_k sin k w t,    coefficients in the order a_0, a_1 ... a_H, b_1 ... b_H
 """
 
 from __future__ import annotations
@@ -99,7 +99,7 @@ class Fourier:
         right = np.concatenate([other[:, 1:], sines[1:, 1:]])
         whole = np.concatenate([left, right], axis=1)
         whole[0] *= 0.5
-        return whole
+        return np.asarray(whole)
 
     def rate_columns(self, matrix: Array) -> Array:
         """Return what takes coefficients of y to those of f y', for a matrix of `multiplication`."""

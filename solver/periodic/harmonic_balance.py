@@ -5,10 +5,10 @@
 in the modal coordinates of a dense system. The forces f are sampled at N instants of a period and taken back to
 harmonics (alternating frequency-time; Cameron and Griffin 1989), their Jacobian likewise.
 
-Gaps see q through r = rank(Phi) traces only: Phi = U V, y = V q. With springs sigma on the traces, taken off again on
-the right, nothing is singular, not even the mean of a body that contact alone holds:
+Gaps see q through r = rank(Phi) traces only: Phi = U V, y = V q. With springs sigma_k on the traces, taken off again
+on the right, the mean of a body that contact alone holds is not singular either:
 
-    y_k = V Z'_k^-1 (F_k + V^T (U^T f_k + sigma y_k)),    Z'_k = Z_k + sigma V^T V
+    y_k = V Z'_k^-1 (F_k + V^T (U^T f_k + sigma_k y_k)),    Z'_k = Z_k + sigma_k V^T V,    sigma_k = 0 for k > 0
 
 These are r (2 H + 1) equations, solved by Newton's method with a line search. sigma leaves no trace in the answer.
 """
@@ -87,16 +87,14 @@ class HarmonicBalance:
             NotConverged: With the residual of every iteration.
             UserError: There are more unknowns than a dense Jacobian is good for.
         """
-        self._refuse_large()
+        self.refuse_large()
         y, residuals = start, list[float]()
         missed, forces = self._residual(y)
         for _ in range(max_iterations + 1):
             size = max(float(np.linalg.norm(y)), np.finfo(float).tiny)
             residuals.append(float(np.linalg.norm(missed)) / size)
             if residuals[-1] <= tolerance:
-                return HarmonicSolution(
-                    self.series, y, self._coordinates(y, forces), tuple(residuals), self._truncated(y)
-                )
+                return HarmonicSolution(self.series, y, self._coordinates(forces), tuple(residuals), self._truncated(y))
             try:
                 update = -np.linalg.solve(self._jacobian(y), missed.reshape(-1)).reshape(y.shape)
             except np.linalg.LinAlgError:
@@ -125,11 +123,12 @@ class HarmonicBalance:
 
     @property
     def unknowns(self) -> int:
-        """r (2 H + 1)."""
+        """Number of unknowns, r (2 H + 1)."""
         return self.basis[1].shape[0] * self.series.size
 
     @cached_property
-    def _shift(self) -> float:
+    def _springs(self) -> float:
+        """sigma_0, 1/s^2 over the square of V."""
         stiffest = float(np.max(np.sum(self.basis[1] ** 2, axis=1), initial=0.0))
         return self.series.omega**2 / stiffest if stiffest > 0.0 else 0.0
 
@@ -142,8 +141,14 @@ class HarmonicBalance:
         loads = series.analyze(factors.reshape(series.samples, len(modal.loads)) @ modal.loads)
         inverses = np.empty((series.harmonics + 1, len(modal.squares), len(modal.squares)), dtype=complex)
         for k, speed in enumerate(speeds):
-            stiffness = self._shift * (v.T @ v) + np.diag(modal.squares - speed**2 + 1j * speed * modal.damping)
-            inverses[k] = np.linalg.inv(stiffness)
+            dynamic = np.diag(modal.squares - speed**2 + 1j * speed * modal.damping)
+            try:
+                inverses[k] = np.linalg.inv(dynamic + (self._springs * (v.T @ v) if k == 0 else 0.0))
+            except np.linalg.LinAlgError:
+                raise NotConverged(
+                    f"harmonic {k} of the response, {speed / (2.0 * np.pi):.4g} Hz, meets an undamped mode: no "
+                    "response is bounded; add damping, or change the frequency"
+                ) from None
         return inverses @ v.T, series.respond(inverses, loads)
 
     @cached_property
@@ -153,10 +158,11 @@ class HarmonicBalance:
         return self.basis[1] @ columns, driven @ self.basis[1].T
 
     def _residual(self, y: Array) -> tuple[Array, Array]:
-        """Return R, (2 H + 1, r), and the coefficients of U^T f + sigma y, (2 H + 1, r)."""
+        """Return R, (2 H + 1, r), and the coefficients of U^T f_k + sigma_k y_k, (2 H + 1, r)."""
         depth, rate = self._contact_motion(y)
         pressure = self.law.instant(depth, rate).pressure
-        forces = self.series.analyze((self.modal.system.contact.weights * pressure) @ self.basis[0]) + self._shift * y
+        forces = self.series.analyze((self.modal.system.contact.weights * pressure) @ self.basis[0])
+        forces[0] += self._springs * y[0]
         compliance, driven = self._trace_responses
         return y - driven - self.series.respond(compliance, forces), forces
 
@@ -171,7 +177,7 @@ class HarmonicBalance:
         products = (u[:, :, None] * u[:, None, :]).reshape(len(touched), r * r)
         stiffness = (by_point.reshape(size * size, -1) @ products).reshape(size, size, r, r)
         forces = -stiffness.transpose(0, 2, 1, 3)
-        forces[np.arange(size), :, np.arange(size), :] += self._shift * np.eye(r)
+        forces[0, :, 0, :] += self._springs * np.eye(r)
         flat = series.respond(self._trace_responses[0], forces.reshape(size, r, size * r)).reshape(size * r, size * r)
         return np.asarray(np.eye(size * r) - flat)
 
@@ -181,7 +187,7 @@ class HarmonicBalance:
         place, speed = (waves @ (part @ outward) for part in (y, self.series.rates(y)))
         return -(self.modal.system.contact.initial_gap + place), -speed
 
-    def _coordinates(self, y: Array, forces: Array) -> Array:
+    def _coordinates(self, forces: Array) -> Array:
         columns, driven = self._responses
         return np.asarray(driven + self.series.respond(columns, forces))
 
@@ -192,7 +198,12 @@ class HarmonicBalance:
         whole = float(np.linalg.norm(forces - forces.mean(axis=0)))
         return float(np.linalg.norm(forces - kept)) / whole if whole > 0.0 else 0.0
 
-    def _refuse_large(self) -> None:
+    def refuse_large(self) -> None:
+        """Refuse more unknowns than a dense Jacobian is good for.
+
+        Raises:
+            UserError: There are.
+        """
         if self.unknowns > MOST_UNKNOWNS:
             rank = self.basis[1].shape[0]
             raise UserError(

@@ -74,13 +74,14 @@ def climb(
     harmonics: int,
     samples_per_harmonic: int = 64,
     start: tuple[Fourier, Array] | None = None,
+    near: bool = False,
     tolerance: float = 1.0e-9,
     max_iterations: int = 40,
 ) -> Climb:
     """Solve the harmonic balance with more and more harmonics, each from the solution with fewer.
 
-    A rung that does not converge from there is reached from softer contact, and left out where that fails as well. With
-    a start only the last two rungs are climbed.
+    A rung that does not converge from there is reached from softer contact, and left out where that fails as well.
+    A body that contact alone holds has to touch in the start: its static seat will do.
 
     Args:
         modal: The system; its loads are those of the steady state.
@@ -88,7 +89,8 @@ def climb(
         omega: Base angular frequency, rad/s: that of the forcing, or its p-th part.
         harmonics: Those of the highest rung.
         samples_per_harmonic: Samples in a period over the number of harmonics.
-        start: A series and its coefficients of modal coordinates, (2 H + 1, n); None: nothing is known.
+        start: A series and its coefficients of modal coordinates, (2 H + 1, n); None: rest.
+        near: Whether the start is near the response, so that the last two rungs are enough.
         tolerance: Of the residual.
         max_iterations: Limit of each solution.
 
@@ -96,9 +98,8 @@ def climb(
         NotConverged: The highest rung did not converge.
         UserError: There are too many unknowns.
     """
-    rungs = rungs_up_to(harmonics)
-    if start is not None:
-        rungs = rungs[-2:]
+    rungs = rungs_up_to(harmonics)[-2 if near else 0 :]
+    HarmonicBalance(modal, law, Fourier(harmonics, samples_per_harmonic * harmonics, omega)).refuse_large()
     told: list[Rung] = []
     found: list[HarmonicSolution] = []
     for rung in rungs:
@@ -130,7 +131,7 @@ def _solve(
     still = np.zeros((balance.series.size, balance.basis[1].shape[0]))
     for share in _shares():
         softer = replace(balance, law=softened_law(balance.law, share.value))
-        first = (still if start is None or share.value < 1.0 else start) if solved is None else solved.traces
+        first = (still if start is None else start) if solved is None else solved.traces
         try:
             latest = softer.solve(first, tolerance, max_iterations)
         except NotConverged as failure:

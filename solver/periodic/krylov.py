@@ -40,7 +40,7 @@ class Arnoldi:
     def start(self, vector: Array) -> None:
         """Start the space. Collective."""
         self.size = float(np.sqrt(max(self.inner([(vector, vector)])[0], 0.0)))
-        self.basis = [vector / self.size] if self.size > 0.0 else []
+        self.basis = [np.asarray(vector / self.size)] if self.size > 0.0 else []
         self.columns = []
 
     def extend(self) -> bool:

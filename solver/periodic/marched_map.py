@@ -3,7 +3,8 @@
 A disturbance (u, v) of a periodic response is marched by the linearized steps: each is a back-substitution and a small
 linear problem on the points that touch,
 
-    A vm = (2/dt) M v0 - K u0 + H^T f,   d1 = d0 - dt G vm,   f = w (P_0 d0 + P_1 d1),   u1 = u0 + dt vm,   v1 = 2 vm - v0,
+    A vm = (2/dt) M v0 - K u0 + H^T f,   d1 = d0 - dt G vm,   f = w (P_0 d0 + P_1 d1),
+    u1 = u0 + dt vm,   v1 = 2 vm - v0,
 
 with P_0 and P_1 the slopes of the contact pressure of that step.
 """
@@ -110,9 +111,7 @@ class MarchedMap:
         return ContactTangent(step.size, active, weights * before[active], weights * after[active])
 
 
-def energy_products(
-    system: SemiDiscreteSystem, rate: float, pairs: list[tuple[Disturbance, Disturbance]]
-) -> Array:
+def energy_products(system: SemiDiscreteSystem, rate: float, pairs: list[tuple[Disturbance, Disturbance]]) -> Array:
     """Return u (K + rate^2 M) u + v M v for pairs of disturbances. Collective."""
     dots = [
         (x, y)

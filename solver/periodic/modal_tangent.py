@@ -6,6 +6,8 @@ with p = P(d0, d1) and d = -(g0 + Phi q). Its derivative needs the penetrations 
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import numpy as np
 
 from solver.contact.law import ContactLaw
@@ -27,7 +29,7 @@ def monodromy(modal: ModalSystem, law: ContactLaw, implicit: bool, dt: float, de
     n, gaps, weights = len(modal.squares), modal.gaps, modal.system.contact.weights
     compliance = 1.0 / (2.0 / dt + modal.damping + 0.5 * dt * modal.squares)
     place, speed = np.eye(n, 2 * n), np.eye(n, 2 * n, n)
-    for old, new in zip(depths[:-1], depths[1:], strict=True):
+    for old, new in pairwise(depths):
         middle = compliance[:, None] * ((2.0 / dt) * speed - modal.squares[:, None] * place)
         before, after = step_slopes(law, implicit, old, new, dt)
         active = np.flatnonzero((before != 0.0) | (after != 0.0))

@@ -107,7 +107,7 @@ def shoot_marched(
         state = period_map.moved(state, update)
     raise NotConverged(
         f"shooting found no periodic response in {max_iterations} iterations: the state still changes by "
-        f"{residuals[-1]:.2e} over a period, relative (allowed: {tolerance:.1e}); start nearer (a longer march before), "
+        f"{residuals[-1]:.2e} over a period, relative (allowed: {tolerance:.1e}); start nearer, by a longer march, "
         "try another number of periods, or more steps per period",
         tuple(residuals),
     )

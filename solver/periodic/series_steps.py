@@ -29,7 +29,7 @@ def series_steps(
         dt: Step, s.
         steps: Number of steps.
     """
-    places, speeds, rates = solution.motion(0.5 * dt * np.arange(2 * steps + 1))
+    places, speeds, rates = solution.motion(np.asarray(0.5 * dt * np.arange(2 * steps + 1), dtype=float))
 
     def state(number: int) -> State:
         u, v = (imaged(modal.system.operators, modal.dofs(part[number])) for part in (places, speeds))

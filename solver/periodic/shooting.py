@@ -90,14 +90,14 @@ def shoot(period_map: PeriodMap, start: Array, tolerance: float = 1.0e-9, max_it
         if residual <= tolerance:
             return Orbit(x, tangent, stability_of(tangent), tuple(residuals))
         try:
-            update = np.linalg.solve(np.eye(len(x)) - tangent, end - x)
+            update = np.asarray(np.linalg.solve(np.eye(len(x)) - tangent, end - x), dtype=float)
         except np.linalg.LinAlgError:
             break
         kept, length = (x, update), 1.0
         x = x + update
     raise NotConverged(
         f"shooting found no periodic response in {max_iterations} iterations: the state still changes by "
-        f"{residuals[-1]:.2e} over a period, relative (allowed: {tolerance:.1e}); start nearer (a longer march before), "
+        f"{residuals[-1]:.2e} over a period, relative (allowed: {tolerance:.1e}); start nearer, by a longer march, "
         "try another number of periods, or more steps per period",
         tuple(residuals),
     )

@@ -61,17 +61,17 @@ def test_linear_oscillator() -> None:
     "law", [LAWS["elastic"], LAWS["damped"], LAWS["stepped"]], ids=["elastic", "damped", "stepped"]
 )
 def test_jacobian_is_the_derivative(law: ContactLaw) -> None:
-    """The Jacobian is the difference quotient of the residual, up to samples at the kinks."""
+    """The Jacobian is the difference quotient of the residual."""
     modal = chain(law).modal
-    balance = HarmonicBalance(modal, law, Fourier(4, 4096, 6.0))
+    balance = HarmonicBalance(modal, law, Fourier(4, 256, 6.0))
     y = 0.03 * np.random.default_rng(1).normal(size=(9, 2))
-    step = 1.0e-6
+    step = 1.0e-8
     units = np.eye(y.size).reshape(-1, *y.shape)
     quotient = np.array([balance._residual(y + step * e)[0] - balance._residual(y - step * e)[0] for e in units])
     quotient = quotient.reshape(y.size, y.size).T / (2.0 * step)
     jacobian = balance._jacobian(y)
     assert np.max(np.abs(jacobian - np.eye(y.size))) > 1.0
-    assert jacobian == pytest.approx(quotient, abs=5e-3 * np.max(np.abs(quotient)))
+    assert jacobian == pytest.approx(quotient, abs=1e-4 * np.max(np.abs(quotient)))
 
 
 def test_agrees_with_shooting() -> None:
@@ -106,7 +106,7 @@ def test_weightless_mean_is_found() -> None:
     answer = 2.0 / (400.0 - omega**2 + 3.0j * omega)
     exact = np.zeros(11)
     exact[0], exact[1], exact[6] = 10.0 / 400.0, answer.real, -answer.imag
-    assert modal.dofs(solution.coordinates)[:, 0] == pytest.approx(exact, abs=1e-11)
+    assert modal.dofs(solution.coordinates)[:, 0] == pytest.approx(exact, abs=1e-6)
 
 
 def test_failures_are_told() -> None:
@@ -128,3 +128,6 @@ def test_series() -> None:
     step = 1.0e-6
     ahead, behind = (series.waves_at(series.times + s) @ y for s in (step, -step))
     assert series.waves @ series.rates(y[:, None])[:, 0] == pytest.approx((ahead - behind) / (2.0 * step), abs=1e-6)
+    sampled = (series.waves @ f) * (series.waves_at(series.times + 0.03) @ y)
+    product = series.shifted_columns(series.multiplication(series.waves @ f), 0.03) @ y
+    assert product == pytest.approx(series.analyze(sampled[:, None])[:, 0], abs=1e-12)

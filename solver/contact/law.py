@@ -33,15 +33,6 @@ class StagePressure(NamedTuple):
     elastic: Array
 
 
-class InstantPressure(NamedTuple):
-    """A law at one instant at m points: pressure (Pa), its slopes in d (Pa/m) and d' (Pa s/m), and its elastic part."""
-
-    pressure: Array
-    slope: Array
-    rate_slope: Array
-    elastic: Array
-
-
 @dataclass(frozen=True)
 class ContactLaw:
     """Spring, damper and clipping.
@@ -131,24 +122,6 @@ class ContactLaw:
         share = np.clip(depth / self.touch_depth, 0.0, 1.0)
         share_slope = np.where((depth > 0.0) & (depth < self.touch_depth), 1.0 / self.touch_depth, 0.0)
         return StagePressure(share * bracket, share * slope + share_slope * bracket, elastic)
-
-    def instant(self, depth: Array, rate: Array) -> InstantPressure:
-        """Return the law itself, p = e(d) + c(d) d' for d > 0, of a motion that is known: nothing is smoothed at touch.
-
-        Args:
-            depth: d, of any shape that ends with m, m.
-            rate: d', likewise, m/s.
-        """
-        elastic, slope = self.spring.pressure(depth), self.spring.slope(depth)
-        if not self._damped:
-            return InstantPressure(elastic, slope, np.zeros_like(depth), elastic)
-        damping = self.damper.value(depth)
-        pressure = elastic + damping * rate
-        slope = slope + self.damper.slope(depth) * rate
-        if not self.adhesive:
-            pushes = pressure > 0.0
-            pressure, slope, damping = (np.where(pushes, value, 0.0) for value in (pressure, slope, damping))
-        return InstantPressure(pressure, slope, damping, elastic)
 
     @property
     def _damped(self) -> bool:

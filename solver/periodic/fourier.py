@@ -101,14 +101,17 @@ class Fourier:
         whole[0] *= 0.5
         return np.asarray(whole)
 
-    def rate_columns(self, matrix: Array) -> Array:
-        """Return what takes coefficients of y to those of f y', for a matrix of `multiplication`."""
+    def shifted_columns(self, matrix: Array, ahead: float) -> Array:
+        """Return what takes coefficients of y to those of f(t) y(t + ahead), for a matrix of `multiplication`."""
         count = self.harmonics
-        speeds = (self.omega * np.arange(1, count + 1)).reshape(1, count, *(1,) * (matrix.ndim - 2))
-        result = np.zeros_like(matrix)
-        result[:, 1 : count + 1] = -speeds * matrix[:, count + 1 :]
-        result[:, count + 1 :] = speeds * matrix[:, 1 : count + 1]
-        return result
+        angles = (self.omega * ahead * np.arange(1, count + 1)).reshape(1, count, *(1,) * (matrix.ndim - 2))
+        cosines, sines = matrix[:, 1 : count + 1], matrix[:, count + 1 :]
+        parts = (
+            matrix[:, :1],
+            np.cos(angles) * cosines - np.sin(angles) * sines,
+            np.sin(angles) * cosines + np.cos(angles) * sines,
+        )
+        return np.concatenate(parts, axis=1)
 
     def extended(self, coefficients: Array, harmonics: int) -> Array:
         """Return coefficients, (2 H + 1, r), with zeros for harmonics up to another, or without those above it."""

@@ -1,9 +1,11 @@
 """Harmonic balance: the periodic response as a Fourier series, contact by samples in time.
 
-    Z_k Q_k = F_k + Phi^T f_k,    Z_k = s - (k w)^2 + i k w C,    f = w p(d, d'),    d = -(g0 + Phi q)
+    Z_k Q_k = F_k + Phi^T f_k,    Z_k = s - (k w)^2 + i k w C,    f = weights p(d, d'),    d = -(g0 + Phi q)
 
-in the modal coordinates of a dense system. The forces f are sampled at N instants of a period and taken back to
-harmonics (alternating frequency-time; Cameron and Griffin 1989), their Jacobian likewise.
+in the modal coordinates of a dense system. The forces f are found at N instants of a period and taken back to
+harmonics (alternating frequency-time; Cameron and Griffin 1989), their Jacobian likewise. At an instant stands the mean
+pressure over the N-th part of the period around it, the discrete gradient of the law: it is continuous in the motion
+where the law itself, sampled, would jump at touch, and off by the square of that time.
 
 Gaps see q through r = rank(Phi) traces only: Phi = U V, y = V q. With springs sigma_k on the traces, taken off again
 on the right, the mean of a body that contact alone holds is not singular either:
@@ -25,6 +27,7 @@ from solver.errors import NotConverged, UserError
 from solver.modal import ModalSystem
 from solver.operators import Array
 from solver.periodic.fourier import Fourier
+from solver.periodic.step_slopes import step_slopes
 
 MOST_UNKNOWNS = 8000  # 0.5 GB for the Jacobian, and half a minute for its factorization
 NO_TRACE = 1.0e-12  # of the largest singular value
@@ -159,41 +162,55 @@ class HarmonicBalance:
 
     def _residual(self, y: Array) -> tuple[Array, Array]:
         """Return R, (2 H + 1, r), and the coefficients of U^T f_k + sigma_k y_k, (2 H + 1, r)."""
-        depth, rate = self._contact_motion(y)
-        pressure = self.law.instant(depth, rate).pressure
-        forces = self.series.analyze((self.modal.system.contact.weights * pressure) @ self.basis[0])
+        forces = self.series.analyze(self._sampled_forces(y))
         forces[0] += self._springs * y[0]
         compliance, driven = self._trace_responses
         return y - driven - self.series.respond(compliance, forces), forces
 
+    def _sampled_forces(self, y: Array) -> Array:
+        """Return U^T f around the samples, (N, r)."""
+        pressure = self.law.discrete_gradient(*self._depths(y), self._interval).pressure
+        return np.asarray((self.modal.system.contact.weights * pressure) @ self.basis[0])
+
     def _jacobian(self, y: Array) -> Array:
-        depth, rate = self._contact_motion(y)
-        law, weights, u = self.law.instant(depth, rate), self.modal.system.contact.weights, self.basis[0]
-        touched = np.flatnonzero(np.any(law.pressure != 0.0, axis=0))
-        u, series, size, r = u[touched], self.series, self.series.size, u.shape[1]
-        by_point = series.multiplication((weights * law.slope)[:, touched])
-        if np.any(law.rate_slope):
-            by_point = by_point + series.rate_columns(series.multiplication((weights * law.rate_slope)[:, touched]))
+        old, new = self._depths(y)
+        touched = np.flatnonzero(np.any(np.maximum(old, new) > 0.0, axis=0))
+        weights, u, series, dt = self.modal.system.contact.weights, self.basis[0][touched], self.series, self._interval
+        slopes = step_slopes(self.law, False, old, new, dt)
+        shifts = (-0.5 * dt, 0.5 * dt)
+        by_point = sum(
+            series.shifted_columns(series.multiplication((weights * slope)[:, touched]), shift)
+            for slope, shift in zip(slopes, shifts, strict=True)
+        )
+        size, r = series.size, u.shape[1]
         products = (u[:, :, None] * u[:, None, :]).reshape(len(touched), r * r)
-        stiffness = (by_point.reshape(size * size, -1) @ products).reshape(size, size, r, r)
+        stiffness = (np.asarray(by_point).reshape(size * size, -1) @ products).reshape(size, size, r, r)
         forces = -stiffness.transpose(0, 2, 1, 3)
         forces[0, :, 0, :] += self._springs * np.eye(r)
         flat = series.respond(self._trace_responses[0], forces.reshape(size, r, size * r)).reshape(size * r, size * r)
         return np.asarray(np.eye(size * r) - flat)
 
-    def _contact_motion(self, y: Array) -> tuple[Array, Array]:
-        """Return d and d' at the samples, (N, m) each."""
-        waves, outward = self.series.waves, self.basis[0].T
-        place, speed = (waves @ (part @ outward) for part in (y, self.series.rates(y)))
-        return -(self.modal.system.contact.initial_gap + place), -speed
+    @property
+    def _interval(self) -> float:
+        """The N-th part of a period, s."""
+        return 2.0 * np.pi / (self.series.omega * self.series.samples)
+
+    @cached_property
+    def _waves_before(self) -> Array:
+        """The series half an interval before the samples, (N, 2 H + 1)."""
+        return self.series.waves_at(self.series.times - 0.5 * self._interval)
+
+    def _depths(self, y: Array) -> tuple[Array, Array]:
+        """Return d half an interval before and behind the samples, (N, m) each."""
+        before = -(self.modal.system.contact.initial_gap + self._waves_before @ (y @ self.basis[0].T))
+        return before, np.roll(before, -1, axis=0)
 
     def _coordinates(self, forces: Array) -> Array:
         columns, driven = self._responses
         return np.asarray(driven + self.series.respond(columns, forces))
 
     def _truncated(self, y: Array) -> float:
-        pressure = self.law.instant(*self._contact_motion(y)).pressure
-        forces = (self.modal.system.contact.weights * pressure) @ self.basis[0]
+        forces = self._sampled_forces(y)
         kept = self.series.waves @ self.series.analyze(forces)
         whole = float(np.linalg.norm(forces - forces.mean(axis=0)))
         return float(np.linalg.norm(forces - kept)) / whole if whole > 0.0 else 0.0

@@ -11,6 +11,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from solver.contact.law import ContactLaw
+from solver.contact.solve import UNRESOLVED
 from solver.modal import ModalSystem
 from solver.operators import Array
 from solver.periodic.harmonic_balance import HarmonicSolution
@@ -30,33 +31,27 @@ def series_steps(
         steps: Number of steps.
     """
     places, speeds, rates = solution.motion(np.asarray(0.5 * dt * np.arange(2 * steps + 1), dtype=float))
+    operators, weights = modal.system.operators, modal.system.contact.weights
+    depths = -(modal.system.contact.initial_gap + places[::2] @ modal.gaps.T)
+    before = law.discrete_gradient(depths[-2], depths[-1], dt).pressure
 
-    def state(number: int) -> State:
-        u, v = (imaged(modal.system.operators, modal.dofs(part[number])) for part in (places, speeds))
-        depth, pressure, _ = _contact(modal, law, places[number], speeds[number])
-        return State(0.5 * dt * number, u, v, depth, pressure)
+    def state(number: int, pressure: Array) -> State:
+        u, v = (imaged(operators, modal.dofs(part[2 * number])) for part in (places, speeds))
+        return State(dt * number, u, v, depths[number], pressure)
 
-    def step(old: State, number: int) -> Step:
-        middle = 2 * number + 1
-        _, pressure, elastic = _contact(modal, law, places[middle], speeds[middle])
-        images = (imaged(modal.system.operators, modal.dofs(part[middle])) for part in (places, speeds, rates))
-        u, v, a = images
-        factors = modal.system.load_factors(0.5 * dt * middle)
-        stage = Stage(factors, a[MASS] + u[STIFFNESS], v, pressure, elastic)
-        return Step(old, state(middle + 1), stage, 0, timings={"back_substitution": 0.0})
-
-    def walk() -> Iterator[Step]:
-        old = state(0)
+    def walk(old: State) -> Iterator[Step]:
         for number in range(steps):
-            made = step(old, number)
-            yield made
-            old = made.new
+            middle = 2 * number + 1
+            u, v, a = (imaged(operators, modal.dofs(part[middle])) for part in (places, speeds, rates))
+            law_there = law.discrete_gradient(depths[number], depths[number + 1], dt)
+            factors = modal.system.load_factors(0.5 * dt * middle)
+            unresolved = UNRESOLVED * float(np.max(np.abs(depths[number]))) * float(weights @ law_there.pressure)
+            stage = Stage(
+                factors, a[MASS] + u[STIFFNESS], v, law_there.pressure, law_there.elastic, unresolved=unresolved
+            )
+            new = state(number + 1, law_there.pressure)
+            yield Step(old, new, stage, 0, timings={"back_substitution": 0.0})
+            old = new
 
-    return state(0), walk()
-
-
-def _contact(modal: ModalSystem, law: ContactLaw, q: Array, rate: Array) -> tuple[Array, Array, Array]:
-    """Return penetration, pressure and its elastic part at the contact points, (m,) each."""
-    depth = np.asarray(-(modal.system.contact.initial_gap + modal.gaps @ q))
-    found = law.instant(depth, -(modal.gaps @ rate))
-    return depth, found.pressure, found.elastic
+    start = state(0, before)
+    return start, walk(start)

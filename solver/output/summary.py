@@ -47,12 +47,15 @@ def describe_model(model: Model) -> dict[str, Any]:
     """Return the size of a model. Collective."""
     contact = model.system.contact
     topology = model.space.mesh.topology
-    return {
+    basis = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
+    return basis | {
+        "type": model.case.model.type,
         "dimension": model.case.mesh.dimension,
         "cell": topology.cell_name(),
         "cells": topology.index_map(topology.dim).size_global,
         "degree": model.case.mesh.degree,
         "dofs": model.dofs,
+        "mesh_dofs": model.mesh_dofs,
         "contact_points": contact.size,
         "interface_dofs": contact.interface.size,
         "ranks": model.space.mesh.comm.size,
@@ -117,15 +120,16 @@ def peak_memory(comm: MPI.Comm) -> list[int]:
 
 def write_summary(folder: Path, summary: dict[str, Any]) -> None:
     """Write summary.json; numbers that are not finite become null."""
-    text = json.dumps(_finite(summary | {"format": FORMAT_VERSION}), indent=2, allow_nan=False)
+    text = json.dumps(finite(summary | {"format": FORMAT_VERSION}), indent=2, allow_nan=False)
     write_beside(folder / SUMMARY_FILE, text + "\n")
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """Return a value as JSON can hold it: numbers that are not finite are null."""
     if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
+        return {key: finite(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
+        return [finite(entry) for entry in value]
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     if isinstance(value, np.integer):

@@ -49,8 +49,8 @@ def search(
     progress = ProgressLine(model.case.time.end, summary["forcing"]["period"], quiet=comm.rank != 0)
     with progress, Interruption(comm) as interruption:
 
-        def talk(now: float, _step: Step) -> None:
-            progress.advance(now, "before the search")
+        def talk(now: float, step: Step) -> None:
+            progress.advance(now, int(step.completes), "before the search")
 
         response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
     found = response.figures

@@ -26,7 +26,9 @@ from solver.system import VALUE, State
 
 Array = NDArray[np.float64]
 
-RELATIVE_TOLERANCE = 1.0e-8  # of residual or update; at DOLFINx's default of 1e-9 round-off makes it iterate for nothing
+RELATIVE_TOLERANCE = (
+    1.0e-8  # of residual or update; at DOLFINx's default of 1e-9 round-off makes it iterate for nothing
+)
 MOST_ITERATIONS = 40
 
 

@@ -11,11 +11,12 @@ from __future__ import annotations
 
 from typing import Annotated, Literal
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field
 
 from solver.case_tables.contact import Contact
+from solver.case_tables.model import FullModel, ModelTable
 from solver.case_tables.time import Time
-from solver.case_tables.values import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole
+from solver.case_tables.values import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole, named
 
 
 class Beam(Table):
@@ -182,6 +183,9 @@ class Case(Table):
     support: Support
     restraint: Restraint = Restraint()
     mesh: Mesh = Mesh()
+    model: Annotated[ModelTable, BeforeValidator(named)] = Field(
+        default=FullModel(), description="rung of the fidelity ladder: a name, or a table with the type and its keys"
+    )
     contact: Contact = Contact()
     load: tuple[Load, ...] = Field(default=(), description="loads acting together")
     probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")

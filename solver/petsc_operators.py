@@ -20,18 +20,29 @@ SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
 
 
 class PetscFactor:
-    """MUMPS Cholesky factor of an effective operator."""
+    """MUMPS Cholesky factor of an effective operator.
 
-    def __init__(self, matrix: PETSc.Mat, prefix: str) -> None:
-        self._matrix = matrix
-        self._preconditioner = PETSc.PC().create(matrix.comm)
-        self._preconditioner.setOptionsPrefix(prefix)
-        self._preconditioner.setOperators(matrix)
-        self._preconditioner.setType("cholesky")
-        self._preconditioner.setFactorSolverType("mumps")
-        self._preconditioner.setFromOptions()
-        self._preconditioner.setUp()
+    Args:
+        matrix: A, or a matrix of the same layout where its factor is there already.
+        preconditioner: The factor of A as a preconditioner.
+        owner: What made the factor and would take it along when it goes.
+    """
+
+    def __init__(self, matrix: PETSc.Mat, preconditioner: PETSc.PC, owner: object = None) -> None:
+        self._matrix, self._preconditioner, self._owner = matrix, preconditioner, owner
         self._solution, self._right_side = matrix.createVecs()
+
+    @classmethod
+    def of(cls, matrix: PETSc.Mat, prefix: str) -> PetscFactor:
+        """Factor a matrix, with a prefix for PETSc's options. Collective."""
+        preconditioner = PETSc.PC().create(matrix.comm)
+        preconditioner.setOptionsPrefix(prefix)
+        preconditioner.setOperators(matrix)
+        preconditioner.setType("cholesky")
+        preconditioner.setFactorSolverType("mumps")
+        preconditioner.setFromOptions()
+        preconditioner.setUp()
+        return cls(matrix, preconditioner)
 
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b. Collective."""
@@ -113,6 +124,11 @@ class PetscOperators:
         self._vector_in, self._vector_out = self._stiffness.createVecs()
         self._stiffness_diagonal = np.array(self._stiffness.getDiagonal().array_r)
 
+    @property
+    def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
+        """M and K; not to be changed."""
+        return self._mass, self._stiffness
+
     def apply_mass(self, x: Array) -> Array:
         """Return M x. Collective."""
         self._components_in.getDenseArray()[:] = x.reshape(-1, self._components)
@@ -153,7 +169,7 @@ class PetscOperators:
             self._add_springs(effective, springs)
         effective.setOption(PETSc.Mat.Option.SPD, True)
         try:
-            return PetscFactor(effective, "gapbeam_effective_")
+            return PetscFactor.of(effective, "gapbeam_effective_")
         except PETSc.Error as error:
             raise RunError(
                 f"the effective operator with {effective.getSize()[0]} DOFs could not be factored ({error}); "

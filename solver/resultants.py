@@ -12,7 +12,7 @@ in the place of w, so that a law F(d) is the pressure F(d) / A_i.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
@@ -45,6 +45,12 @@ class ResultantOperator(ContactOperator):
     def springs(self, stiffness: float) -> Springs:
         """Return springs along the normal of the whole faces, as if there were no patches."""
         return self.distributed.springs(stiffness)
+
+    def opened(self, by: float) -> ResultantOperator:
+        """Return the operator with the gland moved away, m: a larger clearance."""
+        moved = super().opened(by)
+        assert isinstance(moved, ResultantOperator)
+        return replace(moved, distributed=self.distributed.opened(by))
 
     def spread(self, forces: Array) -> Array:
         """Return P^T f, the forces at the quadrature points, (q,), N, for resultants f, (m,), N."""

@@ -12,7 +12,7 @@ never know which. Vectors are numpy arrays of the part that this rank owns.
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -68,6 +68,13 @@ class ContactOperator:
     def spread(self, forces: Array) -> Array:
         """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""
         return forces
+
+    def opened(self, by: float) -> ContactOperator:
+        """Return the operator with the gland moved away, m: a larger clearance."""
+        if by == 0.0:
+            return self
+        gland = self.faces == self.face_names.index("gland")
+        return replace(self, initial_gap=self.initial_gap + by * gland)
 
     def depth(self, interface_values: Array) -> Array:
         """Return what the law takes, d = -(g0 + G u), (m,), m; negative where the gap is open."""

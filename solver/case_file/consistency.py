@@ -30,6 +30,12 @@ from solver.case_file.geometry import (
     support_is_part_of_the_beam,
 )
 from solver.case_file.keys import numbered
+from solver.case_file.model_fits import (
+    beam_is_prismatic,
+    contact_fits_the_model,
+    implicit_schemes_march_the_model,
+    loads_bend_the_beam,
+)
 from solver.case_file.places import (
     directions_point_somewhere,
     load_names_differ,
@@ -176,6 +182,10 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     points_lie_on_the_faces,
     points_hold_the_beam,
     patches_keep_apart,
+    contact_fits_the_model,
+    implicit_schemes_march_the_model,
+    loads_bend_the_beam,
+    beam_is_prismatic,
     gates_are_in_order,
 )
 """All checks; the names of their parameters are those of the tables they take."""

@@ -8,11 +8,13 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce
+from solver.case import Load as CaseLoad
 from solver.loads.harmonic import Harmonic
 from solver.operators import Array, Operators
 from solver.points import point_row
@@ -21,21 +23,39 @@ from solver.system import Load
 DERIVATIVES = {"acceleration": 0, "velocity": 1, "displacement": 2}
 
 
-def make_loads(case: Case, space: Any, operators: Operators) -> tuple[Load, ...]:
-    """Build the loads of a case on a vector space. Collective."""
+def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, ...]:
+    """Return the forces of each load per unit factor on a vector space, (n,), N. Collective."""
     dimension = space.mesh.geometry.dim
-    return tuple(_make(load, dimension, space, operators) for load in case.load)
+    return tuple(_pattern(load, dimension, space, operators) for load in case.load)
 
 
-def _make(load: Gravity | HarmonicForce | BaseMotion, dimension: int, space: Any, operators: Operators) -> Load:
-    if isinstance(load, Gravity):
-        down = unit_direction(load.direction, dimension, -1.0)
-        return Load(load.name, _inertia(operators, down), _constant(load.acceleration), static=True)
-    up = unit_direction(load.direction, dimension, 1.0)
-    harmonic = Harmonic(load.amplitude, load.frequency, load.phase, load.ramp)
+def _pattern(load: CaseLoad, dimension: int, space: Any, operators: Operators) -> Array:
+    direction = load_direction(load, dimension)
     if isinstance(load, HarmonicForce):
         row = point_row(space, axis_point(load.point), f"[[load]] {load.name}")
-        return Load(load.name, row.force(up, operators.size), harmonic.value)
+        return row.force(direction, operators.size)
+    return _inertia(operators, direction)
+
+
+def load_direction(load: CaseLoad, dimension: int) -> Array:
+    """Return the direction of the forces of a load, (dimension,): against that of a base motion."""
+    if isinstance(load, Gravity):
+        return unit_direction(load.direction, dimension, -1.0)
+    up = unit_direction(load.direction, dimension, 1.0)
+    return np.asarray(-up) if isinstance(load, BaseMotion) else up
+
+
+def make_loads(case: Case, patterns: Sequence[Array], dimension: int) -> tuple[Load, ...]:
+    """Return the loads of a case from their patterns."""
+    return tuple(_make(load, pattern, dimension) for load, pattern in zip(case.load, patterns, strict=True))
+
+
+def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
+    if isinstance(load, Gravity):
+        return Load(load.name, pattern, _constant(load.acceleration), static=True)
+    harmonic = Harmonic(load.amplitude, load.frequency, load.phase, load.ramp)
+    if isinstance(load, HarmonicForce):
+        return Load(load.name, pattern, harmonic.value)
     derivative = DERIVATIVES[load.quantity]
 
     def mean(start: float, end: float) -> float:
@@ -43,9 +63,9 @@ def _make(load: Gravity | HarmonicForce | BaseMotion, dimension: int, space: Any
 
     return Load(
         load.name,
-        _inertia(operators, -up),
+        pattern,
         lambda time: harmonic.value(time, derivative),
-        frame_direction=np.pad(up, (0, 3 - dimension)),
+        frame_direction=np.pad(-load_direction(load, dimension), (0, 3 - dimension)),
         frame_mean=mean,
     )
 

@@ -63,8 +63,8 @@ class FieldWriter:
     def write(self, state: State, model: Model) -> None:
         """Add the fields of a state. Collective."""
         values = {
-            "displacement": self._nodal(state.u[VALUE]),
-            "velocity": self._nodal(state.v[VALUE]),
+            "displacement": self._nodal(model.expand(state.u[VALUE])),
+            "velocity": self._nodal(model.expand(state.v[VALUE])),
         }
         if self._comm.rank != 0:
             return

@@ -47,12 +47,15 @@ def describe_model(model: Model) -> dict[str, Any]:
     """Return the size of a model. Collective."""
     contact = model.system.contact
     topology = model.space.mesh.topology
-    return {
+    basis = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
+    return basis | {
+        "type": model.case.model.type,
         "dimension": model.case.mesh.dimension,
         "cell": topology.cell_name(),
         "cells": topology.index_map(topology.dim).size_global,
         "degree": model.case.mesh.degree,
         "dofs": model.dofs,
+        "mesh_dofs": model.mesh_dofs,
         "contact_points": contact.size,
         "interface_dofs": contact.interface.size,
         "ranks": model.space.mesh.comm.size,

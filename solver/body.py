@@ -1,0 +1,199 @@
+"""What of a model its mesh, material and places make: everything that a sweep over the rest has to set up only once.
+
+Clearance, contact law, damping, amplitudes, frequencies and the march in time are added by `solver.model`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from scipy.sparse import csr_matrix
+
+from meshes.describe import describe
+from meshes.tagged import TaggedMesh
+from solver.case import Case
+from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
+from solver.case_tables.time import CentralDifference
+from solver.defaults import Default, contact_patch
+from solver.elasticity import elastic_forms, lame
+from solver.face_points import PointRule
+from solver.interface import contact_operator, nitsche_operator
+from solver.loads.patterns import axis_point, load_patterns
+from solver.mass_redistribution import extrapolation
+from solver.mesh_of_case import mesh_of_case
+from solver.nitsche import Nitsche
+from solver.operators import Array, Indices, Operators, Springs
+from solver.petsc_operators import PetscOperators
+from solver.points import point_row
+from solver.reduction.report import BasisReport
+from solver.resultants import resultant_operator
+from solver.system import ContactOperator
+
+
+class ProbeRow(Protocol):
+    """What evaluates the motion of one point."""
+
+    def evaluate(self, x: Array, operators: Operators) -> Array:
+        """Return the vector field at the point, (components,). Collective."""
+
+
+@dataclass(frozen=True)
+class MeshedBeam:
+    """A mesh, the space of displacements on it, and its contact faces.
+
+    Attributes:
+        tagged: Mesh and its faces.
+        space: Vector Lagrange space of the displacement.
+        faces: Local facets of "base" and "gland".
+        width: Factor of all integrals: the width in 2D, 1 in 3D, m.
+        facet_length: Mean length h of the contact facets along the beam, m.
+        seconds: Wall time of meshing.
+    """
+
+    tagged: TaggedMesh
+    space: fem.FunctionSpace
+    faces: Mapping[str, Indices]
+    width: float
+    facet_length: float
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Body:
+    """A meshed and assembled case, but for what is cheap to change.
+
+    Attributes:
+        case: The case that it was assembled for.
+        meshed: Mesh, space and faces.
+        operators: M and K.
+        contact: G, H, w and g0 with the clearance of that case.
+        patterns: Forces of each load per unit factor, (n,), N.
+        probes: What evaluates the probes, by name.
+        area: Area of both contact faces, m^2.
+        gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
+        patch: Size of the patches of `contact.points` with its reason; None without.
+        expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
+        basis: What a reduced basis holds and neglects; None for other models.
+        seconds: Wall time of each part of the set-up.
+    """
+
+    case: Case
+    meshed: MeshedBeam
+    operators: Operators
+    contact: ContactOperator
+    patterns: tuple[Array, ...]
+    probes: Mapping[str, ProbeRow]
+    area: float
+    gamma: Array | None = None
+    patch: Default | None = None
+    expansion: Array | csr_matrix | None = None
+    basis: BasisReport | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def point_rule(case: Case) -> PointRule:
+    """Return where contact points lie: quadrature of the degree given or 2 degree + 2, or the nodes.
+
+    Constraints need points that are not more than the DOFs they constrain; pressures that follow a law do not.
+    """
+    if isinstance(case.contact.formulation, Unilateral | AugmentedLagrangian):
+        return PointRule(case.mesh.degree, nodal=True)
+    return PointRule(case.contact.quadrature_degree or 2 * case.mesh.degree + 2)
+
+
+def mesh_beam(case: Case, comm: MPI.Comm) -> MeshedBeam:
+    """Mesh a case and put a vector Lagrange space on it.
+
+    Raises:
+        MeshError: A user's mesh does not fit the case.
+
+    Collective.
+    """
+    started = time.perf_counter()
+    tagged = mesh_of_case(case, comm)
+    mesh = tagged.mesh
+    dimension = mesh.geometry.dim
+    element = basix.ufl.element("Lagrange", mesh.basix_cell(), case.mesh.degree, shape=(dimension,))
+    return MeshedBeam(
+        tagged,
+        fem.functionspace(mesh, element),
+        {name: tagged.facets_of(name) for name in ("base", "gland")},
+        case.beam.width if dimension == 2 else 1.0,
+        describe(tagged)["mean_contact_facet_length"],
+        time.perf_counter() - started,
+    )
+
+
+def mesh_dofs(meshed: MeshedBeam) -> int:
+    """Return the number of degrees of freedom of a mesh over all ranks."""
+    dofmap = meshed.space.dofmap
+    return int(dofmap.index_map.size_global * dofmap.index_map_bs)
+
+
+def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
+    """Assemble a meshed case.
+
+    Raises:
+        UserError: A point lies outside the mesh, or a patch of contact.points between its quadrature points.
+
+    Collective.
+    """
+    started = time.perf_counter()
+    space, tagged, width = meshed.space, meshed.tagged, meshed.width
+    explicit = isinstance(case.time.scheme, CentralDifference)
+    contact, gamma, correction = _contact(case, meshed)
+    area = contact.area
+    measure = ufl.Measure("ds", domain=tagged.mesh, subdomain_data=tagged.facets)
+    forms = elastic_forms(
+        space,
+        case.material,
+        case.mesh.plane == "stress",
+        width,
+        (case.restraint.axial / area, case.restraint.lateral / area),
+        measure((tagged.groups["base"], tagged.groups["gland"])),
+    )
+    moved = None
+    if case.contact.mass == "redistributed":
+        moved = extrapolation(space, np.concatenate(list(meshed.faces.values())), explicit)
+    operators = PetscOperators(forms, space, correction, explicit, moved)
+    contact, patch = gathered(case, contact)
+    body = Body(
+        case,
+        meshed,
+        operators,
+        contact,
+        load_patterns(case, space, operators),
+        {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe},
+        area,
+        gamma,
+        patch,
+    )
+    return replace(body, seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started})
+
+
+def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Default | None]:
+    """Return the operator of `contact.points` with the size of their patches; the same without such points."""
+    if case.contact.points is None:
+        return contact, None
+    patch = contact_patch(case)
+    return resultant_operator(contact, case.contact.points, patch.value), patch
+
+
+def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | None, Springs | None]:
+    """Return the operator of the formulation; of Nitsche's method also gamma and the correction of K. Collective."""
+    clearance, rule, formulation = case.support.clearance, point_rule(case), case.contact.formulation
+    space, faces, width = meshed.space, meshed.faces, meshed.width
+    if isinstance(formulation, NitscheMethod):
+        plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
+        settings = Nitsche(formulation.theta, formulation.factor, lame(case.material, plane_stress), width)
+        nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
+        return nitsche.operator, nitsche.gamma, nitsche.correction
+    return contact_operator(space, faces, clearance, width, rule, case.contact.rubs is not None), None, None

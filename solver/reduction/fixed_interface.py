@@ -1,0 +1,79 @@
+"""The vectors of Craig and Bampton (1968): modes with fixed interface DOFs, and constraint modes.
+
+A constraint mode is the static response of the interior to a motion of the interface DOFs, K_ii x_i = -K_ib x_b. Where
+only some shapes of pressure are kept, the motions are those of the interface DOFs that follow these shapes best.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from petsc4py import PETSc
+
+from solver.case_tables.model import ReducedModel
+from solver.operators import Array
+from solver.petsc_operators import PetscFactor, PetscOperators
+from solver.reduction.modes import Modes, lowest_modes
+from solver.system import ContactOperator
+
+HELD = 1.0e-10  # of the mass matrix of the faces, for interface DOFs that hardly any point sees
+
+
+def fixed_interface_vectors(
+    operators: PetscOperators,
+    contact: ContactOperator,
+    free: Modes,
+    shapes: Array | None,
+    settings: ReducedModel,
+    shift: float,
+) -> Array:
+    """Return rigid motions, fixed-interface modes and constraint modes, (n, k).
+
+    Args:
+        operators: M and K.
+        contact: The contact points.
+        free: Modes with free faces, of which the motions of the rigid body are taken.
+        shapes: Shapes on the faces, (m, shapes); None: every interface DOF.
+        settings: How many modes.
+        shift: sigma, 1/s^2.
+
+    Collective.
+    """
+    mass, stiffness = operators.matrices
+    interface = contact.interface
+    first = stiffness.getOwnershipRange()[0]
+    rows = (interface.owned + first).astype(PETSc.IntType)
+    fixed_stiffness, fixed_mass = stiffness.copy(), mass.copy()
+    largest = float(stiffness.getDiagonal().max()[1])
+    fixed_stiffness.zeroRowsColumns(rows, diag=largest)
+    fixed_mass.zeroRowsColumns(rows, diag=largest / _out_of_sight(stiffness, mass))
+    modes = lowest_modes(fixed_mass, fixed_stiffness, shift, settings.modes, settings.frequency)
+    motions = np.identity(interface.size) if shapes is None else _fitted(contact, shapes)
+    interior = PetscFactor.of(_symmetric(fixed_stiffness), "gapbeam_interior_")
+    constraints = np.empty((operators.size, motions.shape[1]), order="F")
+    for number, motion in enumerate(motions.T):
+        moved = np.zeros(operators.size)
+        interface.add(moved, motion)
+        pull = -operators.apply_stiffness(moved)
+        pull[interface.owned] = 0.0
+        constraints[:, number] = interior.solve(pull) + moved
+    rigid = free.shapes[:, free.squares < shift]
+    elastic = modes.shapes[:, : settings.modes] if settings.frequency is None else modes.shapes
+    return np.concatenate([rigid, elastic, constraints], axis=1)
+
+
+def _out_of_sight(stiffness: PETSc.Mat, mass: PETSc.Mat) -> float:
+    """Return a square of a frequency above all modes of interest, for the rows of fixed DOFs."""
+    return float(stiffness.getDiagonal().max()[1] / mass.getDiagonal().min()[1])
+
+
+def _symmetric(matrix: PETSc.Mat) -> PETSc.Mat:
+    matrix.setOption(PETSc.Mat.Option.SPD, True)
+    return matrix
+
+
+def _fitted(contact: ContactOperator, shapes: Array) -> Array:
+    """Return the motions of the interface DOFs whose gaps are nearest to shapes, (interface.size, shapes)."""
+    gap, weights = contact.gap_matrix, contact.weights[:, None]
+    gram = (gap.T @ gap.multiply(weights)).toarray()
+    gram[np.diag_indices_from(gram)] += HELD * gram.diagonal().max()
+    return np.asarray(np.linalg.solve(gram, gap.T @ (weights * shapes)))

@@ -1,0 +1,54 @@
+"""The truncation check: which share of the static flexibility of the contact faces a basis neglects.
+
+Under a pressure z the faces give way by z^T D z, D = G (K + sigma M)^-1 G^T. A basis gives less,
+
+    sum_j (phi_j^T G^T z)^2 / (s_j + sigma).
+
+The share of what is missing, rigid motions left out, is averaged over random pressures.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from solver.operators import Array, Factor, Operators
+from solver.reduction.basis import Basis
+from solver.system import ContactOperator
+
+RIGID = 0.5  # of the shift; modes below are motions of the floating body on its weak restraint
+
+
+def neglected_share(
+    operators: Operators, contact: ContactOperator, factor: Factor, basis: Basis, shift: float, pressures: Array
+) -> float:
+    """Return the share of the flexibility that a basis neglects, at least 0.
+
+    Args:
+        operators: M and K.
+        contact: The contact points.
+        factor: The factor of K + sigma M.
+        basis: V and its frequencies.
+        shift: sigma, 1/s^2.
+        pressures: Columns of pressures at the contact points, (m, k).
+
+    Collective.
+    """
+    interface = contact.interface
+    loads = np.asarray(contact.resultants @ (contact.weights[:, None] * pressures))
+    moved = factor.solve_columns(interface, csr_matrix(loads))
+    forces = loads[interface.slots]
+    full = operators.sum(np.einsum("ij,ij->j", moved[interface.owned], forces))
+    shares = operators.sum(np.ascontiguousarray(basis.columns[interface.owned].T @ forces)) ** 2
+    flexibility = shares / (basis.squares + shift)[:, None]
+    rigid = flexibility[basis.squares < RIGID * shift].sum()
+    elastic = float(full.sum() - rigid)
+    return max(float(full.sum() - flexibility.sum()) / elastic, 0.0) if elastic > 0.0 else 0.0
+
+
+def random_pressures(contact: ContactOperator, count: int, shapes: Array | None = None) -> Array:
+    """Return random pressures, (m, count), always the same: from point to point, or of random sizes of given shapes."""
+    random = np.random.default_rng(0)
+    if shapes is None:
+        return np.asarray(random.choice([-1.0, 1.0], (contact.size, count)))
+    return np.asarray(shapes @ random.choice([-1.0, 1.0], (shapes.shape[1], count)))

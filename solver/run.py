@@ -152,7 +152,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     )
     plan = march_of_model(model, scheme)
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
-    course = _Course(model, folder, comm, seat)
+    course = Course(model, folder, comm, seat)
     try:
         course.follow(plan, summary["forcing"]["period"])
     finally:
@@ -174,8 +174,15 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     summary["message"] = f"{course.tally.steps} steps, {balance_words(course.ledger)}"
 
 
-class _Course:
-    """A march and everything that consumes its steps: ledger, gates, history, fields, progress."""
+class Course:
+    """A march and everything that consumes its steps: ledger, gates, history, fields, progress.
+
+    Collective to make and to use.
+
+    Attributes:
+        fields: Where fields go.
+        tally: What the march cost.
+    """
 
     def __init__(self, model: Model, folder: Path, comm: MPI.Comm, seat: Seat) -> None:
         self.model, self.comm, self.start = model, comm, seat.state
@@ -187,6 +194,11 @@ class _Course:
         self.history = HistoryWriter(folder / HISTORY_FILE, self.recorder.labels) if comm.rank == 0 else None
 
     def follow(self, plan: March, period: float | None) -> None:
+        """March from the seat and take in every step; `period` is that of the forcing, s, for the progress shown.
+
+        Raises:
+            RunError: The march failed, created energy or was interrupted; what was computed up to then is on disk.
+        """
         case = self.model.case
         every = round((case.output.history_interval or plan.dt) / plan.dt)
         fields_every = max(1, round((case.output.fields_interval or case.time.end / 100.0) / plan.dt))
@@ -217,6 +229,7 @@ class _Course:
             self.tally.march = time.perf_counter() - clock
 
     def close(self) -> None:
+        """Close the files."""
         if self.history is not None:
             self.history.close()
         self.fields.close()

@@ -230,11 +230,13 @@ def _newton_change(
     target = held_depth[active] - depth[active] + missing
     if np.any(change):
         target -= scale * condensed.respond(change)[active]
-    matrix = scale * condensed.delassus[np.ix_(active, active)]
+    matrix = condensed.delassus[np.ix_(active, active)]
+    matrix *= scale
     matrix[np.diag_indices_from(matrix)] += compliance
     try:
         if condensed.symmetric:
-            change[active] = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
+            # transposed it is column-major, and factored in place
+            change[active] = cho_solve(cho_factor(matrix.T, overwrite_a=True, check_finite=False), target)
         else:
             change[active] = solve(matrix, target, check_finite=False)
     except LinAlgError:

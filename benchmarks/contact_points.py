@@ -1,6 +1,6 @@
 """What a condensed step costs against the number of contact points, on one mesh: finer and finer quadrature.
 
-    environment/run python3 -m benchmarks.contact_points
+environment/run python3 -m benchmarks.contact_points
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Where a factorization no longer pays: conjugate gradients with GAMG on the effective operator, a few solves.
 
-The solid beam of cases/li2013.toml, finer and finer; the preconditioner is given the rigid motions. Each size is measured
-in a process of its own. `--large` goes up to a million unknowns.
+The solid beam of cases/li2013.toml, finer and finer; the preconditioner is given the rigid motions. Each size is
+measured in a process of its own. `--large` goes up to a million unknowns.
 
     environment/run python3 -m benchmarks.iterative
     environment/run python3 -m benchmarks.iterative --large
@@ -39,7 +39,9 @@ def measure(cells: int) -> None:
     tagged = mesh_of_case(case, MPI.COMM_SELF)
     mesh = tagged.mesh
     space = fem.functionspace(mesh, ("Lagrange", case.mesh.degree, (3,)))
-    faces = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)((tagged.groups["base"], tagged.groups["gland"]))
+    faces = ufl.Measure("ds", domain=mesh, subdomain_data=tagged.facets)(
+        (tagged.groups["base"], tagged.groups["gland"])
+    )
     area = 2.0 * case.support.length * case.beam.width
     restraint = (case.restraint.axial / area, case.restraint.lateral / area)
     forms = elastic_forms(space, case.material, False, 1.0, restraint, faces)
@@ -100,8 +102,8 @@ def table(cells: tuple[int, ...] = CELLS) -> Table:
             machine_words(),
             f"mean of {SOLVES} random right sides; solve = a DOFs^b, b = {power:.2f}",
             f"an estimate, not a run: 10 000 steps at {last['dofs']:.0f} DOFs would take "
-            f"{1e4 * last[f'solve_{TOLERANCES[0]:g}'] / 3600.0:.0f} h by one solve to {TOLERANCES[0]:g} each; a reduced "
-            "model needs some dozens of such solves once, and marches without them",
+            f"{1e4 * last[f'solve_{TOLERANCES[0]:g}'] / 3600.0:.0f} h by one solve to {TOLERANCES[0]:g} each; a "
+            "reduced model needs some dozens of such solves once, and marches without them",
         ),
         {"exponent_solve": power, "largest_solve": last[f"solve_{TOLERANCES[0]:g}"]},
     )

@@ -89,7 +89,8 @@ def compare(case: Case, steps: dict[str, int], long: int) -> Table:
             machine_words(),
             f"up to {whole.active} contact points under pressure; set-up of the condensed way: "
             + ", ".join(f"{name} {value}" for name, value in setup.items()),
-            f"difference: largest in any displacement relative to the largest displacement, over all steps; {worst:.1e} "
+            "difference: largest in any displacement relative to the largest displacement, over all steps; "
+            f"{worst:.1e} "
             f"{'is' if worst <= AGREEMENT else 'is NOT'} below {AGREEMENT:g}",
             f"times faster: {min(ratios.values()):.0f} or more, wanted {WANTED_RATIO:.0f}: "
             f"{'met' if min(ratios.values()) >= WANTED_RATIO else 'NOT met'}",

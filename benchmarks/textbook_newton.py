@@ -3,8 +3,8 @@
     rho (v1 - v0)/dt . w + (sigma(um) + c_K sigma(vm)) : eps(w) + c_M rho vm . w + restraint = gravity . w + p n . w,
     um = (u0 + u1)/2,   vm = (u1 - u0)/dt,   v1 = 2 vm - v0,   p = eps max(-g(u1), 0) on both faces
 
-This is the scheme `implicit-midpoint` of gapbeam, with the same penalty and the same quadrature. The unknown is u1. In each
-iteration the Jacobian, which UFL derives, is assembled and factored anew.
+This is the scheme `implicit-midpoint` of gapbeam, with the same penalty and the same quadrature. The unknown is u1. In
+each iteration the Jacobian, which UFL derives, is assembled and factored anew.
 """
 
 from __future__ import annotations
@@ -77,7 +77,7 @@ class TextbookBeam:
 
     @property
     def displacement(self) -> Array:
-        """u at the last accepted time, (n,), m."""
+        """The displacement at the last accepted time, (n,), m."""
         return np.array(self._old.x.array)
 
     def advance(self) -> NewtonCount:

@@ -18,7 +18,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
-from solver.analyses.static import find_seat
+from solver.analyses.static import Seat, find_seat
 from solver.analyses.transient import March
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.errors import Interrupted, RunError
@@ -30,7 +30,7 @@ from solver.run import Course
 
 WARM_UP = 2  # steps, in which everything happens for the first time
 TRIAL_TIME, FEWEST, MOST = 3.0, 8, 4000  # s, and steps of a trial
-FIELDS_OF_A_RUN = 100.0  # by default
+FIELDS_OF_A_RUN = 100  # by default
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class Prediction:
     """What a run will cost.
 
     Attributes:
-        setup: Mesh, assembly, reduction, seat, factorization and Delassus operator together, s.
+        setup: Wall time of each part before the march, s.
         once: What only the first steps take, s.
         steps: Steps of the run.
         per_step: Mean wall time of a step with its records, s.
@@ -46,11 +46,10 @@ class Prediction:
         fields: Fields that the run writes.
         per_field: Time to write one, s.
         memory: Peak of resident memory over all ranks together, bytes.
-        trial_steps: Steps that were marched for it.
         basis: What the figures stand on, in words.
     """
 
-    setup: float
+    setup: dict[str, float]
     once: float
     steps: int
     per_step: float
@@ -58,7 +57,6 @@ class Prediction:
     fields: int
     per_field: float
     memory: float
-    trial_steps: int
     basis: str
 
     @property
@@ -69,7 +67,7 @@ class Prediction:
     @property
     def total(self) -> float:
         """Time of the run, s."""
-        return self.setup + self.march
+        return sum(self.setup.values()) + self.march
 
 
 def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
@@ -87,33 +85,29 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     Collective.
     """
     trial = model_of(at_full_amplitude(model.case), model.body)
-    clock = time.perf_counter()
     scheme = make_integrator(trial.case.time.scheme)
+    clock = time.perf_counter()
     seat = find_seat(trial.system, trial.law, trial.seat_springs, scheme.carries_acceleration)
+    setup = {"model": spent, "seat": time.perf_counter() - clock}
     plan = march_of_model(trial, scheme)
-    plan.operators.at(plan.dt)
-    setup = spent + time.perf_counter() - clock
+    setup |= plan.operators.at(plan.dt).seconds
     folder = on_rank_zero(comm, lambda: Path(tempfile.mkdtemp(prefix="gapbeam-check-")))
     try:
-        trials = _Trials(trial, plan, folder, comm)
-        first = trials.march(seat, WARM_UP)
-        guess = first.per_step if first.steps else TRIAL_TIME
-        asked = int(min(max(TRIAL_TIME / max(guess, 1.0e-9), FEWEST), MOST, plan.steps))
-        asked = comm.bcast(asked)
-        done = trials.march(seat, asked)
+        trials = _Trials(trial, plan, seat, folder, comm)
+        first = trials.march(min(WARM_UP, plan.steps))
+        wanted = min(max(round(TRIAL_TIME / first.per_step), FEWEST), MOST, plan.steps)
+        done = trials.march(comm.bcast(wanted))
     finally:
         on_rank_zero(comm, lambda: shutil.rmtree(folder, ignore_errors=True))
-    fields = 1 + plan.steps // fields_every(model.case, plan.dt)
     return Prediction(
         setup,
         max(0.0, first.steps * (first.per_step - done.per_step)),
         plan.steps,
         done.per_step,
         done.back_substitution,
-        fields,
+        1 + _fields(model.case, plan.dt, plan.steps),
         done.per_field,
         float(sum(peak_memory(comm))),
-        done.steps,
         done.words,
     )
 
@@ -127,13 +121,16 @@ def at_full_amplitude(case: Case) -> Case:
     return case.model_copy(update={"load": loads})
 
 
-def fields_every(case: Case, dt: float) -> int:
-    """Return after how many steps a run writes fields."""
-    return max(1, round((case.output.fields_interval or case.time.end / FIELDS_OF_A_RUN) / dt))
+def _fields(case: Case, dt: float, steps: int) -> int:
+    """Return how many fields a march of some steps writes after its start."""
+    every = max(1, round((case.output.fields_interval or case.time.end / FIELDS_OF_A_RUN) / dt))
+    return steps // every + (steps % every != 0)
 
 
 @dataclass(frozen=True)
 class _Trial:
+    """What some steps cost: their number, s per step, of that the back-substitution, s per field, and in words."""
+
     steps: int
     per_step: float
     back_substitution: float
@@ -143,30 +140,31 @@ class _Trial:
 
 @dataclass(frozen=True)
 class _Trials:
-    """Marches a few steps with their output into a folder that nobody keeps."""
+    """Marches a few steps from the seat, with their output into a folder that nobody keeps."""
 
     model: Model
     plan: March
+    seat: Seat
     folder: Path
     comm: MPI.Comm
 
-    def march(self, seat: Any, steps: int) -> _Trial:
-        """March some steps from the seat."""
-        course = Course(self.model, self.folder, self.comm, seat)
-        words = f"{steps} steps tried out"
+    def march(self, steps: int) -> _Trial:
+        course = Course(self.model, self.folder, self.comm, self.seat)
+        words = f"measured now: {steps} steps from the seat with the loads at their full amplitude"
         try:
             course.follow(replace(self.plan, steps=steps), None)
         except Interrupted:
             raise
         except RunError as error:
-            words = f"the trial under sudden loads ended early: {error}"
+            words = f"measured now, until the trial under the sudden loads ended early: {error}"
         finally:
             clock = time.perf_counter()
-            course.fields.write(seat.state, self.model)
+            course.fields.write(self.seat.state, self.model)
             per_field = time.perf_counter() - clock
             course.close()
         tally = course.tally
-        whole = round(tally.time / self.plan.dt) if False else tally.steps
-        written = 1 + whole // fields_every(self.model.case, self.plan.dt)
-        per_step = max(tally.march - written * per_field, tally.advance) / max(whole, 1)
-        return _Trial(whole, per_step, tally.back_substitution / max(tally.steps, 1), per_field, words)
+        parts = max(tally.steps, 1)
+        whole = steps if words.startswith("measured now:") else parts
+        output = _fields(self.model.case, self.plan.dt, whole) * per_field
+        per_step = max(tally.march - output, tally.advance, 1.0e-9) / whole
+        return _Trial(whole, per_step, tally.back_substitution / parts, per_field, words)

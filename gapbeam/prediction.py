@@ -19,7 +19,7 @@ from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
 from solver.analyses.static import Seat, find_seat
-from solver.analyses.transient import March
+from solver.analyses.transient import March, march
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.errors import Interrupted, RunError
 from solver.integrators.schemes import make_integrator
@@ -149,10 +149,11 @@ class _Trials:
     comm: MPI.Comm
 
     def march(self, steps: int) -> _Trial:
-        course = Course(self.model, self.folder, self.comm, self.seat)
+        course = Course(self.model, self.folder, self.comm, self.seat.state)
         words = f"measured now: {steps} steps from the seat with the loads at their full amplitude"
         try:
-            course.follow(replace(self.plan, steps=steps), None)
+            plan = replace(self.plan, steps=steps)
+            course.follow(plan, march(plan, self.seat.state), None)
         except Interrupted:
             raise
         except RunError as error:

@@ -95,7 +95,8 @@ def ladder_of(case: Case, coarser: float = 1.0) -> Ladder:
     finest = FINEST * coarser
 
     def rung(name: str, model: Mapping[str, Any], refinement: float = 1.0, in_plane: bool = False, **more: Any) -> Rung:
-        changes: dict[str, Any] = {"model": dict(model), **_mesh(case, refinement, in_plane)}
+        even = more.get("mesh__degree", case.mesh.degree) == 1
+        changes: dict[str, Any] = {"model": dict(model), **_mesh(case, refinement, in_plane, even)}
         changes |= {key.replace("__", "."): value for key, value in more.items()}
         if changes.get("time.step", step) > step:
             changes["output.history_interval"] = None  # records are then as far apart as steps
@@ -159,8 +160,8 @@ def _fixed(case: Case, beam: Model) -> tuple[dict[str, Any], list[str]]:
     return fixed, notes
 
 
-def _mesh(case: Case, refinement: float, in_plane: bool) -> dict[str, Any]:
-    """Return the keys of a mesh with cells of another size."""
+def _mesh(case: Case, refinement: float, in_plane: bool, even: bool) -> dict[str, Any]:
+    """Return the keys of a mesh with cells of another size; even numbers put nodes of degree 1 on the axis."""
     mesh, thickness = case.mesh, case.beam.thickness
     plane = in_plane or mesh.dimension == 2
     size, support = mesh.size or thickness, mesh.support_size or thickness / 3.0
@@ -169,8 +170,8 @@ def _mesh(case: Case, refinement: float, in_plane: bool) -> dict[str, Any]:
         "mesh.size": size * refinement,
         "mesh.support_size": support * refinement,
         "mesh.edge_size": None if mesh.edge_size is None else mesh.edge_size * refinement,
-        "mesh.cells_through_thickness": _cells(mesh.cells_through_thickness, refinement),
-        "mesh.cells_across_width": None if plane else _cells(mesh.cells_across_width, refinement),
+        "mesh.cells_through_thickness": _cells(mesh.cells_through_thickness, refinement, even),
+        "mesh.cells_across_width": None if plane else _cells(mesh.cells_across_width, refinement, even),
     }
     if plane and mesh.dimension == 3:
         changes["mesh.cell"] = Mesh().cell
@@ -186,5 +187,6 @@ def _dofs(case: Case, changes: Mapping[str, Any]) -> float:
     return float(dimension * prod(degree * count + 1.0 for count in cells))
 
 
-def _cells(count: int | None, refinement: float) -> int:
-    return max(1, round((count or 4) / refinement))
+def _cells(count: int | None, refinement: float, even: bool) -> int:
+    wanted = (count or 4) / refinement
+    return max(2, 2 * round(0.5 * wanted)) if even else max(1, round(wanted))

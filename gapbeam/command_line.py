@@ -1,7 +1,7 @@
 """The command `gapbeam`.
 
 Exit status: 0 done; 1 internal error; 2 a fault of the input; 3 energy was created; 4 not converged;
-130 interrupted.
+5 two runs do not agree (compare); 130 interrupted.
 """
 
 from __future__ import annotations
@@ -17,9 +17,11 @@ import typer
 from rich.console import Console
 from rich.logging import RichHandler
 
+from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
 from gapbeam.ranks import abort_together, first_rank
 from gapbeam.stability import stability
+from gapbeam.sweep import sweep
 
 INPUT_FAULT = 2
 INTERRUPTED = 130
@@ -88,6 +90,8 @@ def schema() -> int:
 app.command()(plot)
 app.command()(render)
 app.command()(stability)
+app.command()(compare)
+app.command()(sweep)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

@@ -31,7 +31,8 @@ def stability(
 ) -> int:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted."""
     from postprocess.stability_map import QUANTITIES, draw_stability_map
-    from solver.studies.grid import read_axis, run_grid, table
+    from solver.studies.axes import read_axis
+    from solver.studies.grid import run_grid, table
 
     grid = [f"contact.stiffness={stiffness}", f"time.step={step}", f"time.scheme={scheme}", *(vary or [])]
     axes = [read_axis(text) for text in grid]

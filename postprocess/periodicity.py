@@ -117,7 +117,7 @@ def periodicity(
             None, np.inf, np.inf, 0, None, 0, tolerance,
             f"undecided: {available} forcing periods are too few, at least {REPEATS + 1} are needed",
         )  # fmt: skip
-    waves = np.stack([_cut(signal, forcing_frequency, available) for signal in signals], axis=-1)
+    waves = np.stack([last_periods(signal, forcing_frequency, available) for signal in signals], axis=-1)
     best, best_residual = 1, np.inf
     for p in range(1, tried + 1):
         difference = _differences(waves, p)
@@ -166,8 +166,17 @@ def _found(
     return Periodicity(p, residual, remaining, repeats, transient, tried, tolerance, verdict)
 
 
-def _cut(signal: Signal, frequency: float, periods: int) -> FloatArray:
-    """The last whole periods as rows: (periods, values in a period); interpolated where they do not fit."""
+def last_periods(signal: Signal, frequency: float, periods: int) -> FloatArray:
+    """Cut the last whole forcing periods out, (periods, values in a period); interpolated where they do not fit.
+
+    Args:
+        signal: Evenly sampled.
+        frequency: Of the forcing, Hz.
+        periods: How many; the signal must last as long.
+
+    Raises:
+        SignalError: Fewer than four values in a period.
+    """
     exact = 1.0 / (frequency * signal.interval)
     if exact < 4:
         raise SignalError(f"{signal.name}: {exact:.3g} values in a forcing period, at least four are needed")

@@ -132,6 +132,12 @@ def mesh_beam(case: Case, comm: MPI.Comm) -> MeshedBeam:
     )
 
 
+def mesh_dofs(meshed: MeshedBeam) -> int:
+    """Return the number of degrees of freedom of a mesh over all ranks."""
+    dofmap = meshed.space.dofmap
+    return int(dofmap.index_map.size_global * dofmap.index_map_bs)
+
+
 def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     """Assemble a meshed case.
 

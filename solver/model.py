@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
@@ -10,7 +11,7 @@ from dolfinx import fem
 from mpi4py import MPI
 
 from meshes.tagged import TaggedMesh
-from solver.body import Body, ProbeRow, finite_elements, mesh_beam, point_rule
+from solver.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from solver.case import Case
 from solver.case_tables.contact import NitscheMethod
 from solver.case_tables.model import BeamModel, ReducedModel
@@ -38,6 +39,8 @@ from solver.step_limit import with_stable_step
 from solver.system import SemiDiscreteSystem
 from solver.time_step import with_time_step
 from solver.timoshenko import beam_body
+
+LOG = logging.getLogger("gapbeam")
 
 
 @dataclass(frozen=True)
@@ -90,7 +93,7 @@ class Model:
     @property
     def mesh_dofs(self) -> int:
         """Number of degrees of freedom of the mesh over all ranks."""
-        return int(self.space.dofmap.index_map.size_global * self.space.dofmap.index_map_bs)
+        return mesh_dofs(self.body.meshed)
 
     @property
     def dofs(self) -> int:
@@ -135,10 +138,28 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 def build_body(case: Case, comm: MPI.Comm) -> Body:
     """Return what `model_of` needs of a case; errors as in `build_model`. Collective."""
     meshed = mesh_beam(case, comm)
+    LOG.info("meshed: %d cells in %.2g s", meshed.tagged.cell_count, meshed.seconds)
     if isinstance(case.model, BeamModel):
         return beam_body(case, meshed, case.model)
     body = finite_elements(case, meshed)
-    return reduced_body(body, case.model) if isinstance(case.model, ReducedModel) else body
+    LOG.info("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
+    if not isinstance(case.model, ReducedModel):
+        return body
+    body = reduced_body(body, case.model)
+    LOG.info("%s; reduced in %.2g s", basis_words(body), body.seconds["reduction"])
+    return body
+
+
+def basis_words(body: Body) -> str:
+    """Return what a reduced basis holds and neglects, in one line."""
+    basis = body.basis
+    assert basis is not None
+    odd = f", {basis.left_out} that nothing symmetric moves left out" if basis.left_out else ""
+    return (
+        f"basis of {basis.size} DOFs: {basis.modes} modes up to {basis.highest_mode:.4g} Hz, {basis.contact_shapes} "
+        f"shapes from contact and {basis.load_shapes} from loads{odd}; it neglects {basis.neglected:.2g} of the static "
+        f"flexibility of the contact faces ({basis.neglected_smooth:.2g} where the pressure varies over half a shape)"
+    )
 
 
 def model_of(case: Case, body: Body) -> Model:

@@ -43,7 +43,7 @@ SOLID = {
 def beam_case(
     changes: Mapping[str, Mapping[str, Any]] | None = None,
     loads: tuple[Mapping[str, Any], ...] = (GRAVITY,),
-    probes: Mapping[str, float] | None = None,
+    probes: Mapping[str, float | tuple[float, ...]] | None = None,
 ) -> Case:
     """Return the beam with some keys of its tables changed, under these loads, with probes at these x."""
     tables: dict[str, Any] = {name: dict(table) for name, table in BEAM.items()}
@@ -57,7 +57,7 @@ def beam_case(
 def beam_model(
     changes: Mapping[str, Mapping[str, Any]] | None = None,
     loads: tuple[Mapping[str, Any], ...] = (GRAVITY,),
-    probes: Mapping[str, float] | None = None,
+    probes: Mapping[str, float | tuple[float, ...]] | None = None,
 ) -> Model:
     """Return the assembled model of `beam_case`."""
     return build_model(beam_case(changes, loads, probes), MPI.COMM_SELF)

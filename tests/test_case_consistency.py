@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from solver.case_file import consistency, contact_fits, geometry, places, restitution, resultants
+from solver.case_file import consistency, contact_fits, geometry, model_fits, places, restitution, resultants
 from solver.case_file.consistency import CHECKS, contradictions_in
 from solver.case_file.reader import read_case, warnings
 from tests.case_texts import GOOD, assert_tells, faults_of, spoiled, written
@@ -373,7 +373,7 @@ def test_a_good_case_warns_of_nothing(tmp_path: Path) -> None:
 def test_every_check_is_made() -> None:
     written_checks = {
         function
-        for module in (consistency, contact_fits, geometry, places, restitution, resultants)
+        for module in (consistency, contact_fits, geometry, model_fits, places, restitution, resultants)
         for name, function in inspect.getmembers(module, inspect.isgeneratorfunction)
         if not name.startswith("_")
     }

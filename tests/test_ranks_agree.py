@@ -26,6 +26,7 @@ SOLID = (
     "mesh.cells_across_width=2",
     "restraint.lateral=1e6",
 )
+REDUCED = (*SOLID, "model.type=reduced", "model.modes=10", "model.shapes=5")
 RUBBED = (*SOLID, "contact.friction.coefficient=0.3", "contact.friction.slip_velocity=1e-3")
 
 CLOSE = 1e-8  # of the largest magnitude of a variable
@@ -126,6 +127,13 @@ def test_seats_agree(results: list[Results]) -> None:
         assert seat["gland_force"] == pytest.approx(seats[0]["gland_force"], rel=1e-7)
         weight = 7919.0 * 0.51 * 0.012 * 0.02 * 9.81
         assert seat["base_force"] - seat["gland_force"] == pytest.approx(weight, rel=1e-7)
+
+
+def test_reduced_beams_agree(tmp_path: Path) -> None:
+    """Histories and fields in a reduced basis: the modes agree as well as their solver converged, to some 1e-12."""
+    results = run_on_ranks(DEMO, REDUCED, tmp_path)
+    assert too_far(results, loosened=200.0) == {}
+    check_fields(results, 200.0 * CLOSE)
 
 
 @pytest.mark.slow

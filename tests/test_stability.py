@@ -12,7 +12,8 @@ from PIL import Image
 from postprocess.stability_map import QUANTITIES, draw_stability_map
 from solver.case_file.faults import CaseError
 from solver.errors import UserError
-from solver.studies.grid import Axis, read_axis, run_grid, table
+from solver.studies.axes import Axis, read_axis
+from solver.studies.grid import run_grid, table
 from solver.studies.trial import try_case
 from tests.command import DEMO, PROJECT, alone, called
 from tests.models import beam_case

@@ -38,6 +38,11 @@ from solver.case_file.periodic import (
     model_is_dense,
     period_map_is_smooth,
     shooting_has_whole_steps,
+from solver.case_file.model_fits import (
+    beam_is_prismatic,
+    contact_fits_the_model,
+    implicit_schemes_march_the_model,
+    loads_bend_the_beam,
 )
 from solver.case_file.places import (
     directions_point_somewhere,
@@ -185,6 +190,10 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     points_lie_on_the_faces,
     points_hold_the_beam,
     patches_keep_apart,
+    contact_fits_the_model,
+    implicit_schemes_march_the_model,
+    loads_bend_the_beam,
+    beam_is_prismatic,
     gates_are_in_order,
     forcing_is_periodic,
     period_map_is_smooth,

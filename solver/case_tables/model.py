@@ -40,8 +40,8 @@ class ReducedModel(Table):
     )
     points_across: Literal["all"] | Whole = Field(
         default=1,
-        description="contact points across the width for each place along it, twice as many where the motion is not "
-        "symmetric about the bending plane (3D); all: those of the mesh",
+        description="contact points across the width for each place along it, four times as many where the motion is "
+        "not symmetric about the bending plane (3D); all: those of the mesh",
     )
 
 

@@ -79,7 +79,7 @@ class Recorder:
         """Return the record at a state. Collective."""
         system, contact = self.model.system, self.model.system.contact
         forces = contact.weights * state.pressure
-        interval = state.time - self._last_time
+        interval = state.time - self._last_time if self._last_velocity else 0.0  # the first record is the start
         probes = self._probes(state)
         motion = self._frame_acceleration(self._last_time, state.time)
         components = len(self.labels["component"])

@@ -120,15 +120,16 @@ def peak_memory(comm: MPI.Comm) -> list[int]:
 
 def write_summary(folder: Path, summary: dict[str, Any]) -> None:
     """Write summary.json; numbers that are not finite become null."""
-    text = json.dumps(_finite(summary | {"format": FORMAT_VERSION}), indent=2, allow_nan=False)
+    text = json.dumps(finite(summary | {"format": FORMAT_VERSION}), indent=2, allow_nan=False)
     write_beside(folder / SUMMARY_FILE, text + "\n")
 
 
-def _finite(value: Any) -> Any:
+def finite(value: Any) -> Any:
+    """Return a value as JSON can hold it: numbers that are not finite are null."""
     if isinstance(value, dict):
-        return {key: _finite(entry) for key, entry in value.items()}
+        return {key: finite(entry) for key, entry in value.items()}
     if isinstance(value, list | tuple):
-        return [_finite(entry) for entry in value]
+        return [finite(entry) for entry in value]
     if isinstance(value, float | np.floating):
         return float(value) if math.isfinite(value) else None
     if isinstance(value, np.integer):

@@ -45,7 +45,8 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
     stiffness = np.stack([operators.apply_stiffness(vector) for vector in vectors.T], axis=1)
     inertia = operators.sum(np.ascontiguousarray(vectors.T @ mass))
     energy = operators.sum(np.ascontiguousarray(vectors.T @ stiffness)) + shift * inertia
-    scale = 1.0 / np.sqrt(np.diagonal(energy))
+    lengths = np.sqrt(np.diagonal(energy))
+    scale = np.where(lengths > 0.0, 1.0, 0.0) / np.where(lengths > 0.0, lengths, 1.0)
     lengths, directions = np.linalg.eigh(_symmetric(energy * np.outer(scale, scale)))
     independent = lengths > INDEPENDENT * lengths[-1]
     combine = scale[:, None] * directions[:, independent] / np.sqrt(lengths[independent])

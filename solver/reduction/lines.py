@@ -99,7 +99,7 @@ def _gauss(y: Array, weights: Array, count: int) -> tuple[Array, Array]:
         polynomials.append(following / norm)
         alphas.append(float(weights @ (y * polynomials[-1] ** 2)))
     _, vectors = np.linalg.eigh(np.diag(alphas) + np.diag(betas, 1) + np.diag(betas, -1))
-    # pi_a(y_i) = vectors[a, i] / sqrt(A_i), and A_i = total vectors[0, i]^2
+    # pi_a(y_i) = vectors[a, i] / sqrt(A_i), and A_i = total vectors[0, i]^2, the vectors turned such that pi_0 > 0
     areas = total * vectors[0] ** 2
-    values = vectors / np.sqrt(areas)
+    values = vectors * np.sign(vectors[0]) / np.sqrt(areas)
     return areas, values.T @ (np.array(polynomials) * weights)

@@ -40,6 +40,7 @@ Kept = NDArray[np.bool_]
 RIGID_MODES = {2: 3, 3: 6}
 UNMOVED = 1.0e-8  # of the largest motion that a unit force gives a mode
 SPACING = 0.25  # of a facet, between lines of points that do not lie on lines
+UNSYMMETRIC = 4  # times as many points across the width, where faces may close on one side alone
 CHECKED = 8  # random pressures of the truncation check
 
 
@@ -77,7 +78,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     fewer = contact
     gathers = case.mesh.dimension == 3 and case.contact.points is None and contact.tangents is None
     if gathers and settings.points_across != "all":
-        nodes = settings.points_across if symmetric else 2 * settings.points_across
+        nodes = settings.points_across if symmetric else UNSYMMETRIC * settings.points_across
         fewer = across_lines(contact, nodes, symmetric, SPACING * body.meshed.facet_length)
     patterns = [basis.project(operators, pattern) for pattern in body.patterns]
     moved: Kept = np.ones(len(basis.squares), dtype=bool)

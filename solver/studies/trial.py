@@ -6,27 +6,14 @@ import time
 from dataclasses import asdict, dataclass
 from typing import Any
 
-import numpy as np
 from mpi4py import MPI
 
 from solver.analyses.static import find_seat
-from solver.analyses.transient import march
 from solver.case import Case
-from solver.energy import enter_step, open_ledger, restate
-from solver.errors import EnergyCreated, NotConverged, NotFinite, RunError, UserError
-from solver.gates import EnergyGates
+from solver.errors import RunError
 from solver.integrators.schemes import make_integrator
-from solver.march_of_model import march_of_model
 from solver.model import build_model
-from solver.output.rows import Recorder
-from solver.verdict import judge
-
-VERDICTS: dict[type[RunError], str] = {
-    EnergyCreated: "energy created",
-    NotConverged: "not converged",
-    NotFinite: "not finite",
-    UserError: "refused",
-}
+from solver.studies.respond import Response, respond
 
 
 @dataclass
@@ -68,39 +55,28 @@ class Trial:
 
 def try_case(case: Case) -> Trial:
     """Run a case on this process alone and judge it; a run that fails is a result, not an error."""
-    trial, started = Trial(), time.perf_counter()
+    started = time.perf_counter()
+    response = Response()
     try:
-        _march(case, trial)
+        model = build_model(case, MPI.COMM_SELF)
+        carries = make_integrator(model.case.time.scheme).carries_acceleration
+        seat = find_seat(model.system, model.law, model.seat_springs, carries)
+        response = respond(model, seat.state, round(model.case.time.end / model.step))
     except RunError as error:
-        trial.verdict, trial.message = VERDICTS.get(type(error), "failed"), str(error)
-    trial.seconds = time.perf_counter() - started
-    return trial
-
-
-def _march(case: Case, trial: Trial) -> None:
-    model = build_model(case, MPI.COMM_SELF)
-    system, law, scheme = model.system, model.law, make_integrator(case.time.scheme)
-    seat = find_seat(system, law, model.seat_springs, scheme.carries_acceleration)
-    plan = march_of_model(model, scheme)
-    ledger, gates = open_ledger(system, law, seat.state), EnergyGates(case.gates, system.contact)
-    recorder = Recorder(model)
-    iterations: list[int] = []
-    try:
-        for step in march(plan, seat.state):
-            ledger = enter_step(system, law, ledger, step)
-            if step.refreshed is not None:
-                ledger = restate(system, law, ledger, step.refreshed)
-            recorder.see(step)
-            iterations.append(step.iterations)
-            trial.reached = step.new.time
-            gates.check(step, ledger)
-        judge(model, ledger, gates)
-    finally:
-        if iterations:
-            scale = ledger.exchanged if ledger.exchanged > 0.0 else np.nan
-            trial.created, trial.residual = gates.growth(ledger), ledger.residual / scale
-            trial.lost = ledger.algorithmic / scale
-            trial.penetration, trial.peak_force = float(recorder.deepest.max()), float(recorder.peak_force.max())
-            clearance = abs(case.support.clearance)
-            trial.relative_penetration = trial.penetration / clearance if clearance > 0.0 else None
-            trial.iterations, trial.most_iterations = float(np.mean(iterations)), max(iterations)
+        response.failed(error)
+    clearance = abs(case.support.clearance)
+    marched = clearance > 0.0 and response.steps > 0
+    return Trial(
+        response.verdict,
+        response.message,
+        response.reached,
+        response.created,
+        response.residual,
+        response.lost,
+        response.penetration,
+        response.penetration / clearance if marched else None,
+        response.peak_force,
+        response.iterations,
+        response.most_iterations,
+        time.perf_counter() - started,
+    )

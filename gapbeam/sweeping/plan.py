@@ -1,0 +1,242 @@
+"""What a sweep is asked to do, and its folder: finished points, and the refusal of a case that has changed."""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import math
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from solver.case import Case
+from solver.case_file.faults import CaseError
+from solver.case_file.reader import read_case
+from solver.errors import UserError
+from solver.output.folder import write_beside
+from solver.studies.axes import Axis, overrides_of, points_of
+from solver.variants import body_key
+
+PLAN_FILE = "plan.json"
+POINTS = "points"
+FORMAT = 1
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep over the keys of a case.
+
+    Attributes:
+        case: Path of the case file.
+        fixed: Overrides of every point, KEY=VALUE.
+        axes: What varies.
+        zipped: Lists side by side instead of a grid.
+        carry: Whether points along the last axis start from the end of the one before them.
+        both: Whether they are carried downward too.
+        starts: Starts of every point, or of every chain of carried points: the seat and starts - 1 kicks.
+        seed: Of the kicks.
+        transient: s after which a response counts; None: found out.
+        tolerance: Of the periodicity, and of responses that are taken for the same.
+    """
+
+    case: Path
+    fixed: tuple[str, ...]
+    axes: tuple[Axis, ...]
+    zipped: bool = False
+    carry: bool = False
+    both: bool = False
+    starts: int = 1
+    seed: int = 0
+    transient: float | None = None
+    tolerance: float = 0.02
+
+    def points(self) -> list[tuple[str, ...]]:
+        """The values of every point.
+
+        Raises:
+            UserError: Too many, a key twice, or lists of different lengths.
+        """
+        return points_of(self.axes, self.zipped)
+
+    def overrides(self, point: Sequence[str]) -> list[str]:
+        """The overrides of a point."""
+        return overrides_of(self.axes, point, self.fixed)
+
+
+class Task(NamedTuple):
+    """One response to compute.
+
+    Attributes:
+        number: Of the response in the sweep, which names its files.
+        values: Of the axes.
+        direction: "up" or "down" along the last axis where the state is carried, or "".
+        start: 0 the seat, else the number of a kick.
+    """
+
+    number: int
+    values: tuple[str, ...]
+    direction: str
+    start: int
+
+
+class Chain(NamedTuple):
+    """Responses that one process computes one after the other; in a carried chain each starts from the last one."""
+
+    sweep: Sweep
+    folder: Path
+    tasks: tuple[Task, ...]
+
+
+def chains_of(sweep: Sweep, folder: Path) -> list[Chain]:
+    """Return the chains of a sweep, in an order that does not depend on what is done already."""
+    points = sweep.points()
+    chains: list[list[tuple[tuple[str, ...], str, int]]] = []
+    if sweep.carry:
+        length = len(points) if sweep.zipped else len(sweep.axes[-1].values)
+        lines = [points[first : first + length] for first in range(0, len(points), length)]
+        for line in lines:
+            for direction in ("up", "down") if sweep.both else ("up",):
+                way = line if direction == "up" else line[::-1]
+                chains += [[(values, direction, start) for values in way] for start in range(sweep.starts)]
+    else:
+        chains = [[(values, "", start)] for values in points for start in range(sweep.starts)]
+    numbered, number = [], 0
+    for chain in chains:
+        tasks = tuple(Task(number + place, *task) for place, task in enumerate(chain))
+        number += len(chain)
+        numbered.append(Chain(sweep, folder, tasks))
+    return numbered
+
+
+def read_points(sweep: Sweep) -> dict[tuple[str, ...], Case | CaseError]:
+    """Read the case of every point; those with faults are results.
+
+    Raises:
+        CaseError: Every point has faults; those of the first are told.
+    """
+    found: dict[tuple[str, ...], Case | CaseError] = {}
+    for point in sweep.points():
+        try:
+            found[point] = read_case(sweep.case, sweep.overrides(point))
+        except CaseError as error:
+            found[point] = error
+    faults = [entry for entry in found.values() if isinstance(entry, CaseError)]
+    if len(faults) == len(found):
+        raise faults[0]
+    if sweep.carry:
+        _check_carry(sweep, found)
+    return found
+
+
+def _check_carry(sweep: Sweep, cases: Mapping[tuple[str, ...], Case | CaseError]) -> None:
+    """Refuse to carry a state along a key that changes what the state is a state of."""
+    if sweep.zipped:
+        lines: dict[tuple[str, ...], list[Case]] = {(): [case for case in cases.values() if isinstance(case, Case)]}
+    else:
+        lines = {}
+        for point, case in cases.items():
+            if isinstance(case, Case):
+                lines.setdefault(point[:-1], []).append(case)
+    for line in lines.values():
+        keys = [body_key(case) for case in line]
+        if any(key != keys[0] for key in keys):
+            tables = [_flat(key.model_dump(mode="json")) for key in keys]
+            name = next(name for name in tables[0] if any(table.get(name) != tables[0][name] for table in tables))
+            raise UserError(
+                f"--carry: {name} changes along {sweep.axes[-1].key}, so a state does not fit the next point; expected "
+                "a last key that leaves mesh, material, model and places as they are, such as support.clearance, "
+                "contact.stiffness, load.NAME.amplitude or load.NAME.frequency"
+            )
+
+
+def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) -> int:
+    """Make the folder of a sweep, or go on with the one that is there.
+
+    Args:
+        sweep: What to do.
+        folder: Its folder.
+        cases: The case at the points, as far as it has no faults.
+        overwrite: Remove what an earlier sweep left.
+
+    Returns:
+        The number of responses that are on disk already.
+
+    Raises:
+        UserError: The folder holds another sweep: which key differs, and how.
+    """
+    plan, path = _plan(sweep, cases), folder / PLAN_FILE
+    if path.exists() and not overwrite:
+        try:
+            before = json.loads(path.read_text(encoding="utf-8"))
+        except ValueError as fault:
+            raise UserError(f"{path} cannot be read ({fault}); choose another --output, or pass --overwrite") from fault
+        differing = [key for key in {**before, **plan} if before.get(key) != plan.get(key)]
+        if differing:
+            told = "; ".join(f"{key}: {before.get(key)!r} there, {plan.get(key)!r} now" for key in differing[:5])
+            more = f" and {len(differing) - 5} more keys" if len(differing) > 5 else ""
+            raise UserError(
+                f"{folder} holds another sweep: {told}{more}; expected the same case and options to go on with it. "
+                "Choose another --output, or pass --overwrite to begin anew"
+            )
+    try:
+        if overwrite and path.exists():
+            shutil.rmtree(folder / POINTS, ignore_errors=True)
+        (folder / POINTS).mkdir(parents=True, exist_ok=True)
+        write_beside(path, json.dumps(plan, indent=1) + "\n")
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written ({error.strerror}); choose another --output") from error
+    return len(finished(folder))
+
+
+def finished(folder: Path) -> dict[int, dict[str, Any]]:
+    """Return the records of the responses that are on disk, by number."""
+    found = {}
+    for path in sorted((folder / POINTS).glob("*.json")):
+        found[int(path.stem)] = json.loads(path.read_text(encoding="utf-8"))
+    return found
+
+
+def point_file(folder: Path, task: Task, suffix: str = "json") -> Path:
+    """Return the file of a response."""
+    return folder / POINTS / f"{task.number:06d}.{suffix}"
+
+
+def _plan(sweep: Sweep, cases: Sequence[Case]) -> dict[str, Any]:
+    """Return what a sweep depends on, key by key."""
+    swept = {axis.key for axis in sweep.axes}
+    plan: dict[str, Any] = {"format": FORMAT}
+    tables = [_flat(case.model_dump(mode="json")) for case in cases]
+    plan |= {key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)}
+    if cases[0].mesh.file is not None:
+        content = Path(cases[0].mesh.file)
+        plan["contents of mesh.file"] = hashlib.sha256(content.read_bytes()).hexdigest() if content.is_file() else None
+    plan |= {f"values of {axis.key}": list(axis.values) for axis in sweep.axes}
+    plan |= {f"--{key}": getattr(sweep, name) for key, name in _OPTIONS.items()}
+    return {key: value for key, value in plan.items() if key not in swept}
+
+
+_OPTIONS = {
+    "zip": "zipped",
+    "carry": "carry",
+    "both": "both",
+    "starts": "starts",
+    "seed": "seed",
+    "transient": "transient",
+    "tolerance": "tolerance",
+}
+
+
+def _flat(value: Any, key: str = "") -> dict[str, Any]:
+    """Return a nested table as dotted keys; entries of arrays by their names or numbers."""
+    if isinstance(value, dict):
+        entries = ((name, inner) for name, inner in value.items())
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        entries = ((str(entry.get("name", place)), entry) for place, entry in enumerate(value))
+    else:
+        return {key: value if not (isinstance(value, float) and not math.isfinite(value)) else repr(value)}
+    found: dict[str, Any] = {}
+    for name, inner in entries:
+        found |= _flat(inner, f"{key}.{name}" if key else name)
+    return found

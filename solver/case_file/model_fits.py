@@ -1,0 +1,84 @@
+"""Contradictions between the model and what is asked of it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from solver.case import Mesh
+from solver.case_file.faults import Fault
+from solver.case_file.places import Loads
+from solver.case_tables.contact import Contact, NitscheMethod, Penalty
+from solver.case_tables.model import BeamModel, FullModel, ModelTable, ReducedModel
+from solver.case_tables.time import CentralDifference, Time
+
+TYPE = ("model", "type")
+
+
+def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Fault]:
+    """A basis of few DOFs has no stress at the contact points, and few motions that constraints could hold."""
+    if isinstance(model, FullModel):
+        return
+    formulation = contact.formulation
+    keeps_all = isinstance(model, ReducedModel) and model.contact == "all"
+    if isinstance(formulation, NitscheMethod):
+        expected = "full: the formulation nitsche takes the stress at the contact points, which only the mesh has"
+        yield Fault(TYPE, model.type, expected, 'formulation = "penalty"', (("contact", "formulation"),))
+    elif not isinstance(formulation, Penalty) and not keeps_all:
+        yield Fault(
+            TYPE,
+            f"{model.type}, with the formulation {formulation.type}",
+            'full, or reduced with contact = "all": more points than motions of the faces cannot all be held exactly',
+            'contact = "all" in [model], or formulation = "penalty"',
+            (("contact", "formulation"),),
+        )
+    if contact.mass == "redistributed":
+        expected = "consistent: the contact nodes of a reduced or a beam model have no mass of their own"
+        yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (TYPE,))
+    if contact.rubs is not None and not keeps_all:
+        yield Fault(
+            ("contact", "friction"),
+            f"a coefficient of {contact.rubs.coefficient:g}, with the model {model.type}",
+            'the model full, or reduced with contact = "all": the other bases do not give way along the faces',
+            'contact = "all" in [model], or leave friction out',
+            (TYPE,),
+        )
+
+
+def implicit_schemes_march_the_model(model: ModelTable, time: Time) -> Iterator[Fault]:
+    """The static shapes of a basis have frequencies far above those of the mesh."""
+    if not isinstance(model, FullModel) and isinstance(time.scheme, CentralDifference):
+        yield Fault(
+            ("time", "scheme"),
+            f"central-difference, with the model {model.type}",
+            "an implicit scheme: the shapes that contact gives a basis would ask for steps of nanoseconds",
+            'scheme = "discrete-gradient"',
+            (TYPE,),
+        )
+
+
+def loads_bend_the_beam(model: ModelTable, mesh: Mesh, load: Loads) -> Iterator[Fault]:
+    """Beam elements bend, and do nothing else."""
+    if not isinstance(model, BeamModel):
+        return
+    for number, entry in load.items():
+        if entry.direction is not None and any(component != 0.0 for component in entry.direction[:-1]):
+            axis = "y" if mesh.dimension == 2 else "z"
+            yield Fault(
+                ("load", number, "direction"),
+                f"{list(entry.direction)}, with the model beam",
+                f"a direction along {axis}: beam elements know bending alone",
+                "leave direction out, or take another model",
+                (TYPE,),
+            )
+
+
+def beam_is_prismatic(model: ModelTable, mesh: Mesh) -> Iterator[Fault]:
+    """The section of beam elements is that of [beam]."""
+    if isinstance(model, BeamModel) and mesh.file is not None:
+        yield Fault(
+            TYPE,
+            "beam, with a mesh file",
+            "full or reduced: the section of a mesh file is not known",
+            'type = "reduced"',
+            (("mesh", "file"),),
+        )

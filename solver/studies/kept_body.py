@@ -1,0 +1,25 @@
+"""The body of the last case, kept for the next one that differs only in what is cheap to change."""
+
+from __future__ import annotations
+
+from mpi4py import MPI
+
+from solver.body import Body
+from solver.case import Case
+from solver.model import Model, build_body, model_of
+from solver.variants import body_key
+
+
+class KeptBody:
+    """Sets up models one after the other, each body once."""
+
+    def __init__(self) -> None:
+        self._kept: tuple[Case, Body] | None = None
+
+    def model(self, case: Case) -> Model:
+        """Return the model of a case on this process alone; errors as in `solver.model.build_model`."""
+        key = body_key(case)
+        if self._kept is None or self._kept[0] != key:
+            self._kept = None  # frees the memory of the old body before the new one takes its own
+            self._kept = key, build_body(case, MPI.COMM_SELF)
+        return model_of(case, self._kept[1])

@@ -1,0 +1,52 @@
+"""Many independent pieces of work, in several processes."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+from collections.abc import Callable, Iterator, Sequence
+from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
+from typing import TypeVar
+
+Work = TypeVar("Work")
+Result = TypeVar("Result")
+
+THREADS = ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS")
+
+
+def side_by_side(
+    task: Callable[[Work], Result],
+    works: Sequence[Work],
+    jobs: int | None = None,
+    tick: Callable[[], None] | None = None,
+) -> Iterator[tuple[int, Result]]:
+    """Do pieces of work in processes of their own, and yield the place of each with its result as they end.
+
+    Processes are spawned: a forked MPI process would share its parent's connections. Each computes with one thread,
+    so that they do not take the cores from each other.
+
+    Args:
+        task: A function of a module, which the processes import.
+        works: What it is called with; picklable.
+        jobs: Processes; by default one a core.
+        tick: Called about once a second while waiting.
+    """
+    before = {name: os.environ.get(name) for name in THREADS}
+    os.environ.update(dict.fromkeys(THREADS, "1"))
+    count = max(1, min(jobs or os.cpu_count() or 1, len(works)))
+    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
+    try:
+        waiting = {pool.submit(task, work): place for place, work in enumerate(works)}
+        while waiting:
+            done, _ = wait(waiting, timeout=1.0, return_when=FIRST_COMPLETED)
+            for future in done:
+                yield waiting.pop(future), future.result()
+            if tick is not None:
+                tick()
+    finally:
+        pool.shutdown(cancel_futures=True)
+        for name, value in before.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -56,7 +57,7 @@ def _draw(panel: Axes, values: np.ndarray, heights: np.ndarray, stable: np.ndarr
 def _runs(stable: np.ndarray) -> Iterator[slice]:
     """Yield the parts of one stability."""
     edges = [0, *(np.flatnonzero(np.diff(stable.astype(int))) + 1), len(stable)]
-    yield from (slice(start, stop) for start, stop in zip(edges[:-1], edges[1:], strict=True))
+    yield from (slice(start, stop) for start, stop in pairwise(edges))
 
 
 def _mark(panel: Axes, points: Sequence[Mapping[str, Any]], heights: np.ndarray) -> None:

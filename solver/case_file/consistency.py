@@ -30,6 +30,12 @@ from solver.case_file.geometry import (
     support_is_part_of_the_beam,
 )
 from solver.case_file.keys import numbered
+from solver.case_file.model_fits import (
+    beam_is_prismatic,
+    contact_fits_the_model,
+    implicit_schemes_march_the_model,
+    loads_bend_the_beam,
+)
 from solver.case_file.periodic import (
     balance_has_a_law,
     curve_is_in_reach,
@@ -38,11 +44,6 @@ from solver.case_file.periodic import (
     model_is_dense,
     period_map_is_smooth,
     shooting_has_whole_steps,
-from solver.case_file.model_fits import (
-    beam_is_prismatic,
-    contact_fits_the_model,
-    implicit_schemes_march_the_model,
-    loads_bend_the_beam,
 )
 from solver.case_file.places import (
     directions_point_somewhere,

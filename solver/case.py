@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from solver.case_tables.analysis import Analysis, Transient
 from solver.case_tables.contact import Contact
 from solver.case_tables.model import FullModel, ModelTable
 from solver.case_tables.time import Time
@@ -190,5 +191,6 @@ class Case(Table):
     load: tuple[Load, ...] = Field(default=(), description="loads acting together")
     probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")
     time: Time
+    analysis: Analysis = Transient()
     gates: Gates = Gates()
     output: Output = Output()

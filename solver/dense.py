@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
-from scipy.linalg import cho_factor, cho_solve
+from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse import csr_matrix
 
 from solver.operators import Array, Factor, Interface, Springs
@@ -43,6 +44,12 @@ class DenseOperators:
         self.stiffness = np.atleast_2d(stiffness) + self.restraint
         self.size = len(self.mass)
         self.massless = np.diagonal(self.mass) == 0.0
+
+    @cached_property
+    def modes(self) -> tuple[Array, Array]:
+        """Squares s of the angular frequencies, (n,), 1/s^2, and shapes X with X^T M X = 1, (n, n); found once."""
+        squares, shapes = eigh(self.stiffness, self.mass)
+        return squares, shapes
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x."""

@@ -10,7 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.linalg import eigh
 
 from solver.dense import DenseOperators
 from solver.operators import Array
@@ -56,7 +55,7 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
     operators, contact = system.operators, system.contact
     if not isinstance(operators, DenseOperators) or np.any(operators.massless) or not contact.symmetric:
         return None
-    squares, shapes = eigh(operators.stiffness, operators.mass)
+    squares, shapes = operators.modes
     interface = contact.interface
     traced = np.zeros((interface.size, operators.size))
     traced[interface.slots] = shapes[interface.owned]

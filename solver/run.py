@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -12,11 +13,12 @@ import numpy as np
 from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
-from solver.analyses.static import Seat, find_seat
+from solver.analyses.static import find_seat
 from solver.analyses.transient import March, march
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
+from solver.case_tables.analysis import Periodic
 from solver.energy import Ledger, enter_step, open_ledger, restate
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.episodes import Episodes
@@ -34,6 +36,8 @@ from solver.output.log_file import log_file
 from solver.output.progress import ProgressLine
 from solver.output.records import CASE_FILE, HISTORY_FILE
 from solver.output.rows import Recorder
+from solver.periodic.probe_figures import ProbeFigures
+from solver.periodic.searching import search
 from solver.system import State, Step
 from solver.tally import Tally
 from solver.verdict import balance_words, contact_words, figures, friction_words, judge, remarks, resolution_remarks
@@ -152,11 +156,18 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     )
     plan = march_of_model(model, scheme)
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
-    course = _Course(model, folder, comm, seat)
+    start, steps, response = seat.state, march(plan, seat.state), None
+    if isinstance(model.case.analysis, Periodic):
+        response = search(model, seat.state, model.case.analysis, folder, comm, summary)
+        model, plan, start, steps = response.steady.model, response.steady.plan, response.start, response.steps
+    probes = ProbeFigures(model)
+    course = _Course(model, folder, comm, start)
     try:
-        course.follow(plan, summary["forcing"]["period"])
+        course.follow(plan, probes.listening(steps) if response else steps, summary["forcing"]["period"])
     finally:
         course.close()
+        if response is not None:
+            summary["periodic"]["probes"] = probes.told(response.steady.periods)
         summary |= figures(model, course.recorder, course.ledger, course.gates)
         summary["contact_episodes"] = course.episodes.figures()
         summary["convergence"] = course.tally.convergence()
@@ -177,16 +188,16 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
 class _Course:
     """A march and everything that consumes its steps: ledger, gates, history, fields, progress."""
 
-    def __init__(self, model: Model, folder: Path, comm: MPI.Comm, seat: Seat) -> None:
-        self.model, self.comm, self.start = model, comm, seat.state
+    def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State) -> None:
+        self.model, self.comm, self.start = model, comm, start
         self.recorder, self.episodes = Recorder(model), Episodes(model.system.contact)
         self.gates = EnergyGates(model.case.gates, model.system.contact)
-        self.ledger: Ledger = open_ledger(model.system, model.law, seat.state)
+        self.ledger: Ledger = open_ledger(model.system, model.law, start)
         self.tally = Tally(model.step)
         self.fields = FieldWriter(folder, model)
         self.history = HistoryWriter(folder / HISTORY_FILE, self.recorder.labels) if comm.rank == 0 else None
 
-    def follow(self, plan: March, period: float | None) -> None:
+    def follow(self, plan: March, steps: Iterator[Step], period: float | None) -> None:
         case = self.model.case
         every = round((case.output.history_interval or plan.dt) / plan.dt)
         fields_every = max(1, round((case.output.fields_interval or case.time.end / 100.0) / plan.dt))
@@ -197,7 +208,7 @@ class _Course:
         try:
             with progress, Interruption(self.comm) as interruption:
                 mark = clock
-                for step in march(plan, self.start):
+                for step in steps:
                     self._take(step, time.perf_counter() - mark)
                     if step.completes:
                         done += 1

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from solver.case import BaseMotion, Case, Damping, Gates, Gravity, Output
 from solver.case import Load as CaseLoad
+from solver.case_tables.analysis import Transient
 from solver.case_tables.contact import Contact, Friction, KelvinVoigt
 from solver.case_tables.time import CentralDifference, Time
 
@@ -12,7 +13,7 @@ def body_key(case: Case) -> Case:
     """Return a case with everything taken out that a body does not depend on; equal for cases that share a body.
 
     Clearance, law, stiffness and damping of the contact, structural damping, amplitudes, frequencies, phases and ramps
-    of the loads, time, gates and output are cheap to change.
+    of the loads, time, analysis, gates and output are cheap to change.
     """
     return case.model_copy(
         update={
@@ -22,6 +23,7 @@ def body_key(case: Case) -> Case:
             "contact": _contact(case.contact),
             "load": tuple(_load(load) for load in case.load),
             "time": _time(case.time),
+            "analysis": Transient(),
             "gates": Gates(),
             "output": Output(),
         }

@@ -36,6 +36,15 @@ from solver.case_file.model_fits import (
     implicit_schemes_march_the_model,
     loads_bend_the_beam,
 )
+from solver.case_file.periodic import (
+    balance_has_a_law,
+    curve_is_in_reach,
+    forcing_is_periodic,
+    march_reaches_the_amplitude,
+    model_is_dense,
+    period_map_is_smooth,
+    shooting_has_whole_steps,
+)
 from solver.case_file.places import (
     directions_point_somewhere,
     load_names_differ,
@@ -187,5 +196,12 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     loads_bend_the_beam,
     beam_is_prismatic,
     gates_are_in_order,
+    forcing_is_periodic,
+    period_map_is_smooth,
+    shooting_has_whole_steps,
+    model_is_dense,
+    balance_has_a_law,
+    march_reaches_the_amplitude,
+    curve_is_in_reach,
 )
 """All checks; the names of their parameters are those of the tables they take."""

@@ -72,7 +72,7 @@ class Spring:
         slope = (self.pressure(new) - mean) / divisor
         if np.any(close):
             shares = 0.5 * (1.0 + _NODES)
-            between = old + np.outer(shares, apart)
-            mean = np.where(close, 0.5 * _WEIGHTS @ self.pressure(between), mean)
-            slope = np.where(close, 0.5 * (_WEIGHTS * shares) @ self.slope(between), slope)
+            between = old + np.multiply.outer(shares, apart)
+            mean = np.where(close, np.tensordot(0.5 * _WEIGHTS, self.pressure(between), 1), mean)
+            slope = np.where(close, np.tensordot(0.5 * _WEIGHTS * shares, self.slope(between), 1), slope)
         return mean, np.maximum(slope, 0.0)

@@ -15,6 +15,8 @@ FILES = (
     records.FIELDS_DATA_FILE,
     records.SUMMARY_FILE,
     records.LOG_FILE,
+    records.CURVE_FILE,
+    records.CURVE_TABLE_FILE,
 )
 
 

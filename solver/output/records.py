@@ -16,6 +16,8 @@ FIELDS_FILE = "fields.xdmf"
 FIELDS_DATA_FILE = "fields.h5"
 SUMMARY_FILE = "summary.json"
 LOG_FILE = "run.log"
+CURVE_FILE = "curve.json"
+CURVE_TABLE_FILE = "curve.csv"
 
 FACES = ("base", "gland")
 COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}

@@ -1,0 +1,191 @@
+"""Contradictions between a search for periodic responses and the rest of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from solver.case import BaseMotion, HarmonicForce, Support
+from solver.case_file.faults import Fault, Key
+from solver.case_file.places import Loads
+from solver.case_file.words import either
+from solver.case_tables.analysis import Periodic, Transient
+from solver.case_tables.contact import AugmentedLagrangian, Contact, Penalty
+from solver.case_tables.model import FullModel, ModelTable
+from solver.case_tables.time import DiscreteGradient, ImplicitMidpoint, Time
+
+Analysis = Transient | Periodic
+TYPE: Key = ("analysis", "type")
+VARIED = ("support.clearance", "contact.stiffness", "contact.damping")
+
+
+def forcing_is_periodic(analysis: Analysis, load: Loads) -> Iterator[Fault]:
+    """A periodic response has one forcing frequency."""
+    if not isinstance(analysis, Periodic):
+        return
+    frequencies = {n: entry.frequency for n, entry in load.items() if isinstance(entry, HarmonicForce | BaseMotion)}
+    known = sorted(set(frequencies.values()))
+    if len(known) == 1:
+        return
+    found = f"loads of {', '.join(f'{value:g} Hz' for value in known)}" if known else "no harmonic load"
+    yield Fault(
+        TYPE,
+        f'"periodic", with {found}',
+        "harmonic loads of one frequency",
+        'type = "transient" marches whatever the loads are',
+        tuple(("load", number, "frequency") for number in frequencies),
+    )
+
+
+def period_map_is_smooth(analysis: Analysis, contact: Contact) -> Iterator[Fault]:
+    """The search needs contact that depends on the state alone, and knows its derivative."""
+    if not isinstance(analysis, Periodic):
+        return
+    if contact.rubs is not None:
+        yield Fault(
+            ("contact", "friction"),
+            f"a coefficient of {contact.rubs.coefficient:g}, in the search for a periodic response",
+            "no friction: its derivative is not followed",
+            'leave friction out, or analysis.type = "transient"',
+            (TYPE,),
+        )
+    if contact.law.type in ("hunt-crossley", "lankarani-nikravesh"):
+        yield Fault(
+            ("contact", "law"),
+            f"{contact.law.type}, whose damping follows from the speed at touch, in the search for a periodic response",
+            "kelvin-voigt or adams-impact: contact that depends on the state alone",
+            'law = "kelvin-voigt" with contact.damping',
+            (TYPE,),
+        )
+    if isinstance(contact.formulation, AugmentedLagrangian):
+        yield Fault(
+            ("contact", "formulation"),
+            "augmented-lagrangian, in the search for a periodic response",
+            "penalty, unilateral or nitsche: the derivative of multipliers is not followed",
+            'formulation = "penalty"',
+            (TYPE,),
+        )
+
+
+def shooting_has_whole_steps(analysis: Analysis, time: Time) -> Iterator[Fault]:
+    """Shooting marches periods in equal steps of a midpoint rule."""
+    if not isinstance(analysis, Periodic) or analysis.method != "shooting":
+        return
+    if not isinstance(time.scheme, DiscreteGradient | ImplicitMidpoint):
+        yield Fault(
+            ("time", "scheme"),
+            f"{time.scheme.type}, with analysis.method shooting",
+            "discrete-gradient or implicit-midpoint: the map over a period is linearized for these",
+            'scheme = "discrete-gradient"',
+            (TYPE,),
+        )
+    if time.adaptive:
+        yield Fault(
+            ("time", "adaptive"),
+            "true, with analysis.method shooting",
+            "false: a period has the same steps in every iteration",
+            "adaptive = false, and a smaller time.step",
+            (TYPE,),
+        )
+
+
+def model_is_dense(analysis: Analysis, model: ModelTable) -> Iterator[Fault]:
+    """Harmonic balance and curves work on models of few DOFs."""
+    if not isinstance(analysis, Periodic) or not isinstance(model, FullModel):
+        return
+    if analysis.method == "harmonic-balance" or analysis.continuation is not None:
+        what = "harmonic balance" if analysis.method == "harmonic-balance" else "a curve"
+        related: Key = ("analysis", "method" if analysis.method == "harmonic-balance" else "continuation")
+        yield Fault(
+            ("model", "type"),
+            f"full, with {what}",
+            "reduced or beam: a model of few degrees of freedom",
+            'model.type = "reduced"',
+            (related,),
+        )
+
+
+def balance_has_a_law(analysis: Analysis, contact: Contact) -> Iterator[Fault]:
+    """Harmonic balance needs a law with finite slopes, and mass everywhere."""
+    if not isinstance(analysis, Periodic) or analysis.method != "harmonic-balance":
+        return
+    method: Key = ("analysis", "method")
+    if not isinstance(contact.formulation, Penalty):
+        expected = "penalty: the harmonics of contact forces follow from a law"
+        yield Fault(
+            ("contact", "formulation"), contact.formulation.type, expected, 'formulation = "penalty"', (method,)
+        )
+    if contact.mass == "redistributed":
+        expected = "consistent: harmonic balance works in modes, which massless nodes do not have"
+        yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (method,))
+
+
+def march_reaches_the_amplitude(analysis: Analysis, time: Time, load: Loads) -> Iterator[Fault]:
+    """The march that a search starts from reaches the steady forcing."""
+    if not isinstance(analysis, Periodic) or analysis.start != "march":
+        return
+    for number, entry in load.items():
+        if isinstance(entry, HarmonicForce | BaseMotion) and entry.ramp > time.end:
+            yield Fault(
+                ("time", "end"),
+                f"{time.end:g} s, within the ramp of {entry.ramp:g} s of a load",
+                f"at least {entry.ramp:g} s: the search starts from what the full amplitude has brought about",
+                f"end = {2 * entry.ramp:g}",
+                (("load", number, "ramp"),),
+            )
+
+
+def curve_is_in_reach(analysis: Analysis, support: Support, contact: Contact, load: Loads) -> Iterator[Fault]:
+    """What varies along a curve is a number of the case, which lies in the range."""
+    if not isinstance(analysis, Periodic) or analysis.continuation is None:
+        return
+    curve, table = analysis.continuation, ("analysis", "continuation")
+    if analysis.method != "shooting":
+        yield Fault(
+            ("analysis", "method"),
+            f"{analysis.method}, with [analysis.continuation]",
+            "shooting: curves are followed by it",
+            'method = "shooting"',
+            (table,),
+        )
+    value = value_of(curve.key, {"support": support, "contact": contact}, load)
+    if value is None:
+        known = ("support.clearance", "contact.stiffness or contact.damping where it is a number", *_of_loads(load))
+        yield Fault((*table, "key"), curve.key, either(known), "loads are called by their names")
+        return
+    if not curve.low < curve.high:
+        yield Fault(
+            (*table, "high"), f"{curve.high:g}", f"more than low, {curve.low:g}", "swap them?", ((*table, "low"),)
+        )
+    elif not curve.low <= value <= curve.high:
+        yield Fault(
+            (*table, "low"),
+            f"a range from {curve.low:g} to {curve.high:g}",
+            f"a range that holds the value of the case, {curve.key} = {value:g}: the curve starts there",
+            f"low = {min(curve.low, value):g}, high = {max(curve.high, value):g}",
+            ((*table, "high"),),
+        )
+    elif curve.key.endswith(".frequency") and curve.low <= 0.0:
+        yield Fault((*table, "low"), f"{curve.low:g} Hz", "a frequency above 0", f"low = {0.1 * value:g}")
+
+
+def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | None:
+    """Return the value of what a curve may vary, None where it may not: for keys that a case is remade for cheaply.
+
+    Args:
+        key: "support.clearance", "contact.stiffness", "contact.damping", "load.NAME.frequency", "load.NAME.amplitude".
+        tables: The tables support and contact, by name.
+        load: The loads.
+    """
+    if key in _of_loads(load):
+        _, name, field = key.split(".")
+        return float(next(getattr(entry, field) for entry in load.values() if entry.name == name))
+    table, _, field = key.partition(".")
+    if key not in VARIED:
+        return None
+    value = getattr(tables[table], field)
+    return float(value) if isinstance(value, float | int) else None
+
+
+def _of_loads(load: Loads) -> list[str]:
+    shaken = [entry.name for entry in load.values() if isinstance(entry, HarmonicForce | BaseMotion)]
+    return [f"load.{name}.{field}" for name in shaken for field in ("frequency", "amplitude")]

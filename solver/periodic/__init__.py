@@ -1,0 +1,1 @@
+"""Periodic responses: shooting, Floquet multipliers, continuation, harmonic balance."""

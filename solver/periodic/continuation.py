@@ -1,0 +1,270 @@
+"""Pseudo-arc-length continuation of periodic responses in one parameter.
+
+A point is y = (x, lambda) with P(x; lambda) = x. From a point and the tangent t there, the next one satisfies
+
+    P(x; lambda) - x = 0,    t . (y - y_0) = ds
+
+in scaled unknowns, so that the curve is followed around folds, where lambda turns back. Steps grow where Newton's
+method is quick and shrink where it fails.
+
+Source: Keller (1977) for the arc-length condition.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from solver.errors import NotConverged
+from solver.operators import Array
+from solver.periodic.floquet import FOLD, NEIMARK_SACKER, PERIOD_DOUBLING, Stability, stability_of
+from solver.periodic.shooting import PeriodMap, relative_change, shoot
+
+DIFFERENCE = 1.0e-6  # of the range of the parameter, for the derivative by it
+MOST_ITERATIONS = 8
+QUICK = 3  # iterations; then the next step is longer
+GROWTH = 1.5
+LOCATED = 1.0e-3  # of a step: how well folds and doublings are located
+
+
+@dataclass(frozen=True)
+class CurveSettings:
+    """How a curve is followed.
+
+    Attributes:
+        low: Least value of the parameter.
+        high: Largest value.
+        first_step: First arc length, as a share of the range.
+        longest_step: Longest arc length, likewise.
+        shortest_step: Shortest arc length, likewise; where it fails the curve ends.
+        max_points: Largest number of points in one direction.
+        tolerance: Of the change over a period, relative.
+    """
+
+    low: float
+    high: float
+    first_step: float = 0.01
+    longest_step: float = 0.1
+    shortest_step: float = 1.0e-5
+    max_points: int = 400
+    tolerance: float = 1.0e-8
+
+    @property
+    def range(self) -> float:
+        """Length of the range, high - low."""
+        return self.high - self.low
+
+
+@dataclass(frozen=True)
+class CurvePoint:
+    """One periodic response on a curve.
+
+    Attributes:
+        value: The parameter.
+        x: State at the start of a period, (2n,).
+        stability: Its multipliers.
+        direction: Share of the parameter in the tangent, positive where it grows along the curve.
+        iterations: Newton iterations.
+        residual: Change over a period, relative.
+        event: "fold", "period doubling" or "Neimark-Sacker" where the curve passes one, or "".
+    """
+
+    value: float
+    x: Array
+    stability: Stability
+    direction: float
+    iterations: int
+    residual: float
+    event: str = ""
+
+
+@dataclass(frozen=True)
+class Curve:
+    """Points from one end to the other.
+
+    Attributes:
+        points: The points in order.
+        endings: Why the curve ends, at its first point and at its last.
+    """
+
+    points: tuple[CurvePoint, ...]
+    endings: tuple[str, str]
+
+    @property
+    def events(self) -> list[CurvePoint]:
+        """The points where stability changes or the parameter turns back."""
+        return [point for point in self.points if point.event]
+
+
+def follow(map_at: Callable[[float], PeriodMap], value: float, start: Array, settings: CurveSettings) -> Curve:
+    """Follow the curve through a periodic response in both directions.
+
+    Args:
+        map_at: The period map for a value of the parameter.
+        value: Value to start from.
+        start: State near the periodic response there, (2n,).
+        settings: Range and steps.
+
+    Raises:
+        NotConverged: There is no periodic response near the start.
+    """
+    orbit = shoot(map_at(value), start, settings.tolerance)
+    walk = _Walk(map_at, settings, settings.range)
+    first = CurvePoint(value, orbit.x, orbit.stability, 1.0, orbit.iterations, orbit.residual)
+    up, upper = walk.along(walk.first(first, orbit.monodromy, 1.0))
+    down, lower = walk.along(walk.first(first, orbit.monodromy, -1.0))
+    between = replace(first, direction=up[0].direction if up else 1.0)
+    return Curve((*_turned(down), between, *up), (lower, upper))
+
+
+def _turned(points: list[CurvePoint]) -> Iterator[CurvePoint]:
+    """Yield the points of a walk in the other direction."""
+    for point in reversed(points):
+        yield replace(point, direction=-point.direction)
+
+
+@dataclass(frozen=True)
+class _Found:
+    """A corrected point with what the next one needs.
+
+    Attributes:
+        point: The point.
+        weights: What makes its scaled state a vector of length 1, (2n,).
+        tangent: Unit tangent of (weights x, value / range), (2n + 1,).
+    """
+
+    point: CurvePoint
+    weights: Array
+    tangent: Array
+
+
+@dataclass(frozen=True)
+class _Walk:
+    """One direction along a curve."""
+
+    map_at: Callable[[float], PeriodMap]
+    settings: CurveSettings
+    range: float
+
+    def first(self, point: CurvePoint, monodromy: Array, sign: float) -> _Found:
+        """Return a point with the tangent along which the parameter grows (1) or falls (-1)."""
+        return self._found(point, monodromy, np.append(np.zeros(len(point.x)), sign))
+
+    def along(self, last: _Found) -> tuple[list[CurvePoint], str]:
+        """Return the points behind one, and why they end."""
+        points: list[CurvePoint] = []
+        length = self.settings.first_step
+        for _ in range(self.settings.max_points):
+            found = self._next(last, length)
+            while found is None:
+                length *= 0.5
+                if length < self.settings.shortest_step:
+                    return points, f"steps below {self.settings.shortest_step:g} of the range fail"
+                found = self._next(last, length)
+            points += self._events(last, found, length)
+            if not self.settings.low <= found.point.value <= self.settings.high:
+                points += self._at_limit(last, found)
+                return points, "the end of the range"
+            points.append(found.point)
+            if found.point.iterations <= QUICK:
+                length = min(GROWTH * length, self.settings.longest_step)
+            last = found
+        return points, f"{self.settings.max_points} points, the largest number"
+
+    def _next(self, last: _Found, length: float) -> _Found | None:
+        """Return the point at an arc length from the last, or None where Newton's method fails."""
+        weights, tangent = last.weights, last.tangent
+        start = np.append(weights * last.point.x, last.point.value / self.range)
+        y = start + length * tangent
+        residuals: list[float] = []
+        for iteration in range(MOST_ITERATIONS + 1):
+            x, value = y[:-1] / weights, float(y[-1] * self.range)
+            if value <= 0.0 < self.settings.low:
+                return None
+            try:
+                period_map = self.map_at(value)
+                end, monodromy = period_map.with_tangent(x)
+                residuals.append(relative_change(period_map.scale, x, end))
+                if not np.isfinite(residuals[-1]) or (iteration > 2 and residuals[-1] > residuals[0]):
+                    return None
+                if residuals[-1] <= self.settings.tolerance:
+                    point = CurvePoint(value, x, stability_of(monodromy), 0.0, iteration, residuals[-1])
+                    return self._found(point, monodromy, tangent, weights)
+                matrix = self._bordered(x, value, monodromy, weights, tangent)
+                missed = np.append(weights * (end - x), tangent @ (y - start) - length)
+                y = y - np.linalg.solve(matrix, missed)
+            except (NotConverged, np.linalg.LinAlgError):
+                return None
+        return None
+
+    def _found(self, point: CurvePoint, monodromy: Array, towards: Array, weighed: Array | None = None) -> _Found:
+        """Return a point with the unit tangent that points where `towards`, in other weights, does."""
+        scale = self.map_at(point.value).scale
+        size = float(np.linalg.norm(scale * point.x))
+        weights: Array = np.asarray(scale / size) if size > 0.0 else scale
+        along = towards if weighed is None else np.append(weights / weighed * towards[:-1], towards[-1])
+        matrix = self._bordered(point.x, point.value, monodromy, weights, along)
+        tangent = np.linalg.solve(matrix, np.append(np.zeros(len(point.x)), 1.0))
+        tangent = np.asarray(tangent / np.linalg.norm(tangent), dtype=float)
+        return _Found(replace(point, direction=float(tangent[-1])), weights, tangent)
+
+    def _bordered(self, x: Array, value: float, monodromy: Array, weights: Array, row: Array) -> Array:
+        """Return the Jacobian of the residual and of the arc-length condition, (2n + 1, 2n + 1)."""
+        step = DIFFERENCE * self.range
+        ends = [self.map_at(value + shift).after(x) for shift in (-step, step)]
+        by_value = weights * (ends[1] - ends[0]) / (2.0 * step) * self.range
+        by_state = weights[:, None] * monodromy / weights - np.eye(len(x))
+        return np.block([[by_state, by_value[:, None]], [row[None, :]]])
+
+    def _events(self, last: _Found, found: _Found, length: float) -> list[CurvePoint]:
+        """Return what the curve passes between two points, located and in order."""
+        before, after = last.point, found.point
+        tests: list[tuple[str, Callable[[CurvePoint], float]]] = []
+        if before.direction * after.direction < 0.0:
+            tests.append((FOLD, lambda point: point.direction))
+        if before.stability.doubling_test * after.stability.doubling_test < 0.0:
+            tests.append((PERIOD_DOUBLING, lambda point: point.stability.doubling_test))
+        if before.stability.unstable_pairs != after.stability.unstable_pairs:
+            tests.append((NEIMARK_SACKER, _pair_test))
+        located = [self._locate(last, length, name, test) for name, test in tests]
+        return [point for _, point in sorted(located, key=lambda entry: entry[0])]
+
+    def _locate(
+        self, last: _Found, length: float, name: str, test: Callable[[CurvePoint], float]
+    ) -> tuple[float, CurvePoint]:
+        """Return arc length and point where a test function vanishes; on the way, only converged points count."""
+        known = {0.0: last.point}
+
+        def at(share: float) -> float:
+            found = self._next(last, share * length) if share > 0.0 else last
+            if found is None:
+                raise NotConverged("a point between two of the curve was not found")
+            known[share] = found.point
+            return test(found.point)
+
+        try:
+            root = float(brentq(at, 0.0, 1.0, xtol=LOCATED))
+        except (NotConverged, ValueError):
+            root = max(known)
+        share = min(known, key=lambda tried: abs(tried - root))
+        return share * length, replace(known[share], event=name)
+
+    def _at_limit(self, last: _Found, found: _Found) -> list[CurvePoint]:
+        """Return the point at the end of the range, where the curve crosses it."""
+        before, after = last.point, found.point
+        limit = self.settings.high if after.value > self.settings.high else self.settings.low
+        share = (limit - before.value) / (after.value - before.value)
+        try:
+            orbit = shoot(self.map_at(limit), before.x + share * (after.x - before.x), self.settings.tolerance)
+        except NotConverged:
+            return []
+        return [CurvePoint(limit, orbit.x, orbit.stability, after.direction, orbit.iterations, orbit.residual)]
+
+
+def _pair_test(point: CurvePoint) -> float:
+    """Return |mu| - 1 of the largest complex multiplier."""
+    pairs = [abs(one) for one in point.stability.multipliers if one.imag > 0.0]
+    return max(pairs, default=0.0) - 1.0

@@ -1,0 +1,85 @@
+"""Floquet multipliers: how a small disturbance of a periodic response grows over one period.
+
+They are the eigenvalues of the monodromy matrix, the derivative of the state after a period by the state at its start.
+The response is stable if all lie inside the unit circle. As a parameter moves, a real one leaves through +1 (fold: two
+responses meet and vanish), a real one through -1 (period doubling) or a pair elsewhere (Neimark-Sacker: a second
+frequency appears).
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from solver.operators import Array
+
+Multipliers = NDArray[np.complex128]
+REAL = 1.0e-6  # a multiplier with a smaller imaginary part, relative to it, is real
+
+STABLE = "stable"
+FOLD = "fold"
+PERIOD_DOUBLING = "period doubling"
+NEIMARK_SACKER = "Neimark-Sacker"
+
+
+@dataclass(frozen=True)
+class Stability:
+    """What the multipliers say.
+
+    Attributes:
+        multipliers: All, or the leading ones, by falling absolute value.
+    """
+
+    multipliers: Multipliers
+
+    @property
+    def largest(self) -> float:
+        """Largest absolute value."""
+        return float(np.abs(self.multipliers[0])) if len(self.multipliers) else 0.0
+
+    @property
+    def stable(self) -> bool:
+        """Whether all multipliers lie inside the unit circle."""
+        return self.largest < 1.0
+
+    @property
+    def unstable_count(self) -> int:
+        """Number of multipliers outside of the unit circle."""
+        return int(np.sum(np.abs(self.multipliers) > 1.0))
+
+    @property
+    def kind(self) -> str:
+        """`STABLE`, or through where the largest multiplier has left: fold, period doubling, Neimark-Sacker."""
+        if self.stable:
+            return STABLE
+        leading = self.multipliers[0]
+        if not _is_real(leading):
+            return NEIMARK_SACKER
+        return FOLD if leading.real > 0.0 else PERIOD_DOUBLING
+
+    @property
+    def doubling_test(self) -> float:
+        """The product of 1 + mu_i, which changes its sign where one multiplier passes -1."""
+        return float(np.prod(1.0 + self.multipliers).real)
+
+    @property
+    def unstable_pairs(self) -> int:
+        """Number of complex pairs outside of the unit circle."""
+        return sum(abs(one) > 1.0 and one.imag > 0.0 and not _is_real(one) for one in self.multipliers)
+
+
+def stability_of(monodromy: Array) -> Stability:
+    """Return the multipliers of a monodromy matrix, (2n, 2n)."""
+    return ordered(np.asarray(np.linalg.eigvals(monodromy), dtype=complex))
+
+
+def ordered(multipliers: NDArray[np.complex128] | Array) -> Stability:
+    """Return multipliers by falling absolute value."""
+    found = np.asarray(multipliers, dtype=complex)
+    return Stability(found[np.argsort(-np.abs(found), kind="stable")])
+
+
+def _is_real(multiplier: complex) -> bool:
+    return abs(multiplier.imag) <= REAL * abs(multiplier)

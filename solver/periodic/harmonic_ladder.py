@@ -1,0 +1,197 @@
+"""Ways into a harmonic balance: a ladder of harmonics, and from soft to stiff contact where there is no start."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from solver.contact.dampers import HuntCrossleyDamper
+from solver.contact.law import ContactLaw
+from solver.errors import NotConverged
+from solver.modal import ModalSystem
+from solver.operators import Array
+from solver.periodic.fourier import Fourier
+from solver.periodic.harmonic_balance import HarmonicBalance, HarmonicSolution
+
+FIRST_RUNG = 5
+SOFTEST = 1.0e-8  # of the contact stiffness
+SMALLEST_FACTOR = 1.02  # by which the stiffness grows
+HARMONICS_TOLD = 5
+
+
+@dataclass(frozen=True)
+class Rung:
+    """What became of one number of harmonics.
+
+    Attributes:
+        harmonics: H.
+        unknowns: Number of unknowns.
+        residual: What was left, relative.
+        iterations: Newton iterations, softer contacts included.
+        softened: Number of softer contacts that were solved on the way.
+        converged: Whether it converged.
+    """
+
+    harmonics: int
+    unknowns: int
+    residual: float
+    iterations: int
+    softened: int
+    converged: bool
+
+
+@dataclass(frozen=True)
+class Climb:
+    """The highest rung, and the way to it.
+
+    Attributes:
+        solution: On the highest rung.
+        rungs: All that were tried.
+        change: Largest change of the harmonics 1-5 of the traces from the last rung but one, relative to the largest of
+            them; None where only one rung converged.
+    """
+
+    solution: HarmonicSolution
+    rungs: tuple[Rung, ...]
+    change: float | None
+
+
+def rungs_up_to(harmonics: int) -> list[int]:
+    """Return 5, 10, 20, ... up to a number of harmonics, which is the last."""
+    rungs, rung = [], FIRST_RUNG
+    while rung < harmonics:
+        rungs.append(rung)
+        rung *= 2
+    return [*rungs, harmonics]
+
+
+def climb(
+    modal: ModalSystem,
+    law: ContactLaw,
+    omega: float,
+    harmonics: int,
+    samples_per_harmonic: int = 64,
+    start: tuple[Fourier, Array] | None = None,
+    near: bool = False,
+    tolerance: float = 1.0e-9,
+    max_iterations: int = 40,
+) -> Climb:
+    """Solve the harmonic balance with more and more harmonics, each from the solution with fewer.
+
+    A rung that does not converge from there is reached from softer contact, and left out where that fails as well.
+    A body that contact alone holds has to touch in the start: its static seat will do.
+
+    Args:
+        modal: The system; its loads are those of the steady state.
+        law: Contact law.
+        omega: Base angular frequency, rad/s: that of the forcing, or its p-th part.
+        harmonics: Those of the highest rung.
+        samples_per_harmonic: Samples in a period over the number of harmonics.
+        start: A series and its coefficients of modal coordinates, (2 H + 1, n); None: rest.
+        near: Whether the start is near the response, so that the last two rungs are enough.
+        tolerance: Of the residual.
+        max_iterations: Limit of each solution.
+
+    Raises:
+        NotConverged: The highest rung did not converge.
+        UserError: There are too many unknowns.
+    """
+    rungs = rungs_up_to(harmonics)[-2 if near else 0 :]
+    HarmonicBalance(modal, law, Fourier(harmonics, samples_per_harmonic * harmonics, omega)).refuse_large()
+    told: list[Rung] = []
+    found: list[HarmonicSolution] = []
+    for rung in rungs:
+        series = Fourier(rung, samples_per_harmonic * rung, omega)
+        balance = HarmonicBalance(modal, law, series)
+        if found:
+            first: Array | None = found[-1].series.extended(found[-1].traces, rung)
+        else:
+            first = None if start is None else balance.traces_of(start[0].extended(start[1], rung))
+        try:
+            solution, iterations, softened = _solve(balance, first, tolerance, max_iterations)
+        except NotConverged as failure:
+            tried = len(failure.residuals)
+            told.append(Rung(rung, balance.unknowns, min(failure.residuals, default=np.inf), tried, 0, False))
+            if rung == rungs[-1]:
+                raise
+            continue
+        found.append(solution)
+        told.append(Rung(rung, balance.unknowns, solution.residual, iterations, softened, True))
+    return Climb(found[-1], tuple(told), _change(found))
+
+
+def _solve(
+    balance: HarmonicBalance, start: Array | None, tolerance: float, max_iterations: int
+) -> tuple[HarmonicSolution, int, int]:
+    """Return the solution, all iterations, and the number of softer contacts on the way."""
+    iterations, softened = 0, 0
+    solved: HarmonicSolution | None = None
+    still = np.zeros((balance.series.size, balance.basis[1].shape[0]))
+    for share in _shares():
+        softer = replace(balance, law=softened_law(balance.law, share.value))
+        first = (still if start is None else start) if solved is None else solved.traces
+        try:
+            latest = softer.solve(first, tolerance, max_iterations)
+        except NotConverged as failure:
+            iterations += len(failure.residuals)
+            share.failure = failure
+            continue
+        share.failure, solved = None, latest
+        iterations, softened = iterations + len(latest.residuals) - 1, softened + (share.value < 1.0)
+    assert solved is not None
+    return solved, iterations, softened
+
+
+@dataclass
+class _Share:
+    """A share of the contact stiffness that is tried, and why it failed."""
+
+    value: float
+    failure: NotConverged | None = None
+
+
+def _shares() -> Iterator[_Share]:
+    """Yield 1, then softer contacts until one is solved, then stiffer ones up to 1 again.
+
+    Raises:
+        NotConverged: Not even the softest contact was solved, or the stiffness does not grow any more.
+    """
+    share = _Share(1.0)
+    yield share
+    while share.failure is not None:
+        share = _Share(0.01 * share.value, share.failure)
+        if share.value < SOFTEST:
+            assert share.failure is not None
+            raise share.failure
+        yield share
+    solved, factor = share.value, 10.0
+    while solved < 1.0:
+        share = _Share(min(factor * solved, 1.0))
+        yield share
+        if share.failure is None:
+            solved = share.value
+            continue
+        factor = factor**0.5
+        if factor < SMALLEST_FACTOR:
+            raise share.failure
+
+
+def softened_law(law: ContactLaw, share: float) -> ContactLaw:
+    """Return a law with a share of its stiffness and, where that is in proportion to it, of its damping."""
+    if share == 1.0:
+        return law
+    spring = replace(law.spring, stiffness=share * law.spring.stiffness)
+    if isinstance(law.damper, HuntCrossleyDamper):
+        return replace(law, spring=spring, damper=replace(law.damper, spring=spring))
+    return replace(law, spring=spring)
+
+
+def _change(found: list[HarmonicSolution]) -> float | None:
+    if len(found) < 2:
+        return None
+    before, last = (solution.series.amplitudes(solution.traces)[:HARMONICS_TOLD] for solution in found[-2:])
+    count = min(len(before), len(last))
+    largest = float(np.max(last, initial=0.0))
+    return float(np.max(np.abs(last[:count] - before[:count]), initial=0.0)) / largest if largest > 0.0 else 0.0

@@ -1,0 +1,110 @@
+"""Shooting: Newton's method on the period map x -> P(x), the state after p forcing periods.
+
+    (I - P'(x)) dx = P(x) - x
+
+The map is that of the time scheme with a whole number of steps, so what is found is a periodic response of the
+discrete system to the last digits; how well that is one of the continuous system is a matter of the step.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+from solver.errors import NotConverged
+from solver.operators import Array
+from solver.periodic.floquet import Stability, stability_of
+
+SHORTEST_UPDATE = 2.0**-6  # of Newton's update
+SLACK = 1.2  # a residual may grow so much before the update is shortened: impacts make the map uneven
+
+
+class PeriodMap(Protocol):
+    """The state after a period as a function of the state at its start."""
+
+    @property
+    def scale(self) -> Array:
+        """What the entries of x are multiplied with to be comparable, (2n,)."""
+
+    def after(self, x: Array) -> Array:
+        """Return P(x), (2n,)."""
+
+    def with_tangent(self, x: Array) -> tuple[Array, Array]:
+        """Return P(x), (2n,), and P'(x), (2n, 2n)."""
+
+
+@dataclass(frozen=True)
+class Orbit:
+    """A periodic response, by its state at the start of a period.
+
+    Attributes:
+        x: The state, (2n,).
+        monodromy: P'(x), (2n, 2n).
+        stability: Its multipliers.
+        residuals: |P(x) - x| / |x| of every iteration, scaled norms.
+    """
+
+    x: Array
+    monodromy: Array
+    stability: Stability
+    residuals: tuple[float, ...]
+
+    @property
+    def residual(self) -> float:
+        """Change of the state over a period, relative."""
+        return self.residuals[-1]
+
+    @property
+    def iterations(self) -> int:
+        """Newton iterations."""
+        return len(self.residuals) - 1
+
+
+def shoot(period_map: PeriodMap, start: Array, tolerance: float = 1.0e-9, max_iterations: int = 20) -> Orbit:
+    """Find a periodic response near a state.
+
+    Args:
+        period_map: P.
+        start: State to start from, (2n,).
+        tolerance: Largest |P(x) - x| / |x|.
+        max_iterations: Limit of Newton iterations.
+
+    Raises:
+        NotConverged: With the residual of every iteration.
+    """
+    x, length, residuals = start, 1.0, list[float]()
+    kept: tuple[Array, Array] | None = None  # where the last update started from, and the update
+    for _ in range(max_iterations + 1):
+        end, tangent = period_map.with_tangent(x)
+        residual = relative_change(period_map.scale, x, end)
+        shortened = kept is not None and length > SHORTEST_UPDATE and not residual <= SLACK * residuals[-1]
+        if kept is not None and shortened:
+            length *= 0.5
+            x = kept[0] + length * kept[1]
+            continue
+        residuals.append(residual)
+        if not np.isfinite(residual):
+            break
+        if residual <= tolerance:
+            return Orbit(x, tangent, stability_of(tangent), tuple(residuals))
+        try:
+            update = np.asarray(np.linalg.solve(np.eye(len(x)) - tangent, end - x), dtype=float)
+        except np.linalg.LinAlgError:
+            break
+        kept, length = (x, update), 1.0
+        x = x + update
+    raise NotConverged(
+        f"shooting found no periodic response in {max_iterations} iterations: the state still changes by "
+        f"{residuals[-1]:.2e} over a period, relative (allowed: {tolerance:.1e}); start nearer, by a longer march, "
+        "try another number of periods, or more steps per period",
+        tuple(residuals),
+    )
+
+
+def relative_change(scale: Array, x: Array, end: Array) -> float:
+    """Return |end - x| / max(|x|, |end|) in the scaled norm."""
+    size = max(np.linalg.norm(scale * x), np.linalg.norm(scale * end))
+    change = np.linalg.norm(scale * (end - x))
+    return float(change / size) if size > 0.0 else float(change)

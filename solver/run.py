@@ -161,7 +161,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
         response = search(model, seat.state, model.case.analysis, folder, comm, summary)
         model, plan, start, steps = response.steady.model, response.steady.plan, response.start, response.steps
     probes = ProbeFigures(model)
-    course = _Course(model, folder, comm, start)
+    course = Course(model, folder, comm, start)
     try:
         course.follow(plan, probes.listening(steps) if response else steps, summary["forcing"]["period"])
     finally:
@@ -185,8 +185,15 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     summary["message"] = f"{course.tally.steps} steps, {balance_words(course.ledger)}"
 
 
-class _Course:
-    """A march and everything that consumes its steps: ledger, gates, history, fields, progress."""
+class Course:
+    """A march and everything that consumes its steps: ledger, gates, history, fields, progress.
+
+    Collective to make and to use.
+
+    Attributes:
+        fields: Where fields go.
+        tally: What the march cost.
+    """
 
     def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State) -> None:
         self.model, self.comm, self.start = model, comm, start
@@ -198,6 +205,16 @@ class _Course:
         self.history = HistoryWriter(folder / HISTORY_FILE, self.recorder.labels) if comm.rank == 0 else None
 
     def follow(self, plan: March, steps: Iterator[Step], period: float | None) -> None:
+        """Take in every step of a march.
+
+        Args:
+            plan: The march.
+            steps: Its steps.
+            period: That of the forcing, s, for the progress shown.
+
+        Raises:
+            RunError: The march failed, created energy or was interrupted; what was computed up to then is on disk.
+        """
         case = self.model.case
         every = round((case.output.history_interval or plan.dt) / plan.dt)
         fields_every = max(1, round((case.output.fields_interval or case.time.end / 100.0) / plan.dt))
@@ -228,6 +245,7 @@ class _Course:
             self.tally.march = time.perf_counter() - clock
 
     def close(self) -> None:
+        """Close the files."""
         if self.history is not None:
             self.history.close()
         self.fields.close()

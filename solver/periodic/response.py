@@ -216,8 +216,8 @@ def _harmonic_remarks(found: Climb) -> list[str]:
     remarks = []
     if found.solution.truncated > NOTABLE_TRUNCATION:
         remarks.append(
-            f"{found.solution.truncated:.0%} of the contact force lies beyond harmonic {found.solution.series.harmonics}: "
-            "its peaks are not resolved; try more analysis.harmonics, or shooting"
+            f"{found.solution.truncated:.0%} of the contact force lies beyond harmonic "
+            f"{found.solution.series.harmonics}: its peaks are not resolved; try more analysis.harmonics, or shooting"
         )
     if found.change is not None and found.change > NOTABLE_CHANGE:
         remarks.append(

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from solver.case_file.reader import read_case
+from solver.case_file.warnings import warnings
 from tests.case_texts import assert_tells, faults_of, written
 
 REFUSED = {
@@ -67,3 +68,13 @@ def test_a_mesh_file_has_no_section(tmp_path: Path) -> None:
 )
 def test_what_it_can_is_not(tmp_path: Path, overrides: list[str]) -> None:
     assert read_case(written(tmp_path), overrides).model.type != "full"
+
+
+def test_a_support_with_few_beam_elements_is_told(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    (line,) = (
+        text for text in warnings(read_case(path, ["model.type=beam", "model.elements=20"])) if "[model]" in text
+    )
+    assert "leaves 2 of them to the support" in line
+    assert "elements = 51" in line
+    assert not any("[model]" in text for text in warnings(read_case(path, ["model.type=beam", "model.elements=51"])))

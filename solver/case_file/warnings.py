@@ -10,6 +10,7 @@ import numpy as np
 from solver.case import BaseMotion, Case, Gravity, HarmonicForce, Restraint
 from solver.case_file.timing import MULTIPLE_TOLERANCE
 from solver.case_tables.contact import Contact
+from solver.case_tables.model import BeamModel
 from solver.case_tables.time import GeneralizedAlpha, Newmark
 from solver.defaults import contact_patch, overhang_frequency
 from solver.integrators.created_energy import creates_energy
@@ -23,6 +24,7 @@ USUAL = (
 )
 """Table, key, least and most that is usual, unit."""
 
+FEWEST_ELEMENTS = 5  # of a beam in its support
 MOST_UNKNOWNS = 1e6
 MOST_STEPS = 1e7
 MOST_FIELDS = 1e4
@@ -31,6 +33,19 @@ MOST_FIELDS = 1e4
 def warnings(case: Case) -> list[str]:
     """Return what is worth a second look in a case without faults, one line each."""
     return [line for look in LOOKS for line in look(case)]
+
+
+def beam_elements(case: Case) -> Iterator[str]:
+    """Yield beam elements too long for the support."""
+    if not isinstance(case.model, BeamModel):
+        return
+    in_support = case.model.elements * case.support.length / case.beam.length
+    if in_support < FEWEST_ELEMENTS:
+        enough = math.ceil(FEWEST_ELEMENTS * case.beam.length / case.support.length)
+        yield (
+            f"[model] elements = {case.model.elements} leaves {in_support:.2g} of them to the support, too few for "
+            f"where the beam is pressed; try elements = {enough}"
+        )
 
 
 def unusual_values(case: Case) -> Iterator[str]:
@@ -225,6 +240,7 @@ def estimated_unknowns(case: Case) -> float:
 
 LOOKS: tuple[Callable[[Case], Iterator[str]], ...] = (
     unusual_values,
+    beam_elements,
     shape,
     motion,
     start,

@@ -30,6 +30,7 @@ DIFFERENCE = 1.0e-6  # of the range of the parameter, for the derivative by it
 MOST_ITERATIONS = 8
 QUICK = 3  # iterations; then the next step is longer
 GROWTH = 1.5
+FAR = 3.0  # arc lengths; a point further away is on another curve
 SHARP = 0.5  # cosine of the turn between two tangents; sharper ones are at corners
 LOCATED = 1.0e-3  # of a step: how well folds and doublings are located
 
@@ -197,6 +198,8 @@ class _Walk:
                 if not np.isfinite(residuals[-1]) or (iteration > 2 and residuals[-1] > residuals[0]):
                     return None
                 if residuals[-1] <= self.settings.tolerance:
+                    if np.linalg.norm(y - start) > FAR * length:
+                        return None  # on another curve
                     point = CurvePoint(value, x, stability_of(monodromy), 0.0, iteration, residuals[-1])
                     return self._found(point, monodromy, tangent, last)
                 matrix = self._bordered(x, value, monodromy, weights, tangent)

@@ -12,8 +12,8 @@ from pathlib import Path
 
 from benchmarks.table import options
 
-DEFAULT = ("textbook", "fidelity", "getfem_peer", "size", "contact_points", "predictions", "iterative")
-LARGE = ("iterative", "predictions")  # that take --large
+DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "iterative")
+LARGE = ("iterative", "predictions", "fidelity")
 PAGE = "README.md"
 
 

@@ -1,161 +1,199 @@
-"""The rungs of [model] on one and the same case: what a step costs and how far the answers are from the full model.
+"""Which mesh does an answer need: beams and meshes from some hundred DOFs up against a solid one of 190 000.
 
-The solid beam of cases/li2013.toml on a softer contact and with more damping than there, so that its response is
-periodic: chaotic ones can be compared by statistics only. Every rung is run by `gapbeam run`, and compared with the
-full model as `gapbeam compare` does.
+The beam of cases/li2013.toml with a contact soft enough for a periodic response, in bases that keep many more shapes
+than by default, so that what differs is the mesh. Every row is marched to its steady state from the seat; figures are
+those of `gapbeam compare`, and the axial stress on the underside just outside the edge of the base, a quarter of a
+period into the forcing.
 
     environment/run python3 -m benchmarks.fidelity
 """
 
 from __future__ import annotations
 
-import tempfile
+import math
 import time
-from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from dolfinx import fem, geometry
 from mpi4py import MPI
 
-from benchmarks.marching import seated
-from benchmarks.table import Cell, Table, machine_words, options, seconds
-from benchmarks.textbook import CASE
-from benchmarks.textbook_newton import TextbookBeam
-from postprocess.comparison import Comparison, compare
-from postprocess.results import open_results
+from benchmarks.table import Cell, Table, machine_words, options
+from meshes.compat import coordinate_dofs, coordinate_element
+from postprocess.records_in_memory import as_history
+from postprocess.steady import Steady, steady
+from solver.analyses.static import find_seat
+from solver.case import Case
 from solver.case_file.reader import read_case
-from solver.run import run_case
+from solver.elasticity import stress
+from solver.integrators.schemes import make_integrator
+from solver.model import Model, build_model
+from solver.operators import Array
+from solver.studies.respond import respond
+from solver.system import VALUE
 
-Rung = tuple[Path, Sequence[str]]  # a case file and overrides
+CASES = Path(__file__).parents[1] / "cases"
+SOLID, PLANE = CASES / "li2013.toml", CASES / "li2013-2d.toml"
+PERIODIC = ("contact.stiffness=1e12", "contact.damping=5e7", "damping.ratios=[0.05, 0.05]")
+LIGHT, HEAVY = "load.shaker.amplitude=20.0", "load.shaker.amplitude=80.0"
+RICH = ("model.type=reduced", "model.modes=40", "model.shapes=25", "model.points_across=2")
+PERIODS = 48
+OUTSIDE = 1.0e-3  # m, from the edge of the base to where the stress is taken
 
-PERIODIC = (
-    "contact.stiffness=1e12",
-    "load.shaker.amplitude=150.0",
-    "load.shaker.ramp=0.05",
-    "damping.ratios=[0.05, 0.05]",
-    "time.scheme=implicit-midpoint",
-    "output.fields_interval=0.1",
-)
-END = "time.end=0.6"
-SLICE = CASE.with_name("li2013-2d.toml")
-REDUCED = ("model.type=reduced",)
+
+Rung = tuple[Path, tuple[str, ...]]
+
+
+def _solid(size: float, support: float, cells: int, degree: int = 2) -> Rung:
+    across = (f"mesh.cells_through_thickness={cells}", f"mesh.cells_across_width={cells}", f"mesh.degree={degree}")
+    return SOLID, (*RICH, f"mesh.size={size}", f"mesh.support_size={support}", *across)
+
+
+def _plane(size: float, support: float, cells: int, *others: str) -> Rung:
+    sizes = (f"mesh.size={size}", f"mesh.support_size={support}", f"mesh.cells_through_thickness={cells}")
+    return PLANE, (*(others or RICH), *sizes)
+
+
 RUNGS: dict[str, Rung] = {
-    "full": (CASE, ()),
-    "reduced, all contact DOFs": (
-        CASE,
-        (*REDUCED, "model.contact=all", "model.points_across=all", "model.modes=30"),
-    ),
-    "reduced": (CASE, REDUCED),
-    "2D, full": (SLICE, ()),
-    "2D, reduced": (SLICE, REDUCED),
-    "beam": (SLICE, ("model.type=beam",)),
+    "solid, reference": _solid(0.00575, 2.3e-3, 8),
+    "solid": _solid(0.0115, 4.2e-3, 4),
+    "solid, coarse": _solid(0.02, 8.0e-3, 2),
+    "solid, coarsest": _solid(0.06, 12.5e-3, 1),
+    "solid, linear": _solid(0.0115, 4.2e-3, 4, 1),
+    "plane stress, fine": _plane(0.00575, 2.3e-3, 8),
+    "plane stress": _plane(0.0115, 4.2e-3, 4),
+    "plane stress, coarse": _plane(0.03, 8.0e-3, 2),
+    "beam elements": _plane(0.0115, 4.2e-3, 4, "model.type=beam"),
 }
-SECOND = ("time.step=1e-5", "time.end=0.1", "output.history_interval=1e-4")
-SECONDS_WANTED = {"reduced": 3.0, "2D, reduced": 1.0}  # wall time of a simulated second at steps of 1e-5 s
-TEXTBOOK_STEPS = 6
-QUANTITIES = ("smoothed acceleration", "harmonic", "peak force", "impulse", "displacement")
-HEADINGS = ("peak to peak of the 2.5 ms mean acceleration", "harmonics 1-5", "peak force", "impulse", "displacement")
+REFERENCE = next(iter(RUNGS))
 
 
-def table(rungs: dict[str, Rung] = RUNGS, end: str = END) -> Table:
-    """Return the table of some rungs, the first of which is what the others are compared with."""
-    textbook = _textbook(next(iter(rungs.values()))[0])
-    rows: list[tuple[Cell, ...]] = []
-    notes: list[str] = []
-    figures: dict[str, Cell] = {"textbook_per_step": textbook}
-    with tempfile.TemporaryDirectory() as folder:
-        first = Path(folder) / "full"
-        for name, (path, overrides) in rungs.items():
-            place = first if not rows else Path(folder) / name
-            summary = _run(path, [*PERIODIC, end, *overrides], place)
-            spent = summary["wall_time"]
-            cost = spent["per_step"]
-            setup = spent["total"] - spent["march"]
-            errors: list[Cell] = [None] * (len(QUANTITIES) + 1)
-            if place != first:
-                compared = compare(open_results(first), open_results(place))
-                errors = [*(_largest(compared, quantity) for quantity in QUANTITIES), _apart(first, place)]
-                figures[f"{name}: at the same times"] = errors[-1]
-                if compared.way != "cycle":
-                    notes.append(f"{name}: compared by {compared.way}: {compared.verdict}")
-            figures[f"{name}: per step"] = cost
-            rows.append(
-                (
-                    name,
-                    int(summary["model"]["dofs"]),
-                    seconds(setup),
-                    seconds(cost),
-                    textbook / cost,
-                    *errors,
-                )
-            )
-    for name, wanted in SECONDS_WANTED.items():
-        if name in rungs:
-            taken = _second(*rungs[name])
-            figures[f"{name}: a simulated second"] = taken
-            verdict = "met" if taken <= wanted else "NOT met"
-            notes.append(f"{name}: a simulated second at 1e-5 s takes {taken:.2f} s, wanted {wanted:g} s: {verdict}")
-    return Table(
-        "fidelity",
-        "The rungs of [model] against the full model, periodic response",
-        (
-            "model",
-            "DOFs marched",
-            "set-up",
-            "per step",
-            "times faster than the textbook",
-            *HEADINGS,
-            "at the same times",
-        ),
-        tuple(rows),
-        (
-            machine_words(),
-            f"the textbook takes {seconds(textbook)} per step here, over {TEXTBOOK_STEPS} steps from the seat under "
-            "the full load; per step: the whole march with its output over its steps",
-            "errors are relative to the full model (harmonics: to the largest of the probe), the largest over probes "
-            "and faces; at the same times: largest difference of a displacement over the whole record",
-            *notes,
-        ),
-        figures,
+@dataclass(frozen=True)
+class Answer:
+    """What a rung says: its steady response and the stress, and what it cost."""
+
+    dofs: int
+    mesh_dofs: int
+    found: Steady
+    stress: float
+    set_up: float
+    per_step: float
+
+
+def answer(case: Case, periods: int) -> Answer:
+    """Return the steady response of a case a quarter of a period after the last whole one."""
+    clock = time.perf_counter()
+    model = build_model(case, MPI.COMM_SELF)
+    scheme = make_integrator(case.time.scheme)
+    seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)
+    set_up = time.perf_counter() - clock
+    frequency = 20.0
+    steps = round(periods / (frequency * model.step))
+    response = respond(model, seat.state, steps, case.output.history_interval)
+    if response.verdict != "passed" or response.end is None:
+        raise SystemExit(f"{case.title}: {response.verdict}: {response.message}")
+    quarter = respond(model, response.end, round(0.25 / (frequency * model.step)))
+    assert quarter.end is not None
+    return Answer(
+        model.dofs,
+        model.mesh_dofs,
+        steady(as_history(response.history, response.labels), frequency),
+        surface_stress(model, model.expand(quarter.end.u[VALUE])),
+        set_up,
+        response.seconds / response.steps,
     )
 
 
-def _run(path: Path, overrides: Sequence[str], folder: Path) -> dict[str, Any]:
-    outcome = run_case(read_case(path, list(overrides)), folder, MPI.COMM_SELF, overwrite=True)
-    if outcome.exit_status != 0:
-        raise RuntimeError(f"{' '.join(overrides)}: {outcome.message}")
-    return outcome.summary
+def surface_stress(model: Model, u: Array) -> float:
+    """Return the axial stress on the underside just outside the edge of the base, on the axis, Pa."""
+    case, mesh = model.case, model.space.mesh
+    dimension = mesh.geometry.dim
+    place = np.zeros(3)
+    place[0], place[dimension - 1] = case.support.length + OUTSIDE, -0.5 * case.beam.thickness
+    if case.model.type == "beam":  # the fields of a beam have no strain across: its stress is E z w''
+        return _beam_stress(model, u, place)
+    tree = geometry.bb_tree(mesh, dimension)
+    near = geometry.compute_collisions_points(tree, place.reshape(1, 3))
+    cell = int(geometry.compute_colliding_cells(mesh, near, place.reshape(1, 3)).links(0)[0])
+    corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
+    reference = coordinate_element(mesh).pull_back(place[:dimension].reshape(1, -1), corners)
+    field = fem.Function(model.space)
+    field.x.array[: len(u)] = u
+    plane = dimension == 2 and case.mesh.plane == "stress"
+    axial = fem.Expression(stress(field, case.material, plane)[0, 0], reference)
+    return float(np.ravel(axial.eval(mesh, np.array([cell], dtype=np.int32)))[0])
 
 
-def _textbook(path: Path) -> float:
-    """Return the mean time of some steps of the textbook, s."""
-    start = seated(read_case(path, [*PERIODIC, "load.shaker.ramp=0.0"]))
-    beam = TextbookBeam(start.model, start.start)
-    clock = time.perf_counter()
-    for _ in range(TEXTBOOK_STEPS):
-        beam.advance()
-    return (time.perf_counter() - clock) / TEXTBOOK_STEPS
+def _beam_stress(model: Model, u: Array, place: Array) -> float:
+    """Return E du_x/dx on the underside from the motions of the nodes there, Pa."""
+    nodes = model.space.tabulate_dof_coordinates()[:, :2]
+    low = np.flatnonzero(np.isclose(nodes[:, 1], place[1]))
+    low = low[np.argsort(nodes[low, 0])]
+    slope = np.gradient(u.reshape(-1, 2)[low, 0], nodes[low, 0])
+    return float(model.case.material.young_modulus * np.interp(place[0], nodes[low, 0], slope))
 
 
-def _second(path: Path, overrides: Sequence[str]) -> float:
-    """Return the wall time of a simulated second at steps of 1e-5 s, without set-up, s."""
-    with tempfile.TemporaryDirectory() as folder:
-        summary = _run(path, [*PERIODIC, *SECOND, *overrides], Path(folder))
-    return float(summary["wall_time"]["march"]) / 0.1
+def errors(one: Answer, reference: Answer) -> dict[str, float]:
+    """Return the differences from the reference, relative to it; of harmonics relative to the largest one."""
+    wanted, given = reference.found.quantities, one.found.quantities
+    found = {
+        name: given[name].mean / wanted[name].mean - 1.0
+        for name in ("test smoothed acceleration", "base peak force", "base impulse")
+    }
+    first = np.abs(reference.found.harmonics["test"].mean(axis=0))
+    second = np.abs(one.found.harmonics["test"].mean(axis=0))
+    found["harmonics"] = float(np.max(np.abs(second - first)) / first.max())
+    found["edge stress"] = one.stress / reference.stress - 1.0
+    return found
 
 
-def _largest(compared: Comparison, quantity: str) -> float | None:
-    found = [row.difference for row in compared.rows if quantity in row.name]
-    return float(max(found)) if found else None
+def table(force: str, periods: int, rungs: dict[str, Rung]) -> Table:
+    """Return the table of one forcing."""
+    answers = {}
+    for name, (path, overrides) in rungs.items():
+        answers[name] = answer(read_case(path, [*PERIODIC, force, *overrides]), periods)
+        print(f"{name}: {answers[name].found.word}", flush=True)
+    reference = answers[REFERENCE]
+    rows: list[tuple[Cell, ...]] = []
+    for name, one in answers.items():
+        missed: dict[str, Any] = errors(one, reference)
+        told = [f"{100.0 * value:+.2g} %" if name != REFERENCE else "0" for value in missed.values()]
+        rows.append((name, one.mesh_dofs, one.dofs, one.found.word, *told, one.set_up, 1e6 * one.per_step))
+    amplitude = force.partition("=")[2]
+    figures = {name: quantity.mean for name, quantity in reference.found.quantities.items()}
+    return Table(
+        f"fidelity-{math.floor(float(amplitude))}N",
+        f"Fidelity: {amplitude} N at 20 Hz, clearance 0.107 mm, errors against {REFERENCE}",
+        (
+            "mesh",
+            "DOFs of the mesh",
+            "DOFs marched",
+            "response",
+            "peak to peak, 2.5 ms mean",
+            "peak force at the base",
+            "impulse per period",
+            "harmonics 1 to 5",
+            "stress at the edge",
+            "set-up (s)",
+            "step (us)",
+        ),
+        tuple(rows),
+        (
+            f"reference: stress {reference.stress:.4g} Pa, {', '.join(f'{k} {v:.4g}' for k, v in figures.items())}",
+            machine_words(),
+        ),
+        {**figures, "stress": reference.stress},
+    )
 
 
-def _apart(one: Path, other: Path) -> float:
-    """Return the largest difference of the probes' displacements at the same times, relative to the largest."""
-    first, second = (open_results(folder).history["displacement"].values[..., -1] for folder in (one, other))
-    return float(np.max(np.abs(first - second)) / np.max(np.abs(first)))
+def main() -> None:
+    """Measure both forcings and write the tables."""
+    folder = options(__doc__ or "").output
+    for force in (LIGHT, HEAVY):
+        table(force, PERIODS, RUNGS).write(folder)
 
 
 if __name__ == "__main__":
-    chosen = options(__doc__)
-    table().write(chosen.output)
+    main()

@@ -27,6 +27,7 @@ class Episodes:
         short: Those of fewer than `RESOLVING_STEPS` steps.
         impulse: Contact force over time of all episodes, N s.
         short_impulse: That of the short ones, N s.
+        running: Steps and impulse of the episode of each closed face.
     """
 
     contact: ContactOperator
@@ -34,7 +35,7 @@ class Episodes:
     short: int = 0
     impulse: float = 0.0
     short_impulse: float = 0.0
-    _running: dict[int, tuple[int, float]] = field(default_factory=dict)
+    running: dict[int, tuple[int, float]] = field(default_factory=dict)
 
     def watch(self, step: Step) -> None:
         """Take in an accepted step."""
@@ -42,12 +43,12 @@ class Episodes:
         for face in range(len(self.contact.face_names)):
             mine = self.contact.faces == face
             if np.any(pressure[mine] > 0.0):
-                steps, impulse = self._running.get(face, (0, 0.0))
+                steps, impulse = self.running.get(face, (0, 0.0))
                 added = step.size * float(weights[mine] @ pressure[mine])
                 self.impulse += added
-                self._running[face] = (steps + 1, impulse + added)
-            elif face in self._running:
-                steps, impulse = self._running.pop(face)
+                self.running[face] = (steps + 1, impulse + added)
+            elif face in self.running:
+                steps, impulse = self.running.pop(face)
                 self.count += 1
                 if steps < RESOLVING_STEPS:
                     self.short += 1

@@ -32,6 +32,8 @@ class EnergyGates:
         largest_growth: Largest relative algorithmic growth in one impact.
         largest_loss: Largest relative algorithmic loss in one impact.
         violations: Impacts outside the gates.
+        open_faces: Whether each face was open when last seen.
+        entries: Energy created, and kinetic and strain energy, when faces closed whose impact has not ended, J.
     """
 
     limits: Gates
@@ -40,8 +42,8 @@ class EnergyGates:
     largest_growth: float = 0.0
     largest_loss: float = 0.0
     violations: int = 0
-    _open: dict[int, bool] = field(default_factory=dict)
-    _entry: dict[int, tuple[float, float]] = field(default_factory=dict)
+    open_faces: dict[int, bool] = field(default_factory=dict)
+    entries: dict[int, tuple[float, float]] = field(default_factory=dict)
 
     def check(self, step: Step, ledger: Ledger) -> None:
         """Pass a step, or raise.
@@ -50,16 +52,28 @@ class EnergyGates:
             NotFinite: The energy is not a number.
             EnergyCreated: More energy was created than `total_growth` allows, unless the case accepts it.
         """
-        if not (np.isfinite(ledger.total) and np.all(np.isfinite(step.new.pressure))):
+        finite = bool(np.isfinite(ledger.total) and np.all(np.isfinite(step.new.pressure)))
+        if finite:
+            self._watch_impacts(step.new.pressure, ledger)
+        self.let_pass(step.new.time, finite, ledger)
+
+    def let_pass(self, time: float, finite: bool, ledger: Ledger) -> None:
+        """Pass a step that ended at a time, or raise as `check` does.
+
+        Args:
+            time: End of the step, s.
+            finite: Whether energy and contact pressure are.
+            ledger: The ledger after it.
+        """
+        if not finite:
             raise NotFinite(
-                f"at t = {step.new.time:.6g} s energy or contact pressure is not finite; "
+                f"at t = {time:.6g} s energy or contact pressure is not finite; "
                 "try a smaller time.step or the scheme discrete-gradient"
             )
-        self._watch_impacts(step.new.pressure, ledger)
         growth = self.growth(ledger)
         if growth > self.limits.total_growth and not self.limits.accept_energy_growth:
             raise EnergyCreated(
-                f"at t = {step.new.time:.6g} s the scheme has created {ledger.created:.3g} J, {growth:.1%} of the "
+                f"at t = {time:.6g} s the scheme has created {ledger.created:.3g} J, {growth:.1%} of the "
                 f"energy exchanged (allowed: {self.limits.total_growth:.1%}); the results are not to be trusted. "
                 "Use the scheme discrete-gradient, a smaller time.step or a softer contact.stiffness; "
                 "gates.accept_energy_growth = true goes on in spite of it"
@@ -76,12 +90,12 @@ class EnergyGates:
     def _watch_impacts(self, pressure: Array, ledger: Ledger) -> None:
         for face in range(len(self.contact.face_names)):
             is_open = not bool(np.any(pressure[self.contact.faces == face] > 0.0))
-            was_open = self._open.get(face, is_open)
+            was_open = self.open_faces.get(face, is_open)
             if was_open and not is_open:
-                self._entry[face] = (ledger.created, ledger.kinetic + ledger.strain)
-            elif is_open and not was_open and face in self._entry:
-                self._judge(*self._entry.pop(face), ledger)
-            self._open[face] = is_open
+                self.entries[face] = (ledger.created, ledger.kinetic + ledger.strain)
+            elif is_open and not was_open and face in self.entries:
+                self._judge(*self.entries.pop(face), ledger)
+            self.open_faces[face] = is_open
 
     def _judge(self, created_before: float, energy: float, ledger: Ledger) -> None:
         self.impacts += 1

@@ -14,6 +14,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -136,6 +137,7 @@ class Load:
         static: Whether it acts on the seat before t = 0.
         frame_direction: Direction of a base motion with acceleration s(t), (3,), or None for other loads.
         frame_mean: Mean of s over an interval (start, end), for base motion.
+        of_arrays: Whether s also takes an array of times.
     """
 
     name: str
@@ -144,6 +146,14 @@ class Load:
     static: bool = False
     frame_direction: Array | None = None
     frame_mean: Callable[[float, float], float] | None = None
+    of_arrays: bool = False
+
+    def factors(self, times: Array) -> Array:
+        """Return s at many times, (times,)."""
+        if self.of_arrays:
+            of_arrays: Callable[[Any], Any] = self.factor
+            return np.asarray(np.broadcast_to(of_arrays(times), times.shape), dtype=float)
+        return np.array([self.factor(float(time)) for time in times])
 
 
 @dataclass(frozen=True)
@@ -165,6 +175,13 @@ class SemiDiscreteSystem:
     def load_factors(self, time: float) -> Array:
         """Return s_k(t) of all loads."""
         return np.array([load.factor(time) for load in self.loads])
+
+    def load_factor_rows(self, times: Array) -> Array:
+        """Return s_k(t) of all loads at many times, (times, loads)."""
+        rows = np.empty((len(times), len(self.loads)))
+        for place, load in enumerate(self.loads):
+            rows[:, place] = load.factors(times)
+        return rows
 
     def combine_loads(self, factors: Array) -> Array:
         """Return sum_k s_k f_k, (n,), N."""

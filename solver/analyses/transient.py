@@ -75,12 +75,11 @@ def march(plan: March, start: State) -> Iterator[Step]:
 
     Collective.
     """
-    state = with_acceleration(plan, start) if plan.scheme.carries_acceleration else start
-    state = _accepted(plan, state)
+    state = begun(plan, start)
     first = round(state.time / plan.dt)
     since = 0  # steps, halved ones included, since the images were formed anew
     for number in range(first, first + plan.steps):
-        for step in _whole_step(plan, state, plan.dt):
+        for step in whole_step(plan, state, plan.dt):
             since += 1
             if step.completes:
                 new = replace(step.new, time=(number + 1) * plan.dt)
@@ -92,8 +91,26 @@ def march(plan: March, start: State) -> Iterator[Step]:
             state = step.refreshed or step.new
 
 
-def _whole_step(plan: March, state: State, dt: float, failures: int = 0, refinements: int = 0) -> Iterator[Step]:
-    """Yield a step or its parts; `failures` and `refinements` count how often it was halved already, and why."""
+def begun(plan: March, start: State) -> State:
+    """Return a start with what a march carries along: accelerations, what contact remembers. Collective."""
+    return _accepted(plan, with_acceleration(plan, start) if plan.scheme.carries_acceleration else start)
+
+
+def whole_step(plan: March, state: State, dt: float, failures: int = 0, refinements: int = 0) -> Iterator[Step]:
+    """Yield a step, or its parts where it is halved.
+
+    Args:
+        plan: The march.
+        state: Its start, as a march carries it along.
+        dt: Its size, s.
+        failures: How often it was halved already because it did not converge.
+        refinements: And because it did not resolve the contact.
+
+    Raises:
+        NotConverged: A part did not converge at the smallest size.
+
+    Collective.
+    """
     failed = False
     try:
         step = plan.scheme.advance(plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations)
@@ -109,7 +126,7 @@ def _whole_step(plan: March, state: State, dt: float, failures: int = 0, refinem
     counts = (failures + failed, refinements + (not failed))
     first = True
     for half in (0, 1):
-        for step in _whole_step(plan, state, 0.5 * dt, *counts):
+        for step in whole_step(plan, state, 0.5 * dt, *counts):
             if first:
                 step = replace(step, failures=step.failures + failed, refinements=step.refinements + (not failed))
             first = False

@@ -116,12 +116,14 @@ class GeneralizedAlpha:
         )
         acceleration = image_of_solution(system, condensed, free, right_side, solution.change, solution.friction)
         stage_pressure = solution.forces / contact.weights
+        lasting = old_share * old.pressure
         new = State(
             time=old.time + dt,
             u=u_guess + self.beta * dt * dt * acceleration,
             v=v_guess + self.gamma * dt * acceleration,
             depth=solution.depth,
-            pressure=np.asarray((stage_pressure - old_share * old.pressure) / new_share),
+            # open points are left without the round-off of the difference
+            pressure=np.where(solution.law.pressure == lasting, 0.0, (stage_pressure - lasting) / new_share),
             a=acceleration,
         )
         if law.friction is not None:

@@ -148,11 +148,12 @@ class Recorder:
         """Return the mean acceleration of the support over an interval, (3,)."""
         total: Array = np.zeros(3)
         for load in self.model.system.loads:
-            total = total + _frame_mean(load, start, end)
+            total = total + frame_mean(load, start, end)
         return total
 
 
-def _frame_mean(load: Load, start: float, end: float) -> Array:
+def frame_mean(load: Load, start: float, end: float) -> Array:
+    """Return the mean acceleration that a base motion gives the support over an interval, (3,); 0 for other loads."""
     if load.frame_direction is None or load.frame_mean is None:
         return np.zeros(3)
     return load.frame_direction * (load.frame_mean(start, end) if end > start else load.factor(start))

@@ -1,0 +1,62 @@
+"""What is kept of every accepted step of a march: energy ledger, gates, contact episodes, peaks, counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from solver.analyses.transient import March
+from solver.case import Gates
+from solver.contact.law import ContactLaw
+from solver.energy import Ledger, enter_step, open_ledger, restate
+from solver.episodes import Episodes
+from solver.gates import EnergyGates
+from solver.peaks import Peaks
+from solver.system import SemiDiscreteSystem, State, Step
+from solver.tally import Tally
+
+
+@dataclass
+class Accounts:
+    """Everything that consumes each accepted step of a march.
+
+    Attributes:
+        system: The system.
+        law: The contact law.
+        ledger: The energy ledger.
+        gates: Watches it.
+        episodes: Contact episodes.
+        peaks: Impulse and peaks of the faces.
+        tally: What the march cost.
+    """
+
+    system: SemiDiscreteSystem
+    law: ContactLaw
+    ledger: Ledger
+    gates: EnergyGates
+    episodes: Episodes
+    peaks: Peaks
+    tally: Tally
+
+    @classmethod
+    def opened(cls, plan: March, limits: Gates, start: State) -> Accounts:
+        """Return the accounts at the start of a march. Collective."""
+        system, law, contact = plan.system, plan.law, plan.system.contact
+        ledger, gates = open_ledger(system, law, start), EnergyGates(limits, contact)
+        return cls(system, law, ledger, gates, Episodes(contact), Peaks(contact), Tally(plan.dt))
+
+    def take(self, step: Step, seconds: float = 0.0) -> None:
+        """Enter an accepted step that took some seconds.
+
+        Raises:
+            NotFinite: The energy is not a number.
+            EnergyCreated: More energy was created than the gates allow, unless the case accepts it.
+
+        Collective.
+        """
+        self.ledger = enter_step(self.system, self.law, self.ledger, step)
+        if step.refreshed is not None:
+            self.ledger = restate(self.system, self.law, self.ledger, step.refreshed)
+        self.peaks.see(step, self.system.operators)
+        self.episodes.watch(step)
+        self.tally.see(step, seconds)
+        self.gates.check(step, self.ledger)

@@ -1,0 +1,1 @@
+"""Time loops of dense systems, compiled: no Python in a step."""

@@ -1,0 +1,105 @@
+"""From plans and states to the arrays of kernels, and back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from solver.analyses.transient import March
+from solver.compiled.contact_solve import room_for_solution
+from solver.compiled.point_law import ENDPOINT, IMPLICIT, MEAN
+from solver.compiled.tables import Modal, Motion, Records, Room, Scheme
+from solver.integrators.generalized_alpha import GeneralizedAlpha
+from solver.integrators.midpoint import Midpoint
+from solver.modal import ModalSystem
+from solver.operators import Array
+from solver.system import VALUE, Imaged, State, imaged
+
+
+def modal_table(plan: March, modal: ModalSystem) -> Modal:
+    """Return the system of a plan with its effective and Delassus operators, D = Phi A^-1 Phi^T."""
+    system, contact = plan.system, plan.system.contact
+    mass, stiffness = plan.scheme.coefficients(system, plan.dt)
+    inverse = 1.0 / (mass + stiffness * modal.squares)
+    delassus = (modal.gaps * inverse) @ modal.gaps.T
+    return Modal(
+        squares=_packed(modal.squares),
+        damping=_packed(modal.damping),
+        inverse=_packed(inverse),
+        gaps=_packed(modal.gaps),
+        initial_gap=_packed(contact.initial_gap),
+        weights=_packed(contact.weights),
+        faces=np.ascontiguousarray(contact.faces, dtype=np.int64),
+        arms=_packed(contact.positions[:, 0]),
+        loads=_packed(modal.loads),
+        driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
+        delassus=_packed(0.5 * (delassus + delassus.T)),
+        largest=float(np.max(np.diagonal(delassus), initial=0.0)),
+    )
+
+
+def scheme_table(plan: March) -> Scheme:
+    """Return the scheme of a plan as numbers."""
+    scheme = plan.scheme
+    if isinstance(scheme, GeneralizedAlpha):
+        return Scheme(ENDPOINT, plan.dt, scheme.alpha_m, scheme.alpha_f, scheme.beta, scheme.gamma)
+    assert isinstance(scheme, Midpoint)
+    return Scheme(IMPLICIT if scheme.implicit else MEAN, plan.dt, 0.0, 0.0, 0.0, 0.0)
+
+
+def room_for(table: Modal) -> Room:
+    """Return the room of a step."""
+    n, m, faces = len(table.squares), len(table.weights), _faces(table)
+    return Room(
+        *np.zeros((8, n)), *np.zeros((4, m)), *np.zeros((4, faces)), np.zeros(len(table.loads)), room_for_solution(m)
+    )
+
+
+def room_for_records(table: Modal, rows: int) -> Records:
+    """Return room for some records."""
+    n, faces = len(table.squares), _faces(table)
+    return Records(
+        np.zeros(rows, dtype=np.int64),
+        *np.zeros((2, rows, n)),
+        *np.zeros((6, rows, faces)),
+        np.zeros((rows, 12)),
+        np.zeros((rows, len(table.loads))),
+        np.zeros(rows),
+        np.zeros(rows, dtype=np.int64),
+    )
+
+
+def arrays_of_state(modal: ModalSystem, state: State) -> Motion:
+    """Return a state, as a march carries it along, in modal coordinates."""
+    nothing = np.zeros_like(modal.squares)
+    return Motion(
+        modal.coordinates(state.u[VALUE]),
+        modal.coordinates(state.v[VALUE]),
+        nothing if state.a is None else modal.coordinates(state.a[VALUE]),
+        np.array(state.depth),
+        np.array(state.pressure),
+        np.zeros_like(state.depth) if state.touch_speed is None else np.array(state.touch_speed),
+    )
+
+
+def state_of(plan: March, modal: ModalSystem, motion: Motion, time: float) -> State:
+    """Return the state that arrays hold, with its images."""
+
+    def full(x: Array) -> Imaged:
+        return imaged(plan.system.operators, modal.dofs(x))
+
+    state = State(time, full(motion.q), full(motion.v), motion.depth.copy(), motion.pressure.copy())
+    if plan.scheme.carries_acceleration:
+        state = replace(state, a=full(motion.a))
+    if plan.law.touch_product is not None:
+        state = replace(state, touch_speed=motion.touch_speed.copy())
+    return state
+
+
+def _faces(table: Modal) -> int:
+    return int(table.faces.max()) + 1
+
+
+def _packed(x: Array) -> Array:
+    return np.ascontiguousarray(x, dtype=float)

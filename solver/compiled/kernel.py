@@ -1,0 +1,181 @@
+"""Many steps of a system in modal coordinates, compiled: schemes, contact, books and records.
+
+    q'' + C q' + s q = sum_k s_k(t) L_k + Phi^T f,    d = -(g0 + Phi q),    f = w P(d, d')
+
+The effective operator is diagonal, so that a step is a few products per DOF, one product with Phi for the gaps, and the
+contact problem on the active points, whose rows of Phi put the forces back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from solver.compiled import books as accounts
+from solver.compiled.books import Books, Limits
+from solver.compiled.jit import compiled
+from solver.compiled.loops import copy_into, fill, inner_product
+from solver.compiled.point_law import ENDPOINT, LawTable, spring_potential, spring_pressure, touch_factor
+from solver.compiled.schemes import alpha_step, midpoint_step
+from solver.compiled.tables import Modal, Motion, Records, Room, Scheme
+from solver.operators import Array
+
+DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
+FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
+
+
+@compiled
+def march_steps(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, books: Books, limits: Limits,
+    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+) -> tuple[int, int, int]:  # fmt: skip
+    """March as many steps as there are rows of load factors, or until one fails or creates energy.
+
+    Args:
+        modal: The system.
+        scheme: The scheme.
+        law: The contact law; coefficients that follow from touch speeds are changed in place.
+        motion: The state, changed in place.
+        room: Room.
+        books: What is kept of every step, changed in place.
+        limits: The gates.
+        records: Room for the records of these steps.
+        factors: s_k in the balance of each step, (steps, loads).
+        first: Number of the first step; records and fresh gaps fall on multiples.
+        every: Steps between records.
+        last: Number of the step after the last of the march, which is recorded.
+        most: Limit of the iterations of a contact solve.
+
+    Returns:
+        DONE, FAILED (that step is not taken), NOT_FINITE or CREATED (it is), the steps taken and the records made.
+    """
+    recorded = 0
+    for step in range(len(factors)):
+        if scheme.form == ENDPOINT:
+            iterations = alpha_step(modal, scheme, law, motion, room, factors[step], most)
+        else:
+            iterations = midpoint_step(modal, scheme, law, motion, room, factors[step], most)
+        if iterations < 0:
+            return FAILED, step, recorded
+        _enter(modal, scheme, law, motion, room, books, factors[step])
+        number = first + step + 1
+        if number % FRESH_GAPS == 0 or number == last:
+            _form_gaps_anew(modal, law, motion, books)
+        books.solves[0] += iterations
+        books.solves[1] += iterations
+        books.solves[2] = max(books.solves[2], iterations)
+        if not np.isfinite(accounts.total_energy(books)):
+            return NOT_FINITE, step + 1, recorded
+        accounts.watch_impacts(books, room.closed, limits)
+        if accounts.growth(books) > limits.total_growth:
+            return CREATED, step + 1, recorded
+        if law.numbers.touch_product > 0.0:
+            _touch(modal, law, motion)
+        if number % every == 0 or number == last:
+            record(modal, motion, books, records, recorded, number)
+            recorded += 1
+    return DONE, len(factors), recorded
+
+
+@compiled
+def _enter(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, books: Books, factors: Array
+) -> None:
+    """Enter a solved step into the books and make its end the state."""
+    found = room.solution
+    old_share = scheme.alpha_f
+    fill(room.force, 0.0)
+    fill(room.pressed, 0.0)
+    fill(room.closed, 0.0)
+    fill(room.deepest, -np.inf)
+    contact, elastic_work, contact_loss, forces, largest = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(found.depth)):
+        face, depth, weight, before = modal.faces[i], found.depth[i], modal.weights[i], motion.depth[i]
+        held_pressure = motion.pressure[i]
+        # round-off is left of forces where the law knows none
+        force = 0.0 if found.pressure[i] == 0.0 else room.held[i] + found.change[i]
+        pressure = force / weight
+        largest = max(largest, abs(room.held_depth[i]))
+        room.deepest[face] = max(room.deepest[face], depth)
+        motion.depth[i] = depth
+        motion.pressure[i] = pressure
+        if scheme.form == ENDPOINT:
+            lasting = old_share * held_pressure
+            motion.pressure[i] = 0.0 if found.pressure[i] == lasting else (pressure - lasting) / (1.0 - old_share)
+        if motion.pressure[i] > 0.0:
+            room.closed[face] = 1.0
+        if pressure > 0.0:
+            room.pressed[face] = 1.0
+        if depth > 0.0 or before > 0.0 or force != 0.0:
+            elastic = found.elastic[i]
+            if scheme.form == ENDPOINT:
+                elastic *= 1.0 - old_share
+                elastic += old_share * spring_pressure(law.stiffness[i], law.numbers.exponent, before)
+            room.force[face] += force
+            forces += abs(force)
+            contact += weight * spring_potential(law.stiffness[i], law.numbers.exponent, depth)
+            elastic_work += weight * elastic * (depth - before)
+            contact_loss += weight * (pressure - elastic) * (depth - before)
+    kinetic, strain, structural, inner = 0.0, 0.0, 0.0, 0.0
+    for j in range(len(motion.q)):
+        moved = room.new_q[j] - motion.q[j]
+        kinetic += room.new_v[j] * room.new_v[j]
+        strain += modal.squares[j] * room.new_q[j] * room.new_q[j]
+        structural += moved * modal.damping[j] * room.stage_velocity[j]
+        inner += moved * room.inner[j]
+    for load in range(len(factors)):
+        work = 0.0
+        for j in range(len(motion.q)):
+            work += (room.new_q[j] - motion.q[j]) * modal.loads[load, j]
+        room.works[load] = factors[load] * work
+    copy_into(motion.q, room.new_q)
+    copy_into(motion.v, room.new_v)
+    accounts.enter_works(
+        books, room.works, modal.driven, 0.5 * kinetic, 0.5 * strain, contact, structural, inner, elastic_work,
+        contact_loss,
+    )  # fmt: skip
+    accounts.enter_unresolved(books, largest, forces)
+    accounts.enter_forces(books, room.force, room.pressed, room.deepest, scheme.dt)
+
+
+@compiled
+def _form_gaps_anew(modal: Modal, law: LawTable, motion: Motion, books: Books) -> None:
+    contact = 0.0
+    for i in range(len(motion.depth)):
+        depth = -modal.initial_gap[i] - inner_product(modal.gaps[i], motion.q)
+        motion.depth[i] = depth
+        contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, depth)
+    books.energies[accounts.CONTACT] = contact
+    accounts.enter_round_off(books, modal.squares, motion.q)
+
+
+@compiled
+def _touch(modal: Modal, law: LawTable, motion: Motion) -> None:
+    """Keep the approach speeds of open points, and what the damper makes of them."""
+    for i in range(len(motion.depth)):
+        if motion.depth[i] <= 0.0:
+            motion.touch_speed[i] = -inner_product(modal.gaps[i], motion.v)
+            law.coefficient[i] = touch_factor(law.numbers.touch_product, motion.touch_speed[i])
+
+
+@compiled
+def record(modal: Modal, motion: Motion, books: Books, records: Records, row: int, number: int) -> None:
+    records.steps[row] = number
+    copy_into(records.q[row], motion.q)
+    copy_into(records.v[row], motion.v)
+    fill(records.penetration[row], -np.inf)
+    for i in range(len(motion.depth)):
+        face, pressure = modal.faces[i], motion.pressure[i]
+        records.penetration[row, face] = max(records.penetration[row, face], motion.depth[i])
+        if pressure != 0.0:
+            force = modal.weights[i] * pressure
+            records.force[row, face] += force
+            records.moment[row, face] += force * modal.arms[i]
+        if pressure > 0.0:
+            records.area[row, face] += modal.weights[i]
+            records.active[row, face] += 1.0
+    copy_into(records.impulse[row], books.impulse)
+    copy_into(records.energies[row], books.energies)
+    copy_into(records.load_work[row], books.load_work)
+    records.residual[row] = accounts.residual(books)
+    records.iterations[row] = books.solves[0]
+    books.solves[0] = 0

@@ -1,0 +1,233 @@
+"""The compiled march of a dense system: blocks of many steps without Python."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from solver.accounts import Accounts
+from solver.analyses.transient import March, begun, whole_step
+from solver.case import Gates
+from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
+from solver.compiled.exchange import books_of, enter_books, limits_of
+from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record
+from solver.compiled.point_law import ENDPOINT, LawTable, law_table
+from solver.compiled.reasons import why_not_compiled
+from solver.compiled.tables import Motion, Records
+from solver.errors import RunError
+from solver.modal import modal_system
+from solver.operators import Array
+from solver.system import State
+
+CADENCE = 0.2  # s of wall time between blocks
+FIRST_STEPS = 64  # of the first block, before it is known what a step costs
+MOST_RECORDS = 2048  # of a block
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some steps and what was recorded of them.
+
+    Attributes:
+        loop: The loop that marched them.
+        first: Number of the first step since the start of the march.
+        steps: Number of steps.
+        records: What was recorded, one row a record.
+        times: Times of the records, (records,), s.
+        motion: The state at the end, in modal coordinates.
+        end_time: Its time, s.
+    """
+
+    loop: CompiledLoop
+    first: int
+    steps: int
+    records: Records
+    times: Array
+    motion: Motion
+    end_time: float
+
+    @cached_property
+    def end(self) -> State:
+        """The state at the end, from which any march can go on."""
+        return state_of(self.loop.plan, self.loop.modal, self.motion, self.end_time)
+
+    @cached_property
+    def u(self) -> Array:
+        """DOFs of the dense system at the records, (records, n)."""
+        return self.loop.modal.dofs(self.records.q)
+
+    @cached_property
+    def v(self) -> Array:
+        """Their velocities, (records, n)."""
+        return self.loop.modal.dofs(self.records.v)
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A march in few words.
+
+    Attributes:
+        times: Times of the records, (records,), s.
+        probes: What the probe rows read of the displacement, (records, rows).
+        probe_rates: And of the velocity, (records, rows).
+        forces: Contact force of each face at the records, (records, faces), N.
+        end: The state at the end.
+        accounts: Ledger, gates, episodes, peaks and counts.
+    """
+
+    times: Array
+    probes: Array
+    probe_rates: Array
+    forces: Array
+    end: State
+    accounts: Accounts
+
+
+class CompiledLoop:
+    """The march of a plan, compiled.
+
+    Attributes:
+        plan: The plan.
+        modal: Its system in modal coordinates.
+
+    Args:
+        plan: A plan that `why_not_compiled` has nothing against.
+    """
+
+    def __init__(self, plan: March) -> None:
+        reason, modal = why_not_compiled(plan), modal_system(plan.system)
+        if reason is not None or modal is None:
+            raise ValueError(f"this march cannot be compiled: {reason}")
+        self.plan, self.modal = plan, modal
+        self._table = modal_table(plan, modal)
+        self._scheme = scheme_table(plan)
+        self._room = room_for(self._table)
+
+    def blocks(
+        self,
+        start: State,
+        every: int = 1,
+        accounts: Accounts | None = None,
+        steps: int | None = None,
+        stops: int | None = None,
+    ) -> Iterator[Block]:
+        """March, and yield block after block, each about `CADENCE` seconds of wall time at most.
+
+        A step whose contact solve does not converge is taken by the generic march, which softens and halves.
+
+        Args:
+            start: Where to start.
+            every: Steps between records, counted from the start; the last step is recorded as well.
+            accounts: What consumes the steps, brought up to date before each block is yielded; None: new ones
+                without gates.
+            steps: Number of steps; None: those of the plan.
+            stops: Steps after whose multiples, counted from the start, a block ends; None: it does not matter.
+
+        Raises:
+            NotConverged: A step did not converge at the smallest size. What came before it was yielded.
+            NotFinite: The energy is not a number; as above.
+            EnergyCreated: More energy was created than the gates of `accounts` allow; as above.
+        """
+        plan, count = self.plan, self.plan.steps if steps is None else steps
+        state = begun(plan, start)
+        if accounts is None:
+            accounts = Accounts.opened(plan, Gates(accept_energy_growth=True), state)
+        motion, law = arrays_of_state(self.modal, state), self._law(state)
+        origin, done, size = round(start.time / plan.dt), 0, FIRST_STEPS
+        while done < count:
+            wanted = min(size, count - done, MOST_RECORDS * every)
+            if stops is not None:
+                wanted = min(wanted, stops - done % stops)
+            started = time.perf_counter()
+            books, records = books_of(accounts), room_for_records(self._table, wanted // every + 2)
+            status, taken, recorded = march_steps(
+                self._table, self._scheme, law, motion, self._room, books, limits_of(accounts), records,
+                self._factors(origin + done, wanted), done, every, count, plan.max_iterations,
+            )  # fmt: skip
+            seconds = time.perf_counter() - started
+            enter_books(books, accounts, taken, seconds)
+            failure: RunError | None = None
+            first, done = done, done + taken
+            if status == FAILED:
+                try:
+                    state = self._step_apart(motion, origin + done, accounts)
+                except RunError as error:
+                    failure = error  # raised below, after what came before it
+                else:
+                    done += 1
+                    motion, law = arrays_of_state(self.modal, state), self._law(state)
+                    if done % every == 0 or done == count:
+                        books = books_of(accounts)
+                        record(self._table, motion, books, records, recorded, done)
+                        accounts.peaks.iterations, recorded = 0, recorded + 1
+            elif status != DONE:
+                try:
+                    accounts.gates.let_pass((origin + done) * plan.dt, status != NOT_FINITE, accounts.ledger)
+                except RunError as error:
+                    failure = error
+            elif taken == wanted:
+                size = max(1, min(4 * size, round(wanted * CADENCE / max(seconds, 1.0e-9))))
+            yield self._block(first, done - first, records, recorded, motion, origin)
+            if failure is not None:
+                raise failure
+
+    def follow(
+        self, start: State, steps: int, probes: Array | None = None, every: int = 1, accounts: Accounts | None = None
+    ) -> Passage:
+        """March some steps and return what probes read, the end, and the figures.
+
+        Args:
+            start: Where to start.
+            steps: Number of steps.
+            probes: Rows on the DOFs of the dense system, (rows, n); None: none.
+            every: Steps between readings.
+            accounts: As in `blocks`.
+
+        Raises:
+            NotConverged: As in `blocks`; likewise NotFinite and EnergyCreated.
+        """
+        if accounts is None:
+            accounts = Accounts.opened(self.plan, Gates(accept_energy_growth=True), begun(self.plan, start))
+        rows = np.zeros((0, len(self.modal.squares))) if probes is None else probes @ self.modal.shapes
+        times, places, rates, forces = [], [], [], []
+        end = start
+        for block in self.blocks(start, every, accounts, steps):
+            times.append(block.times)
+            places.append(block.records.q @ rows.T)
+            rates.append(block.records.v @ rows.T)
+            forces.append(block.records.force)
+            last = block
+        end = last.end if times else start
+        return Passage(*(np.concatenate(x) for x in (times, places, rates, forces)), end, accounts)
+
+    def _law(self, state: State) -> LawTable:
+        plan = self.plan
+        return law_table(plan.law.touched_at(state.touch_speed), plan.system.contact.size)
+
+    def _factors(self, first: int, steps: int) -> Array:
+        """Return the load factors in the balance of each step, (steps, loads)."""
+        system, dt, shift = self.plan.system, self.plan.dt, self._scheme.alpha_f
+        times = (first + np.arange(steps + 1)) * dt
+        if self._scheme.form != ENDPOINT:
+            return system.load_factor_rows(times[:-1] + 0.5 * dt)
+        rows = system.load_factor_rows(times)
+        return np.ascontiguousarray((1.0 - shift) * rows[1:] + shift * rows[:-1])
+
+    def _step_apart(self, motion: Motion, number: int, accounts: Accounts) -> State:
+        """Take a step by the generic march, which softens and halves; return its end."""
+        plan = self.plan
+        state = state_of(plan, self.modal, motion, number * plan.dt)
+        for step in whole_step(plan, state, plan.dt):
+            accounts.take(step)
+            state = step.new
+        return state
+
+    def _block(self, first: int, steps: int, records: Records, recorded: int, motion: Motion, origin: int) -> Block:
+        kept = Records(*(column[:recorded] for column in records))
+        copied = Motion(*(array.copy() for array in motion))
+        times = (origin + kept.steps) * self.plan.dt
+        return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt)

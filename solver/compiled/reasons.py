@@ -1,0 +1,34 @@
+"""Whether the compiled loop can march a plan."""
+
+from __future__ import annotations
+
+from solver.analyses.transient import March
+from solver.dense import DenseOperators
+from solver.integrators.generalized_alpha import GeneralizedAlpha
+from solver.integrators.midpoint import Midpoint
+
+
+def why_not_compiled(plan: March) -> str | None:
+    """Return why the compiled loop cannot march a plan, in words; None where it can.
+
+    It marches dense systems, whose gaps and forces are the same shapes, by the midpoint rules and the family of
+    generalized-alpha, with springs and dampers, in steps of one size.
+    """
+    system, law = plan.system, plan.law
+    if not isinstance(system.operators, DenseOperators):
+        return "the model is not dense: finite elements on a mesh are marched step by step"
+    if system.operators.massless.any():
+        return "some degrees of freedom have no mass"
+    if not system.contact.symmetric:
+        return "Nitsche's method: gaps and forces are not the same shapes"
+    if not isinstance(plan.scheme, Midpoint | GeneralizedAlpha):
+        return "the scheme is neither a midpoint rule nor of the family of generalized-alpha"
+    if law.friction is not None or system.contact.tangents is not None:
+        return "contact with friction"
+    if law.augmented is not None:
+        return "augmented Lagrangian: multipliers in every step"
+    if not law.stores_energy:
+        return "impulses in the place of a contact stiffness"
+    if plan.resolution is not None:
+        return "adaptive steps"
+    return None

@@ -97,8 +97,10 @@ class GetfemBeam:
         M, K = self.mass, self.stiffness
         solver = self._solver(2.0 / dt**2 + c_mass / dt, 0.5 + c_stiffness / dt)
         weight = self._weight()
-        old, velocity = start.reshape(-1), np.zeros(start.size)
-        states, iterations = [], 0
+        old: Array = start.reshape(-1)
+        velocity: Array = np.zeros(start.size)
+        states: list[Array] = []
+        iterations = 0
         for number in range(steps):
             force = weight + loads((number + 0.5) * dt).reshape(-1)
             force += M @ ((2.0 / dt**2 + c_mass / dt) * old + (2.0 / dt) * velocity)

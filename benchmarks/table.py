@@ -7,7 +7,7 @@ import json
 import os
 import platform
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
@@ -36,7 +36,7 @@ class Table:
     columns: tuple[str, ...]
     rows: tuple[tuple[Cell, ...], ...]
     notes: tuple[str, ...] = ()
-    figures: dict[str, Cell] = field(default_factory=dict)
+    figures: Mapping[str, Cell] = field(default_factory=dict)
 
     def markdown(self) -> str:
         """Return the table in Markdown."""

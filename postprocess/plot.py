@@ -15,6 +15,7 @@ from postprocess.figures.contact import draw_contact
 from postprocess.figures.energy import draw_energy
 from postprocess.figures.period_peaks import draw_period_peaks
 from postprocess.figures.phase_portrait import draw_phase_portrait
+from postprocess.figures.response_curve import draw_response_curve
 from postprocess.figures.style import journal_style, save
 from postprocess.figures.time_history import draw_time_history
 from postprocess.periodicity import TOLERANCE
@@ -22,7 +23,7 @@ from postprocess.results import Results, open_results
 from postprocess.smoothing import POINTS, RATE, Sampling
 from postprocess.spectra import Window
 from postprocess.tables import as_data, as_text
-from solver.output.records import HISTORY
+from solver.output.records import CURVE_FILE, HISTORY
 
 FOLDER = "figures"
 TABLES_FILE = "tables.txt"
@@ -136,4 +137,7 @@ def _figures(results: Results, analysis: Analysis, harmonics: int, zoom: int) ->
         figures["contact"] = lambda: draw_contact(history, frequency, zoom)
     if all(name in history for name in (*_ENERGIES, "energy_residual")):
         figures["energy"] = lambda: draw_energy(history, frequency, zoom)
+    curve = results.folder / CURVE_FILE
+    if curve.is_file():
+        figures["response_curve"] = lambda: draw_response_curve(json.loads(curve.read_text(encoding="utf-8")))
     return figures

@@ -52,8 +52,8 @@ class CondensedOperator:
         block = system.operators.sum(mine)
         if not self._by_point:
             block = 0.5 * (block + block.T)
-        gaps = np.ascontiguousarray(contact.gap_matrix @ block)
-        self._all = gaps if tangents is None else np.concatenate([gaps, tangents @ block])
+        gaps = contact.gap_matrix @ block
+        self._all = np.asfortranarray(gaps if tangents is None else np.concatenate([gaps, tangents @ block]))
         self._gaps = self._all[: contact.size]
         delassus = self._gaps[:, : contact.size] if self._by_point else (contact.resultants.T @ self._gaps.T).T
         self.delassus = np.ascontiguousarray(0.5 * (delassus + delassus.T) if self.symmetric else delassus)
@@ -66,28 +66,16 @@ class CondensedOperator:
         return self._factor.solve(right_side)
 
     def correct(self, x: Array, forces: Array, friction: Array | None = None) -> Array:
-        """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N.
-
-        Only the columns that carry a force are read: contact is local, and the columns are what would fill the
-        memory bus. They are ordered along the beam, so these are few runs.
-        """
-        loads = self._loads(forces, friction)
-        loaded = np.flatnonzero(loads)
-        if len(loaded) == 0:
-            return x
-        result = x.copy()
-        for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > _RUN_BREAK) + 1):
-            span = slice(run[0], run[-1] + 1)
-            result += self._columns[:, span] @ loads[span]
-        return result
+        """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N."""
+        return np.asarray(x + _product(self._columns, self._loads(forces, friction)))
 
     def respond(self, forces: Array) -> Array:
         """Return D f = G A^-1 H^T f, (m,)."""
-        return np.asarray(self._gaps @ self._loads(forces, None))
+        return _product(self._gaps, self._loads(forces, None))
 
     def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
         """Return G A^-1 (H^T f + T^T h), (m,), and T A^-1 (H^T f + T^T h), (m, k); with friction only."""
-        moved = np.asarray(self._all @ self._loads(forces, friction))
+        moved = _product(self._all, self._loads(forces, friction))
         return moved[: len(forces)], moved[len(forces) :].reshape(friction.shape)
 
     def _loads(self, forces: Array, friction: Array | None) -> Array:
@@ -104,3 +92,23 @@ class CondensedOperator:
 
 
 _RUN_BREAK = 8  # a gap of a few unloaded columns is cheaper read than skipped
+_SMALL = 20_000  # entries of a matrix that is read faster than loads are sorted
+
+
+def _product(columns: Array, loads: Array) -> Array:
+    """Return columns @ loads, (rows,), for a column-major matrix.
+
+    Only the columns that carry a load are read: contact is local, and the columns are what would fill the memory bus.
+    They are ordered along the beam, so these are few runs.
+    """
+    if columns.size <= _SMALL:
+        return np.asarray(columns @ loads)
+    loaded = np.flatnonzero(loads)
+    if len(loaded) == 0:
+        return np.zeros(len(columns))
+    runs = np.split(loaded, np.flatnonzero(np.diff(loaded) > _RUN_BREAK) + 1)
+    spans = [slice(run[0], run[-1] + 1) for run in runs]
+    result = np.asarray(columns[:, spans[0]] @ loads[spans[0]])
+    for span in spans[1:]:
+        result += columns[:, span] @ loads[span]
+    return result

@@ -7,7 +7,10 @@ A point is y = (x, lambda) with P(x; lambda) = x. From a point and the tangent t
 in scaled unknowns, so that the curve is followed around folds, where lambda turns back. Steps grow where Newton's
 method is quick and shrink where it fails.
 
-Source: Keller (1977) for the arc-length condition.
+Where an impact begins to graze, the curve has a corner, and may turn sharply. The tangent then points ahead if the
+Jacobian, bordered by it, has a determinant of the same sign as before.
+
+Source: Keller (1977) for the arc-length condition; Allgower and Georg (1990) for the orientation.
 """
 
 from __future__ import annotations
@@ -27,6 +30,8 @@ DIFFERENCE = 1.0e-6  # of the range of the parameter, for the derivative by it
 MOST_ITERATIONS = 8
 QUICK = 3  # iterations; then the next step is longer
 GROWTH = 1.5
+FAR = 3.0  # arc lengths; a point further away is on another curve
+SHARP = 0.5  # cosine of the turn between two tangents; sharper ones are at corners
 LOCATED = 1.0e-3  # of a step: how well folds and doublings are located
 
 
@@ -134,11 +139,13 @@ class _Found:
         point: The point.
         weights: What makes its scaled state a vector of length 1, (2n,).
         tangent: Unit tangent of (weights x, value / range), (2n + 1,).
+        sign: Sign of the determinant of the Jacobian bordered by it.
     """
 
     point: CurvePoint
     weights: Array
     tangent: Array
+    sign: float
 
 
 @dataclass(frozen=True)
@@ -151,7 +158,7 @@ class _Walk:
 
     def first(self, point: CurvePoint, monodromy: Array, sign: float) -> _Found:
         """Return a point with the tangent along which the parameter grows (1) or falls (-1)."""
-        return self._found(point, monodromy, np.append(np.zeros(len(point.x)), sign))
+        return self._found(point, monodromy, np.append(np.zeros(len(point.x)), sign), None)
 
     def along(self, last: _Found) -> tuple[list[CurvePoint], str]:
         """Return the points behind one, and why they end."""
@@ -191,8 +198,10 @@ class _Walk:
                 if not np.isfinite(residuals[-1]) or (iteration > 2 and residuals[-1] > residuals[0]):
                     return None
                 if residuals[-1] <= self.settings.tolerance:
+                    if np.linalg.norm(y - start) > FAR * length:
+                        return None  # on another curve
                     point = CurvePoint(value, x, stability_of(monodromy), 0.0, iteration, residuals[-1])
-                    return self._found(point, monodromy, tangent, weights)
+                    return self._found(point, monodromy, tangent, last)
                 matrix = self._bordered(x, value, monodromy, weights, tangent)
                 missed = np.append(weights * (end - x), tangent @ (y - start) - length)
                 y = y - np.linalg.solve(matrix, missed)
@@ -200,16 +209,20 @@ class _Walk:
                 return None
         return None
 
-    def _found(self, point: CurvePoint, monodromy: Array, towards: Array, weighed: Array | None = None) -> _Found:
-        """Return a point with the unit tangent that points where `towards`, in other weights, does."""
+    def _found(self, point: CurvePoint, monodromy: Array, towards: Array, last: _Found | None) -> _Found:
+        """Return a point with the unit tangent that points where `towards`, in the weights of the last point, does."""
         scale = self.map_at(point.value).scale
         size = float(np.linalg.norm(scale * point.x))
         weights: Array = np.asarray(scale / size) if size > 0.0 else scale
-        along = towards if weighed is None else np.append(weights / weighed * towards[:-1], towards[-1])
+        along = towards if last is None else np.append(weights / last.weights * towards[:-1], towards[-1])
         matrix = self._bordered(point.x, point.value, monodromy, weights, along)
         tangent = np.linalg.solve(matrix, np.append(np.zeros(len(point.x)), 1.0))
         tangent = np.asarray(tangent / np.linalg.norm(tangent), dtype=float)
-        return _Found(replace(point, direction=float(tangent[-1])), weights, tangent)
+        matrix[-1] = tangent
+        sign = float(np.linalg.slogdet(matrix)[0])
+        if last is not None and sign != last.sign and tangent @ along < SHARP * np.linalg.norm(along):
+            tangent, sign = -tangent, -sign
+        return _Found(replace(point, direction=float(tangent[-1])), weights, tangent, sign)
 
     def _bordered(self, x: Array, value: float, monodromy: Array, weights: Array, row: Array) -> Array:
         """Return the Jacobian of the residual and of the arc-length condition, (2n + 1, 2n + 1)."""

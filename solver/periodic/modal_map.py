@@ -2,19 +2,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 
-from solver.analyses.transient import EffectiveOperators, March, march
+from solver.analyses.transient import EffectiveOperators, March
+from solver.compiled.loop import CompiledLoop
 from solver.contact.law import ContactLaw
 from solver.integrators.midpoint import Midpoint
 from solver.modal import ModalSystem
 from solver.operators import Array
 from solver.periodic.modal_tangent import monodromy
-from solver.system import VALUE, State, Step, imaged
+from solver.system import VALUE, State, imaged
 
 
 @dataclass(frozen=True)
@@ -46,9 +46,15 @@ class ModalMap:
         rates = np.sqrt(self.modal.squares + (2.0 * np.pi / self.period) ** 2)
         return np.concatenate([rates, np.ones_like(rates)])
 
-    def with_steps(self, steps: int) -> ModalMap:
-        """Return the map of the same period in other steps."""
-        return replace(self, dt=self.period / steps, steps=steps)
+    @property
+    def plan(self) -> March:
+        """The march over a period."""
+        system = self.modal.system
+        return March(system, self.law, self.scheme, EffectiveOperators(system, self.scheme), self.dt, self.steps)
+
+    def over(self, periods: int) -> ModalMap:
+        """Return the map over several of these periods, or of p of p times as many forcing periods."""
+        return replace(self, steps=periods * self.steps)
 
     def state(self, x: Array) -> State:
         """Return x, (2n,), as a state at t = 0."""
@@ -62,29 +68,37 @@ class ModalMap:
         """Return a state as x, (2n,)."""
         return np.concatenate([self.modal.coordinates(part[VALUE]) for part in (state.u, state.v)])
 
-    def steps_from(self, x: Array, periods: int = 1) -> Iterator[Step]:
-        """Yield the steps of some periods."""
-        plan = March(self.modal.system, self.law, self.scheme, self._operators, self.dt, periods * self.steps)
-        return march(plan, self.state(x))
-
     def after(self, x: Array) -> Array:
         """Return P(x), (2n,)."""
-        return self.coordinates(list(self.steps_from(x))[-1].new)
+        for block in self._loop.blocks(self.state(x), self.steps):
+            end = block.motion
+        return np.concatenate([end.q, end.v])
 
     def with_tangent(self, x: Array) -> tuple[Array, Array]:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
-        steps = list(self.steps_from(x))
-        depths = np.array([steps[0].old.depth, *(step.new.depth for step in steps)])
+        places, speeds, _ = self._course(x)
+        depths = -(self.modal.system.contact.initial_gap + places @ self.modal.gaps.T)
         tangent = monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
-        return self.coordinates(steps[-1].new), tangent
+        return np.concatenate([places[-1], speeds[-1]]), tangent
 
     def history(self, x: Array) -> tuple[Array, Array]:
-        """Return the DOFs at the ends of all steps, (steps + 1, n), and point forces in them, (steps, m), N."""
-        steps = list(self.steps_from(x))
-        weights = self.modal.system.contact.weights
-        places = np.array([steps[0].old.u[VALUE], *(step.new.u[VALUE] for step in steps)])
-        return places, np.array([weights * step.stage.pressure for step in steps])
+        """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""
+        places, _, forces = self._course(x)
+        return self.modal.dofs(places), forces
+
+    def _course(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return q and v at the start and the ends of all steps, and the forces of the faces, (steps, faces), N."""
+        n = len(self.modal.squares)
+        records = [block.records for block in self._loop.blocks(self.state(x))]
+        places, speeds = (
+            np.concatenate([start, *parts])
+            for start, parts in (
+                (x[None, :n], [part.q for part in records]),
+                (x[None, n:], [part.v for part in records]),
+            )
+        )
+        return places, speeds, np.concatenate([part.force for part in records])
 
     @cached_property
-    def _operators(self) -> EffectiveOperators:
-        return EffectiveOperators(self.modal.system, self.scheme)
+    def _loop(self) -> CompiledLoop:
+        return CompiledLoop(self.plan)

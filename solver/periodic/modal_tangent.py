@@ -6,10 +6,9 @@ with p = P(d0, d1) and d = -(g0 + Phi q). Its derivative needs the penetrations 
 
 from __future__ import annotations
 
-from itertools import pairwise
-
 import numpy as np
 
+from solver.compiled.jit import compiled
 from solver.contact.law import ContactLaw
 from solver.modal import ModalSystem
 from solver.operators import Array
@@ -26,20 +25,52 @@ def monodromy(modal: ModalSystem, law: ContactLaw, implicit: bool, dt: float, de
         dt: Step, s.
         depths: Penetrations at the start of the first step and at the end of each, (steps + 1, m), m.
     """
-    n, gaps, weights = len(modal.squares), modal.gaps, modal.system.contact.weights
-    compliance = 1.0 / (2.0 / dt + modal.damping + 0.5 * dt * modal.squares)
-    place, speed = np.eye(n, 2 * n), np.eye(n, 2 * n, n)
-    for old, new in pairwise(depths):
-        middle = compliance[:, None] * ((2.0 / dt) * speed - modal.squares[:, None] * place)
-        before, after = step_slopes(law, implicit, old, new, dt)
-        active = np.flatnonzero((before != 0.0) | (after != 0.0))
-        if len(active):
+    weights = modal.system.contact.weights
+    before, after = (weights * slope for slope in step_slopes(law, implicit, depths[:-1], depths[1:], dt))
+    return linearized_steps(modal.squares, modal.damping, np.ascontiguousarray(modal.gaps), before, after, dt)
+
+
+@compiled
+def linearized_steps(squares: Array, damping: Array, gaps: Array, before: Array, after: Array, dt: float) -> Array:
+    """Return the product of the derivatives of all steps, (2n, 2n).
+
+    Args:
+        squares: s, (n,), 1/s^2.
+        damping: C, (n,), 1/s.
+        gaps: Phi, (m, n).
+        before: Derivatives of the point forces of each step by the penetrations at its start, (steps, m), N/m.
+        after: By those at its end, (steps, m), N/m.
+        dt: Step, s.
+    """
+    steps, n = len(before), len(squares)
+    place, speed, middle = np.eye(n, 2 * n), np.zeros((n, 2 * n)), np.zeros((n, 2 * n))
+    for row in range(n):
+        speed[row, n + row] = 1.0
+    compliance = 1.0 / (2.0 / dt + damping + 0.5 * dt * squares)
+    for step in range(steps):
+        for row in range(n):
+            of_speed, of_place = 2.0 / dt * compliance[row], squares[row] * compliance[row]
+            for column in range(2 * n):
+                middle[row, column] = of_speed * speed[row, column] - of_place * place[row, column]
+        active = np.flatnonzero((before[step] != 0.0) | (after[step] != 0.0))
+        if len(active) > 0:
             phi = gaps[active]
-            before, after = (weights * before)[active, None], (weights * after)[active, None]
-            start = -phi @ place
-            matrix = np.eye(len(active)) + after * dt * ((phi * compliance) @ phi.T)
-            forces = np.linalg.solve(matrix, before * start + after * (start - dt * (phi @ middle)))
-            middle += compliance[:, None] * (phi.T @ forces)
-        place = place + dt * middle
-        speed = 2.0 * middle - speed
-    return np.concatenate([place, speed])
+            start, moved = phi @ place, phi @ middle
+            matrix = (phi * compliance) @ phi.T
+            for i in range(len(active)):
+                early, late = before[step, active[i]], after[step, active[i]]
+                for j in range(len(active)):
+                    matrix[i, j] *= dt * late
+                matrix[i, i] += 1.0
+                for column in range(2 * n):
+                    moved[i, column] = -(early + late) * start[i, column] - late * dt * moved[i, column]
+            forces = np.linalg.solve(matrix, moved)
+            push = phi.T @ forces
+            for row in range(n):
+                for column in range(2 * n):
+                    middle[row, column] += compliance[row] * push[row, column]
+        for row in range(n):
+            for column in range(2 * n):
+                place[row, column] += dt * middle[row, column]
+                speed[row, column] = 2.0 * middle[row, column] - speed[row, column]
+    return np.concatenate((place, speed))

@@ -11,8 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from solver.analyses.transient import march
+from solver.analyses.transient import March, march
 from solver.case_tables.analysis import Periodic
+from solver.compiled.loop import CompiledLoop
+from solver.compiled.reasons import why_not_compiled
 from solver.errors import Interrupted
 from solver.march_of_model import march_of_model
 from solver.model import Model
@@ -55,7 +57,7 @@ class Response:
 
 
 def find_response(
-    model: Model, seat: State, analysis: Periodic, asked: Callable[[], bool], talk: Callable[[float, Step], None]
+    model: Model, seat: State, analysis: Periodic, asked: Callable[[], bool], talk: Callable[[float], None]
 ) -> Response:
     """Find the periodic response of a model.
 
@@ -64,7 +66,7 @@ def find_response(
         seat: Its static seat.
         analysis: What the case asks for.
         asked: Whether to stop. Collective.
-        talk: Told the time and each whole step of the march before the search.
+        talk: Told how far the march before the search is, s.
 
     Raises:
         NotConverged: There is none near the start, or the method does not get there.
@@ -102,20 +104,27 @@ def find_response(
     return replace(response, figures=figures | response.figures)
 
 
-def _marched(
-    model: Model, seat: State, steps: int, asked: Callable[[], bool], talk: Callable[[float, Step], None]
-) -> State:
+def _marched(model: Model, seat: State, steps: int, asked: Callable[[], bool], talk: Callable[[float], None]) -> State:
     """Return the end of a march under the loads of the case, ramps included, at t = 0 of the steady forcing."""
     state = seat
     if steps:
         plan = replace(march_of_model(model, midpoint_of(model.case)), steps=steps)
-        for step in march(plan, seat):
-            if step.completes:
-                state = step.refreshed or step.new
-                talk(state.time, step)
-                if asked():
-                    raise Interrupted(f"interrupted at t = {state.time:.6g} s of the march before the search")
+        for state in _states(plan, seat):
+            talk(state.time)
+            if asked():
+                raise Interrupted(f"interrupted at t = {state.time:.6g} s of the march before the search")
     return replace(state, time=0.0)
+
+
+def _states(plan: March, seat: State) -> Iterator[State]:
+    """Yield states of a march up to its end: of every step, or of some where steps are compiled. Collective."""
+    if why_not_compiled(plan) is None:
+        for block in CompiledLoop(plan).blocks(seat, plan.steps):
+            yield block.end
+        return
+    for step in march(plan, seat):
+        if step.completes:
+            yield step.refreshed or step.new
 
 
 def _shot(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic) -> Response:
@@ -216,8 +225,8 @@ def _harmonic_remarks(found: Climb) -> list[str]:
     remarks = []
     if found.solution.truncated > NOTABLE_TRUNCATION:
         remarks.append(
-            f"{found.solution.truncated:.0%} of the contact force lies beyond harmonic {found.solution.series.harmonics}: "
-            "its peaks are not resolved; try more analysis.harmonics, or shooting"
+            f"{found.solution.truncated:.0%} of the contact force lies beyond harmonic "
+            f"{found.solution.series.harmonics}: its peaks are not resolved; try more analysis.harmonics, or shooting"
         )
     if found.change is not None and found.change > NOTABLE_CHANGE:
         remarks.append(

@@ -1,0 +1,75 @@
+"""A curve of periodic responses over a parameter: stable parts drawn through, unstable ones dashed, events marked."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from postprocess.figures.style import BLACK, BLUE, DOUBLE, GRAY, GREEN, PURPLE, VERMILION, panels
+
+COLORS = (BLACK, BLUE, GREEN, PURPLE)
+MARKS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^"}
+SUFFIX = ".peak_to_peak"
+
+
+def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
+    """Draw the peak to peak of every probe and the largest multiplier over what varies.
+
+    Args:
+        curve: Contents of curve.json.
+    """
+    points: list[dict[str, Any]] = curve["points"]
+    values = np.array([point["value"] for point in points])
+    stable = np.array([point["stable"] for point in points])
+    probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
+    figure, axes = panels(2, 1, width=DOUBLE, height=2.2, sharex=True)
+    motion, multiplier = axes[:, 0]
+    for number, probe in enumerate(probes):
+        color = COLORS[number % len(COLORS)]
+        heights = 1.0e3 * np.array([point[probe + SUFFIX] for point in points])
+        _draw(motion, values, heights, stable, color)
+        _mark(motion, points, heights)
+    largest = np.array([point["largest_multiplier"] for point in points])
+    _draw(multiplier, values, largest, stable, BLACK)
+    _mark(multiplier, points, largest)
+    multiplier.axhline(1.0, color=GRAY, linewidth=0.6)
+    motion.set_ylabel("peak to peak (mm)")
+    multiplier.set_ylabel("largest |multiplier|")
+    multiplier.set_xlabel(f"{curve['key']} ({curve['unit']})")
+    motion.margins(x=0.02)
+    motion.legend(handles=list(_keys(points, probes)), loc="best")
+    return figure
+
+
+def _draw(panel: Axes, values: np.ndarray, heights: np.ndarray, stable: np.ndarray, color: str) -> None:
+    for part in _runs(stable):
+        style = "-" if stable[part.start] else "--"
+        end = min(part.stop + 1, len(values))  # up to where the next part begins
+        panel.plot(values[part.start : end], heights[part.start : end], style, color=color)
+
+
+def _runs(stable: np.ndarray) -> Iterator[slice]:
+    """Yield the parts of one stability."""
+    edges = [0, *(np.flatnonzero(np.diff(stable.astype(int))) + 1), len(stable)]
+    yield from (slice(start, stop) for start, stop in pairwise(edges))
+
+
+def _mark(panel: Axes, points: Sequence[Mapping[str, Any]], heights: np.ndarray) -> None:
+    for point, height in zip(points, heights, strict=True):
+        if point["event"]:
+            panel.plot(point["value"], height, MARKS[point["event"]], color=VERMILION, markersize=4, fillstyle="none")
+
+
+def _keys(points: Sequence[Mapping[str, Any]], probes: Sequence[str]) -> Iterator[Line2D]:
+    for number, probe in enumerate(probes):
+        yield Line2D([], [], color=COLORS[number % len(COLORS)], label=probe)
+    if not all(point["stable"] for point in points):
+        yield Line2D([], [], color=GRAY, linestyle="--", label="unstable")
+    for event in dict.fromkeys(point["event"] for point in points if point["event"]):
+        yield Line2D([], [], color=VERMILION, marker=MARKS[event], linestyle="", fillstyle="none", label=event)

@@ -48,7 +48,7 @@ def impacting_curve() -> Curve:
 
 
 def test_resonance_curve_of_a_linear_oscillator() -> None:
-    """Without contact the curve is F / sqrt((1 - w^2)^2 + (2 zeta w)^2), over all frequencies asked for, without events.
+    """Without contact the curve is F / sqrt((1 - w^2)^2 + (2 zeta w)^2) over all frequencies, without events.
 
     The points are those of 400 steps a period: 2e-4 of the amplitude.
     """

@@ -49,8 +49,8 @@ def search(
     progress = ProgressLine(model.case.time.end, summary["forcing"]["period"], quiet=comm.rank != 0)
     with progress, Interruption(comm) as interruption:
 
-        def talk(now: float) -> None:
-            progress.advance(now, "before the search")
+        def talk(now: float, steps: int) -> None:
+            progress.advance(now, steps, "before the search")
 
         response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
     found = response.figures

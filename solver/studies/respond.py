@@ -7,15 +7,14 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from solver.analyses.transient import march
-from solver.energy import Ledger, enter_step, open_ledger, restate
+from solver.accounts import Accounts
 from solver.errors import EnergyCreated, NotConverged, NotFinite, RunError, UserError
-from solver.gates import EnergyGates
 from solver.integrators.schemes import make_integrator
 from solver.march_of_model import march_of_model
 from solver.model import Model
 from solver.operators import Array
-from solver.output.rows import Recorder, Row
+from solver.output.rows import Recorder, Rows
+from solver.stretches import Wanted, marched
 from solver.system import State
 from solver.verdict import judge
 
@@ -98,45 +97,36 @@ def respond(model: Model, start: State, steps: int, interval: float | None = Non
 
 
 def _march(model: Model, start: State, steps: int, interval: float | None, response: Response) -> None:
-    system, law, scheme = model.system, model.law, make_integrator(model.case.time.scheme)
-    plan = replace(march_of_model(model, scheme), steps=steps)
-    ledger, gates = open_ledger(system, law, start), EnergyGates(model.case.gates, system.contact)
+    plan = replace(march_of_model(model, make_integrator(model.case.time.scheme)), steps=steps)
+    accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
     recorder = Recorder(model)
     every = None if interval is None else max(1, round(interval / plan.dt))
-    rows = [] if every is None else [recorder.row(start, ledger)]
-    iterations: list[int] = []
-    done = 0
+    rows = [] if every is None else [recorder.row(start, accounts)]
     try:
-        for step in march(plan, start):
-            ledger = enter_step(system, law, ledger, step)
-            if step.refreshed is not None:
-                ledger = restate(system, law, ledger, step.refreshed)
-            recorder.see(step)
-            iterations.append(step.iterations)
-            response.reached = step.new.time
-            if step.completes:
-                done += 1
-                response.end = step.refreshed or step.new
-                if every is not None and done % every == 0:
-                    rows.append(recorder.row(response.end, ledger))
-            gates.check(step, ledger)
-        judge(model, ledger, gates)
+        for stretch in marched(plan, start, accounts, recorder, Wanted(every), model.space.mesh.comm):
+            response.end = stretch.end
+            if stretch.rows is not None:
+                rows.append(stretch.rows)
+        judge(model, accounts.ledger, accounts.gates)
     finally:
         response.labels = recorder.labels
         response.history = stacked(rows)
-        response.steps = len(iterations)
-        if iterations:
-            _figures(response, recorder, ledger, gates)
-            response.iterations, response.most_iterations = float(np.mean(iterations)), max(iterations)
+        response.steps = accounts.tally.steps
+        if response.steps:
+            _figures(response, accounts)
 
 
-def _figures(response: Response, recorder: Recorder, ledger: Ledger, gates: EnergyGates) -> None:
+def _figures(response: Response, accounts: Accounts) -> None:
+    ledger, tally = accounts.ledger, accounts.tally
     scale = ledger.exchanged if ledger.exchanged > 0.0 else np.nan
-    response.created, response.residual = gates.growth(ledger), ledger.residual / scale
+    response.reached = accounts.time
+    response.created, response.residual = accounts.gates.growth(ledger), ledger.residual / scale
     response.lost = ledger.algorithmic / scale
-    response.penetration, response.peak_force = float(recorder.deepest.max()), float(recorder.peak_force.max())
+    response.penetration = float(accounts.peaks.deepest.max())
+    response.peak_force = float(accounts.peaks.force.max())
+    response.iterations, response.most_iterations = tally.iterations / tally.steps, tally.most_iterations
 
 
-def stacked(rows: list[Row]) -> dict[str, Array]:
+def stacked(rows: list[Rows]) -> dict[str, Array]:
     """Return the records of many times by name, (times, ...)."""
-    return {name: np.array([row[name] for row in rows]) for name in rows[0]} if rows else {}
+    return {name: np.concatenate([row[name] for row in rows]) for name in rows[0]} if rows else {}

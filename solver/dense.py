@@ -48,8 +48,9 @@ class DenseOperators:
     @cached_property
     def modes(self) -> tuple[Array, Array]:
         """Squares s of the angular frequencies, (n,), 1/s^2, and shapes X with X^T M X = 1, (n, n); found once."""
-        squares, shapes = eigh(self.stiffness, self.mass)
-        return squares, shapes
+        _, shapes = eigh(self.stiffness, self.mass)
+        # eigenvalues come with round-off of the largest, a stiffness that rigid motions do not have
+        return np.sum(shapes * (self.stiffness @ shapes), axis=0), shapes
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x."""

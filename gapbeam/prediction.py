@@ -19,7 +19,7 @@ from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
 from solver.analyses.static import Seat, find_seat
-from solver.analyses.transient import March, march
+from solver.analyses.transient import March
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.errors import Interrupted, RunError
 from solver.integrators.schemes import make_integrator
@@ -153,7 +153,7 @@ class _Trials:
         words = f"measured now: {steps} steps from the seat with the loads at their full amplitude"
         try:
             plan = replace(self.plan, steps=steps)
-            course.follow(plan, march(plan, self.seat.state), None)
+            course.follow(plan, None, None)
         except Interrupted:
             raise
         except RunError as error:
@@ -163,7 +163,7 @@ class _Trials:
             course.fields.write(self.seat.state, self.model)
             per_field = time.perf_counter() - clock
             course.close()
-        tally = course.tally
+        tally = course.accounts.tally
         parts = max(tally.steps, 1)
         whole = steps if words.startswith("measured now:") else parts
         output = _fields(self.model.case, self.plan.dt, whole) * per_field

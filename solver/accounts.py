@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 
-from solver.analyses.transient import March
 from solver.case import Gates
 from solver.contact.law import ContactLaw
 from solver.energy import Ledger, enter_step, open_ledger, restate
@@ -13,6 +12,8 @@ from solver.gates import EnergyGates
 from solver.peaks import Peaks
 from solver.system import SemiDiscreteSystem, State, Step
 from solver.tally import Tally
+
+UNGUARDED = Gates(accept_energy_growth=True)
 
 
 @dataclass
@@ -27,6 +28,7 @@ class Accounts:
         episodes: Contact episodes.
         peaks: Impulse and peaks of the faces.
         tally: What the march cost.
+        time: End of the last accepted step, s.
     """
 
     system: SemiDiscreteSystem
@@ -36,13 +38,16 @@ class Accounts:
     episodes: Episodes
     peaks: Peaks
     tally: Tally
+    time: float
 
     @classmethod
-    def opened(cls, plan: March, limits: Gates, start: State) -> Accounts:
-        """Return the accounts at the start of a march. Collective."""
-        system, law, contact = plan.system, plan.law, plan.system.contact
-        ledger, gates = open_ledger(system, law, start), EnergyGates(limits, contact)
-        return cls(system, law, ledger, gates, Episodes(contact), Peaks(contact), Tally(plan.dt))
+    def opened(
+        cls, system: SemiDiscreteSystem, law: ContactLaw, start: State, dt: float, limits: Gates = UNGUARDED
+    ) -> Accounts:
+        """Return the accounts at the start of a march in steps of dt, s; by default no growth ends it. Collective."""
+        contact, ledger = system.contact, open_ledger(system, law, start)
+        watch = EnergyGates(limits, contact), Episodes(contact), Peaks(contact), Tally(dt)
+        return cls(system, law, ledger, *watch, start.time)
 
     def take(self, step: Step, seconds: float = 0.0) -> None:
         """Enter an accepted step that took some seconds.
@@ -53,6 +58,7 @@ class Accounts:
 
         Collective.
         """
+        self.time = step.new.time
         self.ledger = enter_step(self.system, self.law, self.ledger, step)
         if step.refreshed is not None:
             self.ledger = restate(self.system, self.law, self.ledger, step.refreshed)

@@ -42,7 +42,7 @@ class ProbeRow(Protocol):
     """What evaluates the motion of one point."""
 
     def evaluate(self, x: Array, operators: Operators) -> Array:
-        """Return the vector field at the point, (components,). Collective."""
+        """Return the vector field at the point, (components,), or row by row of x, (times, components). Collective."""
 
 
 @dataclass(frozen=True)

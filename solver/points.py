@@ -31,8 +31,8 @@ class PointRow:
     components: int
 
     def evaluate(self, x: Array, operators: Operators) -> Array:
-        """Return the vector field at the point, (components,). Collective."""
-        return operators.sum(self.values @ x.reshape(-1, self.components)[self.nodes])
+        """Return the vector field at the point, (components,), or row by row of x, (times, components). Collective."""
+        return operators.sum(self.values @ x.reshape(*x.shape[:-1], -1, self.components)[..., self.nodes, :])
 
     def force(self, direction: Array, size: int) -> Array:
         """Return the nodal forces of a unit force along a direction, (n,), local."""

@@ -13,21 +13,20 @@ import numpy as np
 from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
+from solver.accounts import Accounts
 from solver.analyses.static import find_seat
-from solver.analyses.transient import March, march
+from solver.analyses.transient import March
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
 from solver.case_tables.analysis import Periodic
-from solver.energy import Ledger, enter_step, open_ledger, restate
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
-from solver.episodes import Episodes
 from solver.errors import Interrupted, RunError
-from solver.gates import EnergyGates
 from solver.integrators.schemes import make_integrator
 from solver.interruption import Interruption
 from solver.march_of_model import march_of_model
 from solver.model import Model, build_model
+from solver.operators import Array
 from solver.output import summary as summaries
 from solver.output.fields import FieldWriter
 from solver.output.folder import check_folder, prepare_folder, write_beside
@@ -35,11 +34,11 @@ from solver.output.history import HistoryWriter
 from solver.output.log_file import log_file
 from solver.output.progress import ProgressLine
 from solver.output.records import CASE_FILE, HISTORY_FILE
-from solver.output.rows import Recorder
+from solver.output.rows import Recorder, Rows
 from solver.periodic.probe_figures import ProbeFigures
 from solver.periodic.searching import search
+from solver.stretches import Wanted, marched, stretches_of
 from solver.system import State, Step
-from solver.tally import Tally
 from solver.verdict import balance_words, contact_words, figures, friction_words, judge, remarks, resolution_remarks
 
 LOG = logging.getLogger("gapbeam")
@@ -156,93 +155,92 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     )
     plan = march_of_model(model, scheme)
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
-    start, steps, response = seat.state, march(plan, seat.state), None
+    start, steps, response = seat.state, None, None
     if isinstance(model.case.analysis, Periodic):
         response = search(model, seat.state, model.case.analysis, folder, comm, summary)
-        model, plan, start, steps = response.steady.model, response.steady.plan, response.start, response.steps
+        model, plan, start = response.steady.model, response.steady.plan, response.start
     probes = ProbeFigures(model)
+    if response is not None:
+        steps = probes.listening(response.steps)
     course = Course(model, folder, comm, start)
     try:
-        course.follow(plan, probes.listening(steps) if response else steps, summary["forcing"]["period"])
+        course.follow(plan, steps, summary["forcing"]["period"])
     finally:
         course.close()
         if response is not None:
             summary["periodic"]["probes"] = probes.told(response.steady.periods)
-        summary |= figures(model, course.recorder, course.ledger, course.gates)
-        summary["contact_episodes"] = course.episodes.figures()
-        summary["convergence"] = course.tally.convergence()
-        summary["wall_time"] |= course.tally.seconds()
-        noted = remarks(model, course.recorder, course.episodes, course.ledger, course.gates)
-        noted += resolution_remarks(model, course.tally)
+        accounts = course.accounts
+        summary |= figures(model, course.recorder, accounts)
+        summary["contact_episodes"] = accounts.episodes.figures()
+        summary["convergence"] = accounts.tally.convergence()
+        summary["wall_time"] |= accounts.tally.seconds()
+        noted = remarks(model, course.recorder, accounts)
+        noted += resolution_remarks(model, accounts.tally)
         summary["warnings"] += noted
-        LOG.info("%s", contact_words(model, course.recorder))
+        LOG.info("%s", contact_words(model, accounts.peaks))
         if model.law.friction is not None:
-            LOG.info("%s", friction_words(course.recorder, course.ledger))
+            LOG.info("%s", friction_words(accounts))
         for remark in noted:
             LOG.warning("%s", remark)
-    judge(model, course.ledger, course.gates)
+    judge(model, accounts.ledger, accounts.gates)
     summary["status"], summary["exit_status"] = "completed", 0
-    summary["message"] = f"{course.tally.steps} steps, {balance_words(course.ledger)}"
+    summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
 
 
 class Course:
-    """A march and everything that consumes its steps: ledger, gates, history, fields, progress.
+    """A march and everything that consumes it: accounts, history, fields, progress.
 
     Collective to make and to use.
 
     Attributes:
         fields: Where fields go.
-        tally: What the march cost.
+        accounts: Ledger, gates, episodes, peaks and counts.
     """
 
     def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State) -> None:
         self.model, self.comm, self.start = model, comm, start
-        self.recorder, self.episodes = Recorder(model), Episodes(model.system.contact)
-        self.gates = EnergyGates(model.case.gates, model.system.contact)
-        self.ledger: Ledger = open_ledger(model.system, model.law, start)
-        self.tally = Tally(model.step)
+        self.recorder = Recorder(model)
+        self.accounts = Accounts.opened(model.system, model.law, start, model.step, model.case.gates)
         self.fields = FieldWriter(folder, model)
         self.history = HistoryWriter(folder / HISTORY_FILE, self.recorder.labels) if comm.rank == 0 else None
 
-    def follow(self, plan: March, steps: Iterator[Step], period: float | None) -> None:
-        """Take in every step of a march.
+    def follow(self, plan: March, steps: Iterator[Step] | None, period: float | None) -> None:
+        """Follow given steps, or march the plan.
 
         Args:
             plan: The march.
-            steps: Its steps.
+            steps: Its steps; None: march it, compiled where that is possible.
             period: That of the forcing, s, for the progress shown.
 
         Raises:
             RunError: The march failed, created energy or was interrupted; what was computed up to then is on disk.
         """
-        case = self.model.case
+        case, count = self.model.case, plan.steps
         every = round((case.output.history_interval or plan.dt) / plan.dt)
         fields_every = max(1, round((case.output.fields_interval or case.time.end / 100.0) / plan.dt))
-        self._record(self.start)
+        self._write(self.recorder.row(self.start, self.accounts))
         self.fields.write(self.start, self.model)
-        clock, done = time.perf_counter(), 0
+        wanted = Wanted(every, fields_every, ends=True)
+        if steps is None:
+            stretches = marched(plan, self.start, self.accounts, self.recorder, wanted, self.comm)
+        else:
+            stretches = stretches_of(steps, count, self.accounts, self.recorder, wanted)
+        clock = time.perf_counter()
         progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0)
         try:
             with progress, Interruption(self.comm) as interruption:
-                mark = clock
-                for step in steps:
-                    self._take(step, time.perf_counter() - mark)
-                    if step.completes:
-                        done += 1
-                        state = step.refreshed or step.new
-                        if done % every == 0 or done == plan.steps:
-                            self._record(state)
-                        if done % fields_every == 0 or done == plan.steps:
-                            self.fields.write(state, self.model)
-                        progress.advance(state.time, self._contact_words(step))
-                        if done < plan.steps and interruption.asked:
-                            raise Interrupted(
-                                f"interrupted at t = {state.time:.6g} s of {case.time.end:g} s; "
-                                "the results up to then are on disk"
-                            )
-                    mark = time.perf_counter()
+                for stretch in stretches:
+                    self._write(stretch.rows)
+                    if stretch.done % fields_every == 0 or stretch.done == count:
+                        self.fields.write(stretch.end, self.model)
+                    progress.advance(stretch.time, stretch.steps, self._contact_words(stretch.pressure))
+                    if stretch.done < count and interruption.asked:
+                        raise Interrupted(
+                            f"interrupted at t = {stretch.time:.6g} s of {case.time.end:g} s; "
+                            "the results up to then are on disk"
+                        )
         finally:
-            self.tally.march = time.perf_counter() - clock
+            self.accounts.tally.march = time.perf_counter() - clock
 
     def close(self) -> None:
         """Close the files."""
@@ -250,24 +248,13 @@ class Course:
             self.history.close()
         self.fields.close()
 
-    def _take(self, step: Step, seconds: float) -> None:
-        system, law = self.model.system, self.model.law
-        self.ledger = enter_step(system, law, self.ledger, step)
-        if step.refreshed is not None:
-            self.ledger = restate(system, law, self.ledger, step.refreshed)
-        self.recorder.see(step)
-        self.episodes.watch(step)
-        self.tally.see(step, seconds)
-        self.gates.check(step, self.ledger)
+    def _write(self, rows: Rows | None) -> None:
+        if self.history is not None and rows is not None:
+            self.history.append(rows)
 
-    def _record(self, state: State) -> None:
-        row = self.recorder.row(state, self.ledger)
-        if self.history is not None:
-            self.history.append(row)
-
-    def _contact_words(self, step: Step) -> str:
+    def _contact_words(self, pressure: Array) -> str:
         contact = self.model.system.contact
-        pressed = step.new.pressure > 0.0
+        pressed = pressure > 0.0
         closed = [name for face, name in enumerate(contact.face_names) if np.any(pressed[contact.faces == face])]
         return "contact: " + (" and ".join(closed) or "none")
 

@@ -136,7 +136,7 @@ class Load:
         factor: s(t).
         static: Whether it acts on the seat before t = 0.
         frame_direction: Direction of a base motion with acceleration s(t), (3,), or None for other loads.
-        frame_mean: Mean of s over an interval (start, end), for base motion.
+        frame_mean: Mean of s over intervals from starts, (times,), to ends, (times,), for base motion.
         of_arrays: Whether s also takes an array of times.
     """
 
@@ -145,7 +145,7 @@ class Load:
     factor: Callable[[float], float]
     static: bool = False
     frame_direction: Array | None = None
-    frame_mean: Callable[[float, float], float] | None = None
+    frame_mean: Callable[[Array, Array], Array] | None = None
     of_arrays: bool = False
 
     def factors(self, times: Array) -> Array:

@@ -7,14 +7,16 @@ from typing import Any
 
 import numpy as np
 
+from solver.accounts import Accounts
 from solver.analyses.resolution import RESOLVING_SHARE
 from solver.energy import Ledger
-from solver.episodes import RESOLVING_STEPS, Episodes
+from solver.episodes import RESOLVING_STEPS
 from solver.errors import EnergyCreated
 from solver.gates import EnergyGates
 from solver.model import Model
 from solver.output.rows import Recorder
 from solver.output.summary import describe_energy, describe_gates
+from solver.peaks import Peaks
 from solver.tally import Tally
 
 LOG = logging.getLogger("gapbeam")
@@ -23,43 +25,43 @@ NOTABLE_UNRESOLVED = 0.05  # of the impulse
 NOTABLE_PENETRATION = 0.1  # of the clearance
 
 
-def figures(model: Model, recorder: Recorder, ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
+def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
     """Return what the summary tells about energy, gates, contact and restraint."""
-    faces = model.system.contact.face_names
-    deepest = float(np.max(recorder.deepest))
+    faces, peaks = model.system.contact.face_names, accounts.peaks
+    deepest = float(np.max(peaks.deepest))
     clearance = abs(model.case.support.clearance)
     found = {
-        "energy": describe_energy(ledger, gates),
-        "gates": describe_gates(gates),
+        "energy": describe_energy(accounts.ledger, accounts.gates),
+        "gates": describe_gates(accounts.gates),
         "penetration": {
             "largest": deepest,
             "relative_to_clearance": deepest / clearance if clearance > 0.0 else None,
         },
-        "peak_contact_force": dict(zip(faces, (float(x) for x in recorder.peak_force), strict=True)),
+        "peak_contact_force": dict(zip(faces, (float(x) for x in peaks.force), strict=True)),
         "restraint": {
             "largest_energy": recorder.largest_restraint_energy,
             "share_of_energy": recorder.restraint_share,
         },
     }
     if model.law.friction is not None:
-        peaks = dict(zip(faces, (float(x) for x in recorder.peak_friction), strict=True))
-        found["friction"] = vars(model.law.friction) | {"peak_force": peaks}
+        largest = dict(zip(faces, (float(x) for x in peaks.friction), strict=True))
+        found["friction"] = vars(model.law.friction) | {"peak_force": largest}
     return found
 
 
-def friction_words(recorder: Recorder, ledger: Ledger) -> str:
+def friction_words(accounts: Accounts) -> str:
     """Return what friction did in one line."""
-    faces = recorder.model.system.contact.face_names
-    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, recorder.peak_friction, strict=True))
+    faces, ledger = accounts.system.contact.face_names, accounts.ledger
+    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, accounts.peaks.friction, strict=True))
     share = f", {ledger.friction_loss / ledger.exchanged:.2%} of the energy exchanged" if ledger.exchanged > 0.0 else ""
     return f"largest friction force: {forces}; friction took {ledger.friction_loss:.3g} J{share}"
 
 
-def contact_words(model: Model, recorder: Recorder) -> str:
+def contact_words(model: Model, peaks: Peaks) -> str:
     """Return the peaks of contact in one line."""
     faces = model.system.contact.face_names
-    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, recorder.peak_force, strict=True))
-    deepest, clearance = float(np.max(recorder.deepest)), model.case.support.clearance
+    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, peaks.force, strict=True))
+    deepest, clearance = float(np.max(peaks.deepest)), model.case.support.clearance
     size = "interference" if clearance < 0.0 else "clearance"
     share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
     return f"largest contact force: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
@@ -72,10 +74,11 @@ def balance_words(ledger: Ledger) -> str:
     return f"energy residual {abs(ledger.residual) / ledger.exchanged:.1e} of the energy exchanged"
 
 
-def remarks(model: Model, recorder: Recorder, episodes: Episodes, ledger: Ledger, gates: EnergyGates) -> list[str]:
+def remarks(model: Model, recorder: Recorder, accounts: Accounts) -> list[str]:
     """Return what a user has to know before using the figures, one sentence each."""
     found = []
-    clearance, deepest = abs(model.case.support.clearance), float(np.max(recorder.deepest))
+    ledger, gates, episodes = accounts.ledger, accounts.gates, accounts.episodes
+    clearance, deepest = abs(model.case.support.clearance), float(np.max(accounts.peaks.deepest))
     if clearance > 0.0 and deepest > NOTABLE_PENETRATION * clearance:
         found.append(
             f"the largest penetration, {deepest:.3g} m, is {deepest / clearance:.0%} of the clearance: "

@@ -7,7 +7,6 @@ import pytest
 
 from solver.accounts import Accounts
 from solver.analyses.transient import EffectiveOperators, March, begun, march
-from solver.case import Gates
 from solver.compiled.loop import CompiledLoop
 from solver.contact.dampers import HuntCrossleyDamper, SmoothStepDamper
 from solver.contact.law import ContactLaw, kelvin_voigt
@@ -35,7 +34,7 @@ LAWS = {
     "unlike points": ContactLaw(Spring(np.geomspace(1.0e4, 1.0e6, 12)), SmoothStepDamper(np.full(12, 9.0), 2.0e-3)),
 }
 STEPS = 200
-UNSTEADY = {"hunt-crossley by restitution": 90}  # chi follows from touch speeds: slow touches magnify round-off
+TOUCHY = {"hunt-crossley by restitution": 1.0e-6}  # chi follows from touch speeds: slow touches magnify round-off
 DT = 1.0e-3
 
 
@@ -48,10 +47,10 @@ def close(found: np.ndarray | float, expected: np.ndarray | float, relative: flo
 @pytest.mark.parametrize("law", LAWS)
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_the_loop_agrees_with_the_march(scheme: str, law: str) -> None:
-    system, steps = dense_beam(seed=len(law)), UNSTEADY.get(law, STEPS)
+    system, steps, relative = dense_beam(seed=len(law)), STEPS, TOUCHY.get(law, 1.0e-9)
     plan = March(system, LAWS[law], SCHEMES[scheme], EffectiveOperators(system, SCHEMES[scheme]), DT, steps)
     start = thrown_start(system)
-    expected = Accounts.opened(plan, Gates(accept_energy_growth=True), begun(plan, start))
+    expected = Accounts.opened(system, LAWS[law], begun(plan, start), DT)
     places, forces = [], []
     for step in march(plan, start):
         expected.take(step)
@@ -59,35 +58,35 @@ def test_the_loop_agrees_with_the_march(scheme: str, law: str) -> None:
         assert step.completes
         places.append(state.u[0])
         forces.append(system.contact.weights * state.pressure)
-    passed = Accounts.opened(plan, Gates(accept_energy_growth=True), begun(plan, start))
+    passed = Accounts.opened(system, LAWS[law], begun(plan, start), DT)
     blocks = list(CompiledLoop(plan).blocks(start, accounts=passed, stops=70))
     assert {70, steps} <= set(np.cumsum([block.steps for block in blocks]))
-    assert close(np.concatenate([block.u for block in blocks]), np.array(places))
+    assert close(np.concatenate([block.u for block in blocks]), np.array(places), relative)
     sides = np.array([np.bincount(system.contact.faces, force, 2) for force in forces])
     assert np.count_nonzero(sides.max(axis=1)) > steps // 10, "nothing touched"
-    assert close(np.concatenate([block.records.force for block in blocks]), sides)
+    assert close(np.concatenate([block.records.force for block in blocks]), sides, relative)
     end = blocks[-1].end
-    assert close(end.u[0], state.u[0])
-    assert close(end.v[0], state.v[0])
-    assert close(end.pressure, state.pressure)
-    assert_same_accounts(passed, expected)
+    assert close(end.u[0], state.u[0], relative)
+    assert close(end.v[0], state.v[0], relative)
+    assert close(end.pressure, state.pressure, relative)
+    assert_same_accounts(passed, expected, relative)
 
 
-def assert_same_accounts(found: Accounts, expected: Accounts) -> None:
+def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -> None:
     """Every figure that is kept of a march is the same."""
     scale = expected.ledger.exchanged
     for name, value in vars(expected.ledger).items():
         if name == "round_off":
             continue  # an estimate, made in the coordinates that are computed with
-        assert np.max(np.abs(getattr(found.ledger, name) - value)) <= 1.0e-9 * scale, name
-    assert close(found.peaks.impulse, expected.peaks.impulse)
-    assert close(found.peaks.force, expected.peaks.force)
-    assert close(found.peaks.deepest, expected.peaks.deepest)
+        assert np.max(np.abs(getattr(found.ledger, name) - value)) <= relative * scale, name
+    assert close(found.peaks.impulse, expected.peaks.impulse, relative)
+    assert close(found.peaks.force, expected.peaks.force, relative)
+    assert close(found.peaks.deepest, expected.peaks.deepest, relative)
     assert found.peaks.iterations <= expected.peaks.iterations
     assert found.gates.impacts == expected.gates.impacts
     assert found.gates.violations == expected.gates.violations
-    assert found.gates.largest_growth == pytest.approx(expected.gates.largest_growth, rel=1e-6, abs=1e-9)
-    assert found.gates.largest_loss == pytest.approx(expected.gates.largest_loss, rel=1e-6, abs=1e-9)
-    assert found.episodes.figures() == pytest.approx(expected.episodes.figures(), rel=1e-9)
+    assert found.gates.largest_growth == pytest.approx(expected.gates.largest_growth, rel=1e-6, abs=relative)
+    assert found.gates.largest_loss == pytest.approx(expected.gates.largest_loss, rel=1e-6, abs=relative)
+    assert found.episodes.figures() == pytest.approx(expected.episodes.figures(), rel=relative)
     assert found.tally.steps == expected.tally.steps
     assert found.tally.iterations == pytest.approx(expected.tally.iterations, rel=0.02, abs=3)

@@ -17,12 +17,12 @@ import numpy as np
 import pytest
 
 import gapbeam
+from solver.accounts import Accounts
 from solver.analyses.transient import EffectiveOperators, March, march
 from solver.case_file.reader import case_to_toml, read_case, warnings
 from solver.case_tables.contact import Contact
 from solver.condensation import CondensedOperator
 from solver.contact.choice import make_law
-from solver.energy import open_ledger
 from solver.errors import UserError
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.schemes import Integrator, make_integrator
@@ -242,7 +242,12 @@ def test_recorded_area_is_that_of_the_patches() -> None:
     """A history of the seat: contact area of the one closed patch at each face, and the moment of its resultant."""
     model = held(ENDS)
     state = seat_of(model).state
-    row = Recorder(model).row(state, open_ledger(model.system, model.law, state))
+    row = {
+        name: rows[0]
+        for name, rows in Recorder(model)
+        .row(state, Accounts.opened(model.system, model.law, state, model.step))
+        .items()
+    }
     assert row["contact_area"] == pytest.approx([0.25 * 5.0e-3 * WIDTH] * 2, rel=1e-12)
     assert row["active_points"] == pytest.approx([1.0, 1.0])
     force = dict(zip(model.system.contact.face_names, np.asarray(row["contact_force"]), strict=True))

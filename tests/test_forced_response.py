@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from scipy.sparse.linalg import spsolve
 
+from solver.accounts import Accounts
 from solver.analyses.transient import EffectiveOperators, March, march
-from solver.energy import open_ledger
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.output.rows import Recorder
@@ -161,11 +161,11 @@ def test_floating_beam_stays_behind_when_its_support_moves(dimension: int) -> No
         model = floating(beam_model({"mesh": SOLID if dimension == 3 else {}}, (base,), {"tip": LENGTH}))
         recorder = Recorder(model)
         start = at_rest(model)
-        ledger = open_ledger(model.system, model.law, start)
-        recorder.row(start, ledger)
-        rows = [recorder.row(state, ledger) for state in states(model, dt, 50, start)]
+        accounts = Accounts.opened(model.system, model.law, start, dt)
+        recorder.row(start, accounts)
+        rows = [recorder.row(state, accounts) for state in states(model, dt, 50, start)]
         absolute, relative = (
-            np.array([row[f"acceleration_{kind}"][0] for row in rows]) for kind in ("absolute", "relative")
+            np.array([row[f"acceleration_{kind}"][0, 0] for row in rows]) for kind in ("absolute", "relative")
         )
         t = dt * (np.arange(50) + 0.5)
         assert relative[:, -1] == pytest.approx(-20.0 * np.sin(2.0 * pi * 20.0 * t), abs=5e-5)

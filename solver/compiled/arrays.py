@@ -21,12 +21,12 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     """Return the system of a plan with its effective and Delassus operators, D = Phi A^-1 Phi^T."""
     system, contact = plan.system, plan.system.contact
     mass, stiffness = plan.scheme.coefficients(system, plan.dt)
-    inverse = 1.0 / (mass + stiffness * modal.squares)
+    inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares))
     delassus = (modal.gaps * inverse) @ modal.gaps.T
     return Modal(
         squares=_packed(modal.squares),
         damping=_packed(modal.damping),
-        inverse=_packed(inverse),
+        inverse=inverse,
         gaps=_packed(modal.gaps),
         initial_gap=_packed(contact.initial_gap),
         weights=_packed(contact.weights),
@@ -51,22 +51,27 @@ def scheme_table(plan: March) -> Scheme:
 def room_for(table: Modal) -> Room:
     """Return the room of a step."""
     n, m, faces = len(table.squares), len(table.weights), _faces(table)
-    return Room(
-        *np.zeros((8, n)), *np.zeros((4, m)), *np.zeros((4, faces)), np.zeros(len(table.loads)), room_for_solution(m)
-    )
+    vectors = [*np.zeros((8, n)), *np.zeros((4, m)), *np.zeros((4, faces)), np.zeros(len(table.loads))]
+    return Room._make([*vectors, room_for_solution(m)])
 
 
 def room_for_records(table: Modal, rows: int) -> Records:
     """Return room for some records."""
     n, faces = len(table.squares), _faces(table)
     return Records(
-        np.zeros(rows, dtype=np.int64),
-        *np.zeros((2, rows, n)),
-        *np.zeros((6, rows, faces)),
-        np.zeros((rows, 12)),
-        np.zeros((rows, len(table.loads))),
-        np.zeros(rows),
-        np.zeros(rows, dtype=np.int64),
+        steps=np.zeros(rows, dtype=np.int64),
+        q=np.zeros((rows, n)),
+        v=np.zeros((rows, n)),
+        force=np.zeros((rows, faces)),
+        moment=np.zeros((rows, faces)),
+        area=np.zeros((rows, faces)),
+        active=np.zeros((rows, faces)),
+        penetration=np.zeros((rows, faces)),
+        impulse=np.zeros((rows, faces)),
+        energies=np.zeros((rows, 12)),
+        load_work=np.zeros((rows, len(table.loads))),
+        residual=np.zeros(rows),
+        iterations=np.zeros(rows, dtype=np.int64),
     )
 
 

@@ -103,7 +103,8 @@ def empty_books(faces: int, loads: int) -> Books:
 def total_energy(books: Books) -> float:
     """Return T + V + Psi."""
     e = books.energies
-    return e[KINETIC] + e[STRAIN] + e[CONTACT]
+    total: float = e[KINETIC] + e[STRAIN] + e[CONTACT]
+    return total
 
 
 @compiled
@@ -114,13 +115,15 @@ def residual(books: Books) -> float:
     for load in range(len(books.load_work)):
         work += books.load_work[load]
     gained = work - e[STRUCTURAL] - e[CONTACT_LOSS] - e[ALGORITHMIC]
-    return (total_energy(books) - e[START]) - (gained - e[FRICTION_LOSS])
+    left: float = (total_energy(books) - e[START]) - (gained - e[FRICTION_LOSS])
+    return left
 
 
 @compiled
 def created(books: Books) -> float:
     """Return the energy that came from nowhere."""
-    return residual(books) - books.energies[ALGORITHMIC] + books.energies[CONTACT_GAIN]
+    amount: float = residual(books) - books.energies[ALGORITHMIC] + books.energies[CONTACT_GAIN]
+    return amount
 
 
 @compiled

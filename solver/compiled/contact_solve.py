@@ -1,7 +1,8 @@
 """The contact problem of a step, `solver.contact.solve`, compiled for symmetric Delassus operators.
 
-The same iteration with the same tolerances: semi-smooth Newton in force form for the change of the forces, with an exact
-line search after a few iterations. What it cannot solve is left to the original, which also softens and halves.
+The same iteration with the same tolerances: semi-smooth Newton in force form for the change of the forces, with an
+exact line search after a few iterations. What it cannot solve (no convergence, a block that is singular to round-off)
+is left to the original, which also softens and halves.
 """
 
 from __future__ import annotations
@@ -89,7 +90,7 @@ class Solution(NamedTuple):
 
 def room_for_solution(size: int) -> Solution:
     """Return room for the solution at m = `size` points."""
-    return Solution(*np.zeros((10, size)), empty_factor(size))
+    return Solution._make([*np.zeros((10, size)), empty_factor(size)])
 
 
 @compiled
@@ -179,7 +180,7 @@ def _evaluate(balance: Balance, step: StepPoints, law: LawTable, found: Solution
 
 @compiled
 def _newton_change(balance: Balance, found: Solution) -> bool:
-    """Solve the linearized law with the balance for f - f_held into `found.newton`."""
+    """Solve the linearized law with the balance for f - f_held into `found.newton`; tell whether it can be."""
     size, weights = len(balance.held), balance.weights
     active, known = 0, False
     for i in range(size):
@@ -201,36 +202,13 @@ def _newton_change(balance: Balance, found: Solution) -> bool:
         for i in range(size):
             found.update[i] += found.deeper[i]
     factor, order = found.factor, found.factor.order
-    if update_factor(factor, balance.delassus, balance.scale, found.compliance):
-        for row in range(active):
-            found.target[row] = found.update[order[row]]
-        solve_with(factor, found.target)
-        for row in range(active):
-            found.newton[order[row]] = found.target[row]
-        return True
-    return _smallest_change(balance, found, active)
-
-
-@compiled
-def _smallest_change(balance: Balance, found: Solution, active: int) -> bool:
-    """Take the smallest solution: compliances of nearly rigid laws vanish against round-off in D."""
-    points = np.empty(active, dtype=np.int64)
-    count = 0
-    for i in range(len(found.slope)):
-        if found.slope[i] > 0.0:
-            points[count] = i
-            count += 1
-    matrix, target = np.empty((active, active)), np.empty(active)
-    for row in range(active):
-        for column in range(active):
-            matrix[row, column] = balance.scale * balance.delassus[points[row], points[column]]
-        matrix[row, row] += found.compliance[points[row]]
-        target[row] = found.update[points[row]]
-    if not np.all(np.isfinite(matrix)) or not np.all(np.isfinite(target)):
+    if not update_factor(factor, balance.delassus, balance.scale, found.compliance):
         return False
-    solution = np.linalg.lstsq(matrix, target, 1.0e-14)[0]
     for row in range(active):
-        found.newton[points[row]] = solution[row]
+        found.target[row] = found.update[order[row]]
+    solve_with(factor, found.target)
+    for row in range(active):
+        found.newton[order[row]] = found.target[row]
     return True
 
 

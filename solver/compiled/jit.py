@@ -1,8 +1,8 @@
 """How functions of this package are compiled, and where what was compiled is kept.
 
-Compiled code is kept in $NUMBA_CACHE_DIR, or else $XDG_CACHE_HOME/gapbeam (~/.cache/gapbeam), in a folder named after the
-sources of this package: numba looks for changes only in the file of a function, not in those that it calls. Where that
-folder cannot be written every process compiles anew, and nothing else changes.
+Compiled code is kept in $NUMBA_CACHE_DIR, or else $XDG_CACHE_HOME/gapbeam (~/.cache/gapbeam), in a folder named after
+the sources of this package: numba looks for changes only in the file of a function, not in those that it calls. Where
+that folder cannot be written every process compiles anew, and nothing else changes.
 """
 
 from __future__ import annotations

@@ -159,6 +159,7 @@ def _touch(modal: Modal, law: LawTable, motion: Motion) -> None:
 
 @compiled
 def record(modal: Modal, motion: Motion, books: Books, records: Records, row: int, number: int) -> None:
+    """Record the state after a step."""
     records.steps[row] = number
     copy_into(records.q[row], motion.q)
     copy_into(records.v[row], motion.v)

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -11,7 +11,6 @@ import numpy as np
 
 from solver.accounts import Accounts
 from solver.analyses.transient import March, begun, whole_step
-from solver.case import Gates
 from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
 from solver.compiled.exchange import books_of, enter_books, limits_of
 from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record
@@ -114,6 +113,7 @@ class CompiledLoop:
         accounts: Accounts | None = None,
         steps: int | None = None,
         stops: int | None = None,
+        agreed: Callable[[int], int] = int,
     ) -> Iterator[Block]:
         """March, and yield block after block, each about `CADENCE` seconds of wall time at most.
 
@@ -126,6 +126,7 @@ class CompiledLoop:
                 without gates.
             steps: Number of steps; None: those of the plan.
             stops: Steps after whose multiples, counted from the start, a block ends; None: it does not matter.
+            agreed: Makes all ranks agree on the number of steps of a block.
 
         Raises:
             NotConverged: A step did not converge at the smallest size. What came before it was yielded.
@@ -135,13 +136,14 @@ class CompiledLoop:
         plan, count = self.plan, self.plan.steps if steps is None else steps
         state = begun(plan, start)
         if accounts is None:
-            accounts = Accounts.opened(plan, Gates(accept_energy_growth=True), state)
+            accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
         motion, law = arrays_of_state(self.modal, state), self._law(state)
         origin, done, size = round(start.time / plan.dt), 0, FIRST_STEPS
         while done < count:
             wanted = min(size, count - done, MOST_RECORDS * every)
             if stops is not None:
                 wanted = min(wanted, stops - done % stops)
+            wanted = agreed(wanted)
             started = time.perf_counter()
             books, records = books_of(accounts), room_for_records(self._table, wanted // every + 2)
             status, taken, recorded = march_steps(
@@ -150,6 +152,7 @@ class CompiledLoop:
             )  # fmt: skip
             seconds = time.perf_counter() - started
             enter_books(books, accounts, taken, seconds)
+            accounts.time = (origin + done + taken) * plan.dt
             failure: RunError | None = None
             first, done = done, done + taken
             if status == FAILED:
@@ -161,8 +164,7 @@ class CompiledLoop:
                     done += 1
                     motion, law = arrays_of_state(self.modal, state), self._law(state)
                     if done % every == 0 or done == count:
-                        books = books_of(accounts)
-                        record(self._table, motion, books, records, recorded, done)
+                        record(self._table, motion, books_of(accounts), records, recorded, done)
                         accounts.peaks.iterations, recorded = 0, recorded + 1
             elif status != DONE:
                 try:
@@ -182,7 +184,7 @@ class CompiledLoop:
 
         Args:
             start: Where to start.
-            steps: Number of steps.
+            steps: Number of steps, > 0.
             probes: Rows on the DOFs of the dense system, (rows, n); None: none.
             every: Steps between readings.
             accounts: As in `blocks`.
@@ -191,18 +193,17 @@ class CompiledLoop:
             NotConverged: As in `blocks`; likewise NotFinite and EnergyCreated.
         """
         if accounts is None:
-            accounts = Accounts.opened(self.plan, Gates(accept_energy_growth=True), begun(self.plan, start))
+            accounts = Accounts.opened(self.plan.system, self.plan.law, start, self.plan.dt)
         rows = np.zeros((0, len(self.modal.squares))) if probes is None else probes @ self.modal.shapes
-        times, places, rates, forces = [], [], [], []
-        end = start
-        for block in self.blocks(start, every, accounts, steps):
-            times.append(block.times)
-            places.append(block.records.q @ rows.T)
-            rates.append(block.records.v @ rows.T)
-            forces.append(block.records.force)
-            last = block
-        end = last.end if times else start
-        return Passage(*(np.concatenate(x) for x in (times, places, rates, forces)), end, accounts)
+        blocks = list(self.blocks(start, every, accounts, steps))
+        return Passage(
+            times=np.concatenate([block.times for block in blocks]),
+            probes=np.concatenate([block.records.q for block in blocks]) @ rows.T,
+            probe_rates=np.concatenate([block.records.v for block in blocks]) @ rows.T,
+            forces=np.concatenate([block.records.force for block in blocks]),
+            end=blocks[-1].end,
+            accounts=accounts,
+        )
 
     def _law(self, state: State) -> LawTable:
         plan = self.plan
@@ -211,9 +212,9 @@ class CompiledLoop:
     def _factors(self, first: int, steps: int) -> Array:
         """Return the load factors in the balance of each step, (steps, loads)."""
         system, dt, shift = self.plan.system, self.plan.dt, self._scheme.alpha_f
-        times = (first + np.arange(steps + 1)) * dt
+        times: Array = np.asarray((first + np.arange(steps + 1)) * dt, dtype=float)
         if self._scheme.form != ENDPOINT:
-            return system.load_factor_rows(times[:-1] + 0.5 * dt)
+            return system.load_factor_rows(np.asarray(times[:-1] + 0.5 * dt))
         rows = system.load_factor_rows(times)
         return np.ascontiguousarray((1.0 - shift) * rows[1:] + shift * rows[:-1])
 
@@ -227,7 +228,7 @@ class CompiledLoop:
         return state
 
     def _block(self, first: int, steps: int, records: Records, recorded: int, motion: Motion, origin: int) -> Block:
-        kept = Records(*(column[:recorded] for column in records))
-        copied = Motion(*(array.copy() for array in motion))
-        times = (origin + kept.steps) * self.plan.dt
+        kept = Records._make(column[:recorded] for column in records)
+        copied = Motion._make(array.copy() for array in motion)
+        times: Array = np.asarray((origin + kept.steps) * self.plan.dt, dtype=float)
         return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt)

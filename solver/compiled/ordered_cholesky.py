@@ -19,10 +19,10 @@ class OrderedFactor(NamedTuple):
     """A factor L L^T = s D + diag(c) of the active points in their order.
 
     Attributes:
-        rows: L, (m, m), lower triangle of which `count` rows hold.
+        rows: L, (m, m), lower triangle of which `filled` rows hold.
         order: Active points in the order of the rows, (m,).
         compliance: c that each row was made with, (m,), m/N.
-        count: Number of rows that hold, (1,).
+        filled: Number of rows that hold, (1,).
         spare: Room for an order, (m,).
         placed: Which points have a row, (m,).
     """
@@ -30,7 +30,7 @@ class OrderedFactor(NamedTuple):
     rows: Array
     order: Indices
     compliance: Array
-    count: Indices
+    filled: Indices
     spare: Indices
     placed: Indices
 
@@ -54,7 +54,7 @@ def update_factor(factor: OrderedFactor, delassus: Array, scale: float, complian
         compliance: c, (m,), m/N; 0 or less where a point is not active.
     """
     order, kept, placed = factor.order, factor.compliance, factor.placed
-    before = factor.count[0]
+    before = factor.filled[0]
     first = 0
     while first < before and compliance[order[first]] == kept[first]:
         first += 1
@@ -85,9 +85,9 @@ def update_factor(factor: OrderedFactor, delassus: Array, scale: float, complian
         rows += 1
     for row in range(first, rows):
         if not _make_row(factor.rows, order, kept, row, delassus, scale):
-            factor.count[0] = row
+            factor.filled[0] = row
             return False
-    factor.count[0] = rows
+    factor.filled[0] = rows
     return True
 
 
@@ -116,7 +116,7 @@ def _make_row(rows: Array, order: Indices, compliance: Array, row: int, delassus
 @compiled
 def solve_with(factor: OrderedFactor, x: Array) -> None:
     """Replace b by x = (s D + diag(c))^-1 b in place, in the order of the rows, (count,)."""
-    rows, count = factor.rows, factor.count[0]
+    rows, count = factor.rows, factor.filled[0]
     for row in range(count):
         mine = rows[row]
         inner = 0.0

@@ -14,7 +14,8 @@ from solver.operators import Array
 
 UNDAMPED, CONSTANT, HUNT_CROSSLEY, SMOOTH_STEP = 0, 1, 2, 3
 MEAN, IMPLICIT, ENDPOINT = 0, 1, 2  # discrete gradient, its implicit sibling, the law at one instant
-_SHARES, _WEIGHTS = (lambda nodes, weights: (0.5 * (1.0 + nodes), 0.5 * weights))(*np.polynomial.legendre.leggauss(4))
+_NODES, _TWICE = np.polynomial.legendre.leggauss(4)
+_SHARES, _WEIGHTS = np.asarray(0.5 * (1.0 + _NODES)), np.asarray(0.5 * _TWICE)
 
 
 class LawNumbers(NamedTuple):
@@ -90,7 +91,8 @@ class Point(NamedTuple):
 def law_table(law: ContactLaw, size: int) -> LawTable:
     """Return a law without friction and multipliers as numbers, for m = `size` points."""
     damper = law.damper
-    kind, coefficient, full_depth = UNDAMPED, np.zeros(size), 1.0
+    kind, full_depth = UNDAMPED, 1.0
+    coefficient: Array = np.zeros(size)
     if isinstance(damper, ConstantDamper) and np.any(damper.coefficient):
         kind, coefficient = CONSTANT, np.zeros(size) + damper.coefficient
     elif isinstance(damper, HuntCrossleyDamper):

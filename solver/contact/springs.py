@@ -55,14 +55,14 @@ class Spring:
         half = np.broadcast_to(0.5 * self.stiffness, new.shape)
         was, closes = old > 0.0, new > 0.0
         # few points touch at all; ratios first: squares of tiny depths would underflow
-        stays = np.flatnonzero(was & closes)
+        stays = np.nonzero(was & closes)
         mean[stays], slope[stays] = half[stays] * (new[stays] + old[stays]), half[stays]
-        lands = np.flatnonzero(closes & ~was)
+        lands = np.nonzero(closes & ~was)
         start, end, stiffness = old[lands], new[lands], half[lands]
         apart = end - start
         mean[lands] = stiffness * (end * (end / apart))
         slope[lands] = stiffness * (end / apart) * ((end - 2.0 * start) / apart)
-        leaves = np.flatnonzero(was & ~closes)
+        leaves = np.nonzero(was & ~closes)
         start, stiffness = old[leaves], half[leaves]
         apart = start - new[leaves]
         mean[leaves], slope[leaves] = stiffness * (start * (start / apart)), stiffness * (start / apart) ** 2

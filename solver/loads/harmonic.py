@@ -8,9 +8,14 @@ The ramp is twice continuously differentiable, so that an acceleration derived f
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import cos, pi, sin
+from math import pi
+from typing import Any, TypeVar
 
 import numpy as np
+
+from solver.operators import Array
+
+Times = TypeVar("Times", float, Array)
 
 
 @dataclass(frozen=True)
@@ -22,25 +27,29 @@ class Harmonic:
     phase: float = 0.0
     ramp: float = 0.0
 
-    def value(self, time: float, derivative: int = 0) -> float:
-        """Return the derivative 0, 1 or 2 of q at a time."""
+    def value(self, time: Times, derivative: int = 0) -> Times:
+        """Return the derivative 0, 1 or 2 of q at a time, or at each of an array of times."""
         omega, angle = 2.0 * pi * self.frequency, 2.0 * pi * self.frequency * time + np.deg2rad(self.phase)
-        waves = (sin(angle), omega * cos(angle), -omega * omega * sin(angle))
+        sine, cosine = np.sin(angle), np.cos(angle)
+        waves = (sine, omega * cosine, -omega * omega * sine)
         ramps = self._ramp(time)
         binomial = ((1,), (1, 1), (1, 2, 1))[derivative]
-        return self.amplitude * sum(factor * ramps[derivative - k] * waves[k] for k, factor in enumerate(binomial))
-
-    def mean(self, start: float, end: float, derivative: int = 0) -> float:
-        """Return the mean over an interval by Gauss-Legendre quadrature; exact to round-off on short ones."""
-        half, middle = 0.5 * (end - start), 0.5 * (end + start)
-        return float(
-            0.5 * sum(w * self.value(middle + half * x, derivative) for x, w in zip(_NODES, _WEIGHTS, strict=True))
+        total: Times = self.amplitude * sum(
+            factor * ramps[derivative - k] * waves[k] for k, factor in enumerate(binomial)
         )
+        return total
 
-    def _ramp(self, time: float) -> tuple[float, float, float]:
-        if self.ramp == 0.0 or time >= self.ramp:
+    def mean(self, start: Times, end: Times, derivative: int = 0) -> Times:
+        """Return the mean over an interval, or each of many; by Gauss-Legendre quadrature, exact on short ones."""
+        half, middle = 0.5 * (end - start), 0.5 * (end + start)
+        values: list[Any] = [self.value(middle + half * x, derivative) for x in _NODES]
+        total: Times = sum(0.5 * w * value for w, value in zip(_WEIGHTS, values, strict=True))
+        return total
+
+    def _ramp(self, time: Times) -> tuple[Any, Any, Any]:
+        if self.ramp == 0.0 or np.min(time) >= self.ramp:
             return 1.0, 0.0, 0.0
-        s = max(time / self.ramp, 0.0)
+        s = np.clip(time / self.ramp, 0.0, 1.0)
         return (
             s**3 * (10.0 - 15.0 * s + 6.0 * s * s),
             30.0 * s * s * (1.0 - s) ** 2 / self.ramp,

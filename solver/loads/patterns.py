@@ -52,13 +52,13 @@ def make_loads(case: Case, patterns: Sequence[Array], dimension: int) -> tuple[L
 
 def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
     if isinstance(load, Gravity):
-        return Load(load.name, pattern, _constant(load.acceleration), static=True)
+        return Load(load.name, pattern, _constant(load.acceleration), static=True, of_arrays=True)
     harmonic = Harmonic(load.amplitude, load.frequency, load.phase, load.ramp)
     if isinstance(load, HarmonicForce):
-        return Load(load.name, pattern, harmonic.value)
+        return Load(load.name, pattern, harmonic.value, of_arrays=True)
     derivative = DERIVATIVES[load.quantity]
 
-    def mean(start: float, end: float) -> float:
+    def mean(start: Array, end: Array) -> Array:
         return harmonic.mean(start, end, derivative)
 
     return Load(
@@ -67,6 +67,7 @@ def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
         lambda time: harmonic.value(time, derivative),
         frame_direction=np.pad(-load_direction(load, dimension), (0, 3 - dimension)),
         frame_mean=mean,
+        of_arrays=True,
     )
 
 

@@ -24,7 +24,8 @@ class HistoryWriter:
     def __init__(self, path: Path, labels: dict[str, tuple[str, ...]]) -> None:
         self._file = h5py.File(path, "w")
         self._file.attrs["format"] = FORMAT_VERSION
-        self._rows: list[dict[str, Array | float]] = []
+        self._rows: list[dict[str, Array]] = []
+        self._waiting = 0
         self._length = 0
         self._create(labels)
 
@@ -48,23 +49,25 @@ class HistoryWriter:
                 data.dims[axis].attach_scale(self._file[dimension])
         self._file.flush()
 
-    def append(self, row: dict[str, Array | float]) -> None:
-        """Add one record: `time` and every variable of `records.HISTORY`."""
-        self._rows.append(row)
-        if len(self._rows) >= BLOCK:
+    def append(self, rows: dict[str, Array]) -> None:
+        """Add records: `time` and every variable of `records.HISTORY`, each with a leading axis of times."""
+        self._rows.append(rows)
+        self._waiting += len(rows["time"])
+        if self._waiting >= BLOCK:
             self.flush()
 
     def flush(self) -> None:
         """Bring every record so far to the file."""
         if not self._rows:
             return
-        end = self._length + len(self._rows)
+        end = self._length + self._waiting
         for name, data in self._file.items():
             if name == "time" or "time" in [scale.keys()[0] for scale in data.dims if len(scale)]:
                 data.resize(end, axis=0)
-                data[self._length : end] = np.array([row[name] for row in self._rows])
+                data[self._length : end] = np.concatenate([rows[name] for rows in self._rows])
         self._length = end
         self._rows.clear()
+        self._waiting = 0
         self._file.flush()
 
     def close(self) -> None:

@@ -46,9 +46,9 @@ class ProgressLine:
         if self._bar is not None:
             self._bar.stop()
 
-    def advance(self, now: float, contact: str) -> None:
-        """Tell that a step ending at `now` is done, with the state of contact in words."""
-        self._steps += 1
+    def advance(self, now: float, steps: int, contact: str) -> None:
+        """Tell that some steps ending at `now` are done, with the state of contact in words."""
+        self._steps += steps
         if self._quiet:
             return
         clock = time.perf_counter()

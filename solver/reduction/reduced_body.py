@@ -51,8 +51,8 @@ class DenseRow:
     matrix: Array
 
     def evaluate(self, x: Array, _operators: Operators) -> Array:
-        """Return the vector field at the point, (components,)."""
-        return np.asarray(self.matrix @ x)
+        """Return the vector field at the point, (components,), or row by row of x, (times, components)."""
+        return np.asarray(x @ self.matrix.T)
 
 
 def reduced_body(body: Body, settings: ReducedModel) -> Body:

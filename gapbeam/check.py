@@ -17,6 +17,7 @@ from solver.analyses.resolution import RESOLVING_SHARE
 from solver.body import MeshedBeam, mesh_beam, mesh_dofs
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
+from solver.case_tables.analysis import Periodic
 from solver.defaults import Default, overhang_frequency, stiffness_unit
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.model import Model, build_model
@@ -58,6 +59,7 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
             "Run",
             [
                 ("scheme", case.time.scheme.type, ""),
+                *_analysis_rows(case),
                 *_adaptive_rows(model),
                 ("steps", f"{prediction.steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
                 *_cost_rows(prediction),
@@ -147,6 +149,12 @@ def restraint_frequency(case: Case, stiffness: float) -> float:
     """Return the frequency of the rigid beam on a restraint, Hz."""
     beam = case.beam
     return sqrt(stiffness / (case.material.density * beam.length * beam.width * beam.thickness)) / (2.0 * pi)
+
+
+def _analysis_rows(case: Case) -> list[tuple[str, str, str]]:
+    if not isinstance(case.analysis, Periodic):
+        return []
+    return [("analysis", "periodic", "predicted is a march to time.end; the search from there is not")]
 
 
 def _adaptive_rows(model: Model) -> list[tuple[str, str, str]]:

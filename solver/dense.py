@@ -11,7 +11,6 @@ from scipy.sparse import csr_matrix
 
 from solver.operators import Array, Factor, Interface, Springs
 
-
 ROUND_OFF = 8.0 * np.finfo(float).eps
 WIDE = 1.0e6  # between the squares of the lowest and the highest frequency
 FLOATS = 1.0e-12  # of the largest square of a frequency; below it a motion is a rigid one

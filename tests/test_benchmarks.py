@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from models import SOLID, beam_case, thrown
 from mpi4py import MPI
 
 from benchmarks import contact_points, iterative, size, textbook
@@ -20,6 +19,7 @@ from solver.integrators.schemes import make_integrator
 from solver.march_of_model import march_of_model
 from solver.model import build_model
 from solver.system import VALUE
+from tests.models import SOLID, beam_case, thrown
 
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="the textbook knows one rank")
 

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Sequence
 
 import pytest
-from command import DEMO, alone, called, settings
-from models import beam_case
 from mpi4py import MPI
 
 from benchmarks.predictions import both
@@ -14,6 +12,8 @@ from gapbeam import large_prediction
 from gapbeam.prediction import predict
 from solver.case import Case
 from solver.model import build_model
+from tests.command import DEMO, alone, called, settings
+from tests.models import beam_case
 
 FACTOR = 2.0
 ATTEMPTS = 3  # other work on the machine can disturb the one or the other
@@ -59,11 +59,12 @@ def test_check_tells_the_cost() -> None:
 @alone
 def test_trial_that_fails_is_told() -> None:
     """A scheme that creates energy under the trial's sudden loads: a prediction all the same, with the reason."""
-    creating = ("time.scheme=newmark", "gates.total_growth=1e-9", "contact.stiffness=1e13", "load.shaker.amplitude=500")
-    done = called("check", DEMO, *settings(*creating))
+    creating = ("time.scheme=newmark", "gates.total_growth=0.0025", "contact.stiffness=1e13")
+    done = called("check", DEMO, *settings(*creating, "load.shaker.amplitude=500"))
     assert done.returncode == 0, done.stderr
-    assert "ended early: at t = " in done.stdout
-    assert "predicted within a factor of 2" in done.stdout
+    words = " ".join(done.stdout.split())
+    assert "ended early: at t = " in words
+    assert "predicted within a factor of 2" in words
 
 
 def slice_of(size: float) -> Case:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Callable, Iterator, Sequence
 from math import inf
 from pathlib import Path
 
@@ -11,13 +12,15 @@ import pytest
 from PIL import Image
 
 from gapbeam.ladder.judgement import Judged, choice, differences, foretold, front, judged, richardson, uncertainty
-from gapbeam.ladder.measure import Measured
+from gapbeam.ladder.measure import Job, Measured
+from gapbeam.ladder.report import write_study
 from gapbeam.ladder.rungs import Rung, ladder_of
 from gapbeam.ladder.stored import stored_choice, study_key
+from gapbeam.ladder.study import overrides_as_mapping, run_study
 from postprocess.steady import Quantity
 from solver.case_file.reader import read_case
 from solver.errors import UserError
-from tests.command import PROJECT, alone, called_in_turn, settings
+from tests.command import PROJECT, alone, called, called_in_turn, settings
 
 CASE = PROJECT / "cases" / "stability.toml"
 FREQUENCY = 20.0
@@ -134,31 +137,64 @@ def test_the_uncertainty_is_that_of_mesh_step_and_basis() -> None:
     assert told["displacement"] == pytest.approx(h**2, rel=0.02)
 
 
+QUICK = ("time.end=0.1", "time.step=5e-4", "load.shaker.frequency=50", "load.shaker.amplitude=15", "mesh.degree=1")
+
+
+def in_this_process(
+    task: Callable[[Job], Measured], works: Sequence[Job], _jobs: int | None = None
+) -> Iterator[tuple[int, Measured]]:
+    """Do what `side_by_side` does without processes of their own, which cost seconds of imports each."""
+    yield from enumerate(map(task, works))
+
+
+def test_a_study_of_a_small_case_is_stored_and_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rungs run, the errors of the usual rung are those of the case, and a run finds the rung that was named."""
+    monkeypatch.setattr("gapbeam.ladder.study.side_by_side", in_this_process)
+    told: list[str] = []
+    study = run_study(CASE, overrides_as_mapping(list(QUICK)), 0.10, 5.0, told.append)
+    assert any(text.startswith("reference: ") for text in told[:3])
+    names = {one.rung.name: one for one in study.rungs}
+    assert {"beam, 24 elements", "reduced 2D", "full 2D"} <= set(names)
+    assert study.full_check is not None
+    assert max(study.full_check.values()) < 0.02
+    assert study.chosen is not None
+    assert study.chosen.error <= 0.10
+    case = read_case(CASE, QUICK)
+    write_study(tmp_path, study, study_key(case))
+    with Image.open(tmp_path / "tradeoff.png") as picture:
+        assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
+    named = stored_choice(tmp_path, case, 0.10)
+    assert named is not None
+    assert named[0] == study.chosen.rung.name
+    read_case(CASE, {**overrides_as_mapping(list(QUICK)), **named[1]})
+    assert stored_choice(tmp_path, read_case(CASE), 0.10) is None
+    with pytest.raises(UserError, match="larger --tolerance"):
+        stored_choice(tmp_path, case, 1e-9)
+
+
 @alone
+def test_what_cannot_be_studied_is_explained(tmp_path: Path) -> None:
+    """No forcing period, a formulation without stiffness, a tolerance that is none: status 2, and what is expected."""
+    unforced, fault, tolerance = called_in_turn(
+        ["tradeoff", CASE, "--set", "probe=[]", "--output", tmp_path / "a"],
+        ["tradeoff", CASE, "--set", 'contact.formulation="nitsche"', "--output", tmp_path / "b"],
+        ["tradeoff", CASE, "--tolerance", "200%", "--output", tmp_path / "c"],
+    )
+    assert unforced.returncode == fault.returncode == tolerance.returncode == 2
+    assert "at least one [[probe]]" in unforced.stderr
+    assert "expected penalty" in fault.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@alone
+@pytest.mark.slow
 def test_the_command_from_end_to_end(tmp_path: Path) -> None:
-    """A study of a small case, stored; `run --tolerance` takes its rung and says so; what is not there is refused."""
-    quick = settings(
-        "time.end=0.1", "time.step=5e-4", "load.shaker.frequency=50", "load.shaker.amplitude=15", "mesh.degree=1"
-    )
-    study, impossible, fault = called_in_turn(
-        ["tradeoff", CASE, *quick, "--tolerance", "10%", "--output", tmp_path / "study"],
-        ["tradeoff", CASE, *quick, "--minutes", "0"],
-        ["tradeoff", CASE, "--set", 'contact.formulation="nitsche"'],
-    )
-    assert study.returncode == 0, study.stderr
-    assert "the cheapest rung within 10 %" in study.stdout
+    """A study by the command, in processes of its own: table, data, picture, and the memory of each rung."""
+    words = ["tradeoff", CASE, *settings(*QUICK), "--tolerance", "10%", "--output", tmp_path / "study"]
+    done = called(*words, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    assert "the cheapest rung within 10 %" in done.stdout
     data = json.loads((tmp_path / "study" / "tradeoff.json").read_text(encoding="utf-8"))
     assert {"beam, 24 elements", "reduced 2D", "full 2D"} <= {rung["name"] for rung in data["rungs"]}
     assert all(value >= 0.0 for value in data["uncertainty"].values())
-    with Image.open(tmp_path / "study" / "tradeoff.png") as picture:
-        assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
-    assert impossible.returncode == fault.returncode == 2
-    assert "expected penalty" in fault.stderr
-    case = read_case(CASE, [quick[place] for place in range(1, len(quick), 2)])
-    named = stored_choice(tmp_path / "study", case, 0.10)
-    assert named is not None
-    assert named[0] == data["chosen"]
-    assert stored_choice(tmp_path / "study", read_case(CASE), 0.10) is None
-    assert study_key(case)["time"]["step"] == 5e-4
-    with pytest.raises(UserError, match="larger --tolerance"):
-        stored_choice(tmp_path / "study", case, 1e-9)
+    assert all(rung["memory"] > 5e7 for rung in data["rungs"] if rung["verdict"] == "passed")

@@ -230,6 +230,10 @@ def _newton_change(
     target = held_depth[active] - depth[active] + missing
     if np.any(change):
         target -= scale * condensed.respond(change)[active]
+    detoured = condensed.solve_by_interface(scale, active, compliance, target)
+    if detoured is not None:
+        change[active] = detoured
+        return change
     matrix = condensed.delassus[np.ix_(active, active)]
     matrix *= scale
     matrix[np.diag_indices_from(matrix)] += compliance

@@ -78,7 +78,7 @@ def climb(
     tolerance: float = 1.0e-9,
     max_iterations: int = 40,
 ) -> Climb:
-    """Solve the harmonic balance with more and more harmonics, each from the solution with fewer.
+    """Solve the harmonic balance with more and more harmonics, each from the solution with fewer or from the start.
 
     A rung that does not converge from there is reached from softer contact, and left out where that fails as well.
     A body that contact alone holds has to touch in the start: its static seat will do.
@@ -105,10 +105,7 @@ def climb(
     for rung in rungs:
         series = Fourier(rung, samples_per_harmonic * rung, omega)
         balance = HarmonicBalance(modal, law, series)
-        if found:
-            first: Array | None = found[-1].series.extended(found[-1].traces, rung)
-        else:
-            first = None if start is None else balance.traces_of(start[0].extended(start[1], rung))
+        first = _nearest(balance, found, start)
         try:
             solution, iterations, softened = _solve(balance, first, tolerance, max_iterations)
         except NotConverged as failure:
@@ -122,60 +119,64 @@ def climb(
     return Climb(found[-1], tuple(told), _change(found))
 
 
+def _nearest(balance: HarmonicBalance, found: list[HarmonicSolution], start: tuple[Fourier, Array] | None) -> Array:
+    """Return the traces that leave least of the balance: of the last rung, or of the start."""
+    harmonics = balance.series.harmonics
+    tried = [found[-1].series.extended(found[-1].traces, harmonics)] if found else []
+    if start is not None:
+        tried.append(balance.traces_of(start[0].extended(start[1], harmonics)))
+    return min(tried, key=balance.left_over, default=np.zeros((balance.series.size, balance.basis[1].shape[0])))
+
+
 def _solve(
-    balance: HarmonicBalance, start: Array | None, tolerance: float, max_iterations: int
+    balance: HarmonicBalance, start: Array, tolerance: float, max_iterations: int
 ) -> tuple[HarmonicSolution, int, int]:
     """Return the solution, all iterations, and the number of softer contacts on the way."""
     iterations, softened = 0, 0
     solved: HarmonicSolution | None = None
-    still = np.zeros((balance.series.size, balance.basis[1].shape[0]))
+    failures: list[NotConverged] = []
     for share in _shares():
         softer = replace(balance, law=softened_law(balance.law, share.value))
-        first = (still if start is None else start) if solved is None else solved.traces
+        first = start if solved is None else solved.traces
         try:
             latest = softer.solve(first, tolerance, max_iterations)
         except NotConverged as failure:
             iterations += len(failure.residuals)
-            share.failure = failure
+            failures.append(failure)
+            share.failed = True
             continue
-        share.failure, solved = None, latest
+        share.failed, solved = False, latest
         iterations, softened = iterations + len(latest.residuals) - 1, softened + (share.value < 1.0)
-    assert solved is not None
+    if solved is None or share.failed:
+        raise failures[0]
     return solved, iterations, softened
 
 
 @dataclass
 class _Share:
-    """A share of the contact stiffness that is tried, and why it failed."""
+    """A share of the contact stiffness that is tried, and whether that failed."""
 
     value: float
-    failure: NotConverged | None = None
+    failed: bool = False
 
 
 def _shares() -> Iterator[_Share]:
     """Yield 1, then softer contacts until one is solved, then stiffer ones up to 1 again.
 
-    Raises:
-        NotConverged: Not even the softest contact was solved, or the stiffness does not grow any more.
+    It ends with a failed one where not even the softest contact is solved, or the stiffness does not grow any more.
     """
     share = _Share(1.0)
     yield share
-    while share.failure is not None:
-        share = _Share(0.01 * share.value, share.failure)
+    while share.failed:
+        share = _Share(0.01 * share.value, failed=True)
         if share.value < SOFTEST:
-            assert share.failure is not None
-            raise share.failure
+            return
         yield share
     solved, factor = share.value, 10.0
-    while solved < 1.0:
+    while solved < 1.0 and factor > SMALLEST_FACTOR:
         share = _Share(min(factor * solved, 1.0))
         yield share
-        if share.failure is None:
-            solved = share.value
-            continue
-        factor = factor**0.5
-        if factor < SMALLEST_FACTOR:
-            raise share.failure
+        solved, factor = (solved, factor**0.5) if share.failed else (share.value, factor)
 
 
 def softened_law(law: ContactLaw, share: float) -> ContactLaw:

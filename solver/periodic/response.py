@@ -57,7 +57,7 @@ class Response:
 
 
 def find_response(
-    model: Model, seat: State, analysis: Periodic, asked: Callable[[], bool], talk: Callable[[float], None]
+    model: Model, seat: State, analysis: Periodic, asked: Callable[[], bool], talk: Callable[[float, int], None]
 ) -> Response:
     """Find the periodic response of a model.
 
@@ -66,7 +66,7 @@ def find_response(
         seat: Its static seat.
         analysis: What the case asks for.
         asked: Whether to stop. Collective.
-        talk: Told how far the march before the search is, s.
+        talk: Told how far the march before the search is, s, and how many steps that took since it was last told.
 
     Raises:
         NotConverged: There is none near the start, or the method does not get there.
@@ -104,27 +104,29 @@ def find_response(
     return replace(response, figures=figures | response.figures)
 
 
-def _marched(model: Model, seat: State, steps: int, asked: Callable[[], bool], talk: Callable[[float], None]) -> State:
+def _marched(
+    model: Model, seat: State, steps: int, asked: Callable[[], bool], talk: Callable[[float, int], None]
+) -> State:
     """Return the end of a march under the loads of the case, ramps included, at t = 0 of the steady forcing."""
     state = seat
     if steps:
         plan = replace(march_of_model(model, midpoint_of(model.case)), steps=steps)
-        for state in _states(plan, seat):
-            talk(state.time)
+        for state, taken in _states(plan, seat):
+            talk(state.time, taken)
             if asked():
                 raise Interrupted(f"interrupted at t = {state.time:.6g} s of the march before the search")
     return replace(state, time=0.0)
 
 
-def _states(plan: March, seat: State) -> Iterator[State]:
-    """Yield states of a march up to its end: of every step, or of some where steps are compiled. Collective."""
+def _states(plan: March, seat: State) -> Iterator[tuple[State, int]]:
+    """Yield states of a march up to its end, and the steps since the last: of every step, or of some. Collective."""
     if why_not_compiled(plan) is None:
         for block in CompiledLoop(plan).blocks(seat, plan.steps):
-            yield block.end
+            yield block.end, block.steps
         return
     for step in march(plan, seat):
         if step.completes:
-            yield step.refreshed or step.new
+            yield step.refreshed or step.new, 1
 
 
 def _shot(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic) -> Response:

@@ -21,7 +21,7 @@ from solver.periodic.curve_files import curve_rows, unit_of, write_curve
 from solver.periodic.modal_map import ModalMap
 from solver.periodic.response import Response, find_response
 from solver.periodic.steady import SteadyModel, varied
-from solver.system import State, Step
+from solver.system import State
 
 LOG = logging.getLogger("gapbeam")
 
@@ -49,8 +49,8 @@ def search(
     progress = ProgressLine(model.case.time.end, summary["forcing"]["period"], quiet=comm.rank != 0)
     with progress, Interruption(comm) as interruption:
 
-        def talk(now: float, step: Step) -> None:
-            progress.advance(now, int(step.completes), "before the search")
+        def talk(now: float, steps: int) -> None:
+            progress.advance(now, steps, "before the search")
 
         response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
     found = response.figures

@@ -9,14 +9,13 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from solver.accounts import Accounts
 from solver.analyses.static import find_seat
 from solver.analyses.transient import March, march
 from solver.case import Case
-from solver.energy import enter_step, open_ledger, restate
 from solver.integrators.schemes import make_integrator
 from solver.march_of_model import march_of_model
 from solver.model import Model, build_model
-from solver.output.rows import Recorder
 from solver.system import VALUE, State
 
 
@@ -72,15 +71,11 @@ def seated(case: Case) -> Seated:
 def marched(start: Seated, steps: int, keep: bool = False) -> Marched:
     """March some steps from the seat; `keep` keeps the displacements."""
     model = start.model
-    system, law, recorder = model.system, model.law, Recorder(model)
-    ledger = open_ledger(system, law, start.start)
+    accounts = Accounts.opened(model.system, model.law, start.start, start.plan.dt, model.case.gates)
     back, iterations, active, kept, spent = 0.0, 0, 0, [], 0.0
     clock = time.perf_counter()
     for step in march(replace(start.plan, steps=steps), start.start):
-        ledger = enter_step(system, law, ledger, step)
-        if step.refreshed is not None:
-            ledger = restate(system, law, ledger, step.refreshed)
-        recorder.see(step)
+        accounts.take(step)
         spent += time.perf_counter() - clock
         back += step.timings["back_substitution"]
         iterations += step.iterations

@@ -153,7 +153,7 @@ def _solve_forces(modal: Modal, dt: float, usual: float, tangent: Tangent) -> in
     """Solve for the forces of the points that take part; return their number."""
     forces, points, factor = tangent.forces, tangent.points, tangent.factor
     solved = factor.filled[0]
-    count = solved
+    count: int = solved
     for i in range(len(tangent.before)):
         if tangent.before[i] != 0.0 and tangent.compliance[i] == 0.0:
             points[count] = i

@@ -71,7 +71,7 @@ def seated(case: Case) -> Seated:
 def marched(start: Seated, steps: int, keep: bool = False) -> Marched:
     """March some steps from the seat; `keep` keeps the displacements."""
     model = start.model
-    accounts = Accounts.opened(model.system, model.law, start.start, start.plan.dt, model.case.gates)
+    accounts = Accounts.opened(model.system, model.law, start.start, start.plan.dt)
     back, iterations, active, kept, spent = 0.0, 0, 0, [], 0.0
     clock = time.perf_counter()
     for step in march(replace(start.plan, steps=steps), start.start):

@@ -13,7 +13,6 @@ from solver.contact.law import ContactLaw
 from solver.integrators.midpoint import Midpoint
 from solver.modal import ModalSystem
 from solver.operators import Array
-from solver.periodic.modal_tangent import monodromy
 from solver.system import VALUE, State, imaged
 
 
@@ -76,28 +75,14 @@ class ModalMap:
 
     def with_tangent(self, x: Array) -> tuple[Array, Array]:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
-        places, speeds, _ = self._course(x)
-        depths = -(self.modal.system.contact.initial_gap + places @ self.modal.gaps.T)
-        tangent = monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
-        return np.concatenate([places[-1], speeds[-1]]), tangent
+        end, tangent = self._loop.tangent(self.state(x))
+        return self.coordinates(end), tangent
 
     def history(self, x: Array) -> tuple[Array, Array]:
         """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""
-        places, _, forces = self._course(x)
-        return self.modal.dofs(places), forces
-
-    def _course(self, x: Array) -> tuple[Array, Array, Array]:
-        """Return q and v at the start and the ends of all steps, and the forces of the faces, (steps, faces), N."""
-        n = len(self.modal.squares)
         records = [block.records for block in self._loop.blocks(self.state(x))]
-        places, speeds = (
-            np.concatenate([start, *parts])
-            for start, parts in (
-                (x[None, :n], [part.q for part in records]),
-                (x[None, n:], [part.v for part in records]),
-            )
-        )
-        return places, speeds, np.concatenate([part.force for part in records])
+        places = np.concatenate([x[None, : len(self.modal.squares)], *(part.q for part in records)])
+        return self.modal.dofs(places), np.concatenate([part.force for part in records])
 
     @cached_property
     def _loop(self) -> CompiledLoop:

@@ -64,8 +64,8 @@ def test_shooting_agrees_with_a_march(shot: Outcome, tmp_path: Path) -> None:
 
 
 def test_harmonic_balance_agrees_with_shooting(shot: Outcome, tmp_path: Path) -> None:
-    """80 harmonics give harmonics 1-5 within 1 %, the peaks within 0.2 %, and an energy balance."""
-    balanced = run(tmp_path, "analysis.method=harmonic-balance", "analysis.harmonics=80", "time.end=3.0")
+    """160 harmonics give harmonics 1-5 within 1 %, the peaks within 0.2 %, and an energy balance."""
+    balanced = run(tmp_path, "analysis.method=harmonic-balance", "analysis.harmonics=160", "time.end=3.0")
     assert balanced.exit_status == 0
     assert amplitudes(balanced) == pytest.approx(amplitudes(shot), rel=1e-2)
     assert peaks(balanced) == pytest.approx(peaks(shot), rel=2e-3)

@@ -66,7 +66,7 @@ def find_response(
         seat: Its static seat.
         analysis: What the case asks for.
         asked: Whether to stop. Collective.
-        talk: Told how far the march before the search is, s, and how many steps that took since it was last told.
+        talk: Told how far the march before the search is, s, and the steps since it was last told.
 
     Raises:
         NotConverged: There is none near the start, or the method does not get there.

@@ -2,7 +2,7 @@
 run := environment/run
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-parallel test-sid lint format image clean
+.PHONY: help demo test test-slow test-parallel test-sid bench bench-large lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -24,6 +24,12 @@ test-parallel: ## the tests on two ranks
 
 test-sid: ## the tests with the DOLFINx of Debian sid
 	GAPBEAM_SUITE=sid $(run) pytest
+
+bench: ## speed, accuracy and memory beside others, into results/bench: a quarter of an hour
+	$(run) python3 -m benchmarks
+
+bench-large: ## up to a million unknowns, and whole cases predicted: an hour and 16 GB
+	$(run) python3 -m benchmarks --large
 
 lint: ## style, types and scripts
 	$(run) ruff check

@@ -1,4 +1,4 @@
-"""`gapbeam check`: what a run will be, before it costs anything."""
+"""`gapbeam check`: what a run will be, and what it will cost."""
 
 from __future__ import annotations
 
@@ -11,41 +11,46 @@ from rich.console import Group
 from rich.table import Table
 from rich.text import Text
 
+from gapbeam.large_prediction import LARGEST, predict_large
+from gapbeam.prediction import Prediction, predict
 from solver.analyses.resolution import RESOLVING_SHARE
+from solver.body import MeshedBeam, mesh_beam, mesh_dofs
 from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
-from solver.condensation import CondensedOperator
+from solver.case_tables.analysis import Periodic
 from solver.defaults import Default, overhang_frequency, stiffness_unit
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
-from solver.integrators.schemes import make_integrator
 from solver.model import Model, build_model
 
 SOFT_ENOUGH = 1.0 / 3.0
-TRIALS = 5
-STEP_OVER_SOLVE = 1.3
-STEP_OVERHEAD = 1.0e-3  # s, of a step of a small model
+GIGABYTE = 1.0e9
 
 
 def describe(case: Case, comm: MPI.Comm) -> Group:
-    """Mesh and assemble a case and describe its run.
+    """Mesh, assemble and seat a case, march some steps and describe its run; of a large one, on coarser meshes.
 
     Raises:
         UserError: The run would be refused: scheme and contact are known to create energy, or a point lies outside.
         CaseError: The computed time step does not go with the rest of the case.
         MeshError: A user's mesh does not fit the case.
+        NotConverged: The beam finds no seat.
 
     Collective.
     """
-    model = build_model(case, comm)
-    refuse_energy_creators(model)
-    case, step = model.case, model.step
-    steps = round(case.time.end / step)
-    condensed = CondensedOperator(model.system, *make_integrator(case.time.scheme).coefficients(model.system, step))
+    meshed = mesh_beam(case, comm)
+    if mesh_dofs(meshed) > LARGEST:
+        return Group(
+            _table("Model", _mesh_rows(case, meshed)),
+            _table("Run", _cost_rows(predict_large(case, mesh_dofs(meshed), comm))),
+            *(Text(f"warning: {text}") for text in warnings(case)),
+        )
     started = time.perf_counter()
-    for _ in range(TRIALS):
-        condensed.solve_free(np.zeros(model.system.operators.size))
-    solve = (time.perf_counter() - started) / TRIALS
-    per_step = solve * STEP_OVER_SOLVE + STEP_OVERHEAD
+    model = build_model(case, comm)
+    # the first meshing is what a run pays for, also gmsh's start
+    spent = time.perf_counter() - started + meshed.seconds - model.seconds["mesh"]
+    refuse_energy_creators(model)
+    prediction = predict(model, spent, comm)
+    case, step = model.case, model.step
     return Group(
         _table("Model", _model_rows(model)),
         _table("Computed defaults", [row for default in model.defaults for row in _default_rows(default)]),
@@ -54,14 +59,32 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
             "Run",
             [
                 ("scheme", case.time.scheme.type, ""),
+                *_analysis_rows(case),
                 *_adaptive_rows(model),
-                ("steps", f"{steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
-                ("back-substitution", f"{1e3 * solve:.2f} ms", f"measured now, mean of {TRIALS}"),
-                ("march", _duration(steps * per_step), "estimated from it; output not counted"),
+                ("steps", f"{prediction.steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
+                *_cost_rows(prediction),
             ],
         ),
         *(Text(f"warning: {text}") for text in _warnings(model)),
     )
+
+
+def _cost_rows(cost: Prediction) -> list[tuple[str, str, str]]:
+    rows = [("set-up", _duration(sum(cost.setup.values())), ", ".join(_part(*part) for part in cost.setup.items()))]
+    if cost.back_substitution > 0.0:
+        rows.append(("back-substitution", f"{1e3 * cost.back_substitution:.3g} ms", "of one step"))
+    return [
+        *rows,
+        ("step", f"{1e3 * cost.per_step:.3g} ms", "with its records; " + cost.basis),
+        ("field", f"{1e3 * cost.per_field:.3g} ms", f"{cost.fields} of them"),
+        ("march", _duration(cost.march), "predicted from these"),
+        ("wall time", _duration(cost.total), "predicted within a factor of 2; without pictures"),
+        ("memory", f"{cost.memory / GIGABYTE:.2f} GB", "peak of all ranks together"),
+    ]
+
+
+def _part(name: str, seconds: float) -> str:
+    return f"{name} {_duration(seconds)}"
 
 
 def _default_rows(default: Default) -> list[tuple[str, str, str]]:
@@ -69,14 +92,26 @@ def _default_rows(default: Default) -> list[tuple[str, str, str]]:
     return rows + ([("", "", default.consequence)] if default.consequence else [])
 
 
-def _model_rows(model: Model) -> list[tuple[str, str, str]]:
-    contact, topology = model.system.contact, model.space.mesh.topology
+def _mesh_rows(case: Case, meshed: MeshedBeam) -> list[tuple[str, str, str]]:
+    topology = meshed.space.mesh.topology
     cells = topology.index_map(topology.dim).size_global
+    return [
+        ("mesh", f"{cells} cells", f"{topology.cell_name()}, degree {case.mesh.degree}"),
+        ("degrees of freedom", f"{mesh_dofs(meshed)}", ""),
+    ]
+
+
+def _model_rows(model: Model) -> list[tuple[str, str, str]]:
+    contact = model.system.contact
     areas = np.bincount(contact.faces, weights=contact.weights)
     faces = ", ".join(f"{name} {1e6 * area:.5g} mm^2" for name, area in zip(contact.face_names, areas, strict=True))
     return [
-        ("mesh", f"{cells} cells", f"{topology.cell_name()}, degree {model.case.mesh.degree}"),
-        ("degrees of freedom", f"{model.dofs}", ""),
+        *_mesh_rows(model.case, model.body.meshed),
+        *(
+            []
+            if model.dofs == model.mesh_dofs
+            else [("marched", f"{model.dofs} DOFs", f"model {model.case.model.type}")]
+        ),
         ("contact points", f"{contact.size}", f"on {contact.interface.size} interface DOFs; {faces}"),
     ]
 
@@ -114,6 +149,12 @@ def restraint_frequency(case: Case, stiffness: float) -> float:
     """Return the frequency of the rigid beam on a restraint, Hz."""
     beam = case.beam
     return sqrt(stiffness / (case.material.density * beam.length * beam.width * beam.thickness)) / (2.0 * pi)
+
+
+def _analysis_rows(case: Case) -> list[tuple[str, str, str]]:
+    if not isinstance(case.analysis, Periodic):
+        return []
+    return [("analysis", "periodic", "predicted is a march to time.end; the search from there is not")]
 
 
 def _adaptive_rows(model: Model) -> list[tuple[str, str, str]]:

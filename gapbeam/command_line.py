@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import logging
 import sys
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -22,6 +23,7 @@ from gapbeam.drawing import plot, render
 from gapbeam.ranks import abort_together, first_rank
 from gapbeam.stability import stability
 from gapbeam.sweep import sweep
+from gapbeam.tradeoff import rung_for, tradeoff
 
 INPUT_FAULT = 2
 INTERRUPTED = 130
@@ -48,11 +50,17 @@ def run(
     override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="results folder; by default results/<case>")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the results of an earlier run")] = False,
+    tolerance: Annotated[
+        str | None, typer.Option(help="take the cheapest model, mesh and step within it, such as 2%, by a trade-off")
+    ] = None,
 ) -> int:
     """Run a case; also under mpirun."""
     from gapbeam.api import run as run_file
 
-    outcome = run_file(case, override or [], output, overwrite)
+    overrides: Mapping[str, object] | list[str] = override or []
+    if tolerance is not None:
+        _, overrides = rung_for(case, override or [], tolerance)
+    outcome = run_file(case, overrides, output, overwrite)
     if first_rank():
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
         if outcome.exit_status == 0:  # the message of a failure is in the log already
@@ -92,6 +100,7 @@ app.command()(render)
 app.command()(stability)
 app.command()(compare)
 app.command()(sweep)
+app.command()(tradeoff)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

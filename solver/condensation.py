@@ -12,9 +12,10 @@ from __future__ import annotations
 import time
 
 import numpy as np
+from scipy.linalg import solve
 from scipy.sparse import csr_matrix, hstack, identity
 
-from solver.operators import Array, Springs
+from solver.operators import Array, Indices, Springs
 from solver.system import SemiDiscreteSystem
 
 
@@ -52,11 +53,12 @@ class CondensedOperator:
         block = system.operators.sum(mine)
         if not self._by_point:
             block = 0.5 * (block + block.T)
-        gaps = np.ascontiguousarray(contact.gap_matrix @ block)
-        self._all = gaps if tangents is None else np.concatenate([gaps, tangents @ block])
+        gaps = contact.gap_matrix @ block
+        self._all = np.asfortranarray(gaps if tangents is None else np.concatenate([gaps, tangents @ block]))
         self._gaps = self._all[: contact.size]
         delassus = self._gaps[:, : contact.size] if self._by_point else (contact.resultants.T @ self._gaps.T).T
         self.delassus = np.ascontiguousarray(0.5 * (delassus + delassus.T) if self.symmetric else delassus)
+        self._block = block if self.symmetric and not self._by_point else None
         self.largest_compliance = float(np.max(np.diagonal(self.delassus), initial=0.0))
         self.compliance = self.delassus if tangents is None else self._in_all_directions(forces)
         self.seconds = {"factorization": factored - started, "delassus": time.perf_counter() - factored}
@@ -66,29 +68,47 @@ class CondensedOperator:
         return self._factor.solve(right_side)
 
     def correct(self, x: Array, forces: Array, friction: Array | None = None) -> Array:
-        """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N.
-
-        Only the columns that carry a force are read: contact is local, and the columns are what would fill the
-        memory bus. They are ordered along the beam, so these are few runs.
-        """
-        loads = self._loads(forces, friction)
-        loaded = np.flatnonzero(loads)
-        if len(loaded) == 0:
-            return x
-        result = x.copy()
-        for run in np.split(loaded, np.flatnonzero(np.diff(loaded) > _RUN_BREAK) + 1):
-            span = slice(run[0], run[-1] + 1)
-            result += self._columns[:, span] @ loads[span]
-        return result
+        """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N."""
+        return np.asarray(x + _product(self._columns, self._loads(forces, friction)))
 
     def respond(self, forces: Array) -> Array:
         """Return D f = G A^-1 H^T f, (m,)."""
-        return np.asarray(self._gaps @ self._loads(forces, None))
+        return _product(self._gaps, self._loads(forces, None))
 
     def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
         """Return G A^-1 (H^T f + T^T h), (m,), and T A^-1 (H^T f + T^T h), (m, k); with friction only."""
-        moved = np.asarray(self._all @ self._loads(forces, friction))
+        moved = _product(self._all, self._loads(forces, friction))
         return moved[: len(forces)], moved[len(forces) :].reshape(friction.shape)
+
+    def solve_by_interface(self, scale: float, points: Indices, compliance: Array, target: Array) -> Array | None:
+        """Solve (diag(c) + s D) x = t on some of the points by way of the interface DOFs, where these are fewer.
+
+        With D = G B G^T and N = G^T diag(1/c) G:  (1 + s N B) z = G^T (t / c),  x = (t - s G B z) / c.
+
+        Args:
+            scale: s.
+            points: Which points, (a,).
+            compliance: c > 0, (a,).
+            target: t, (a,).
+
+        Returns:
+            x, (a,); None where that is not worth it, or would cost digits: stiff contact makes t and s G B z cancel.
+        """
+        if self._block is None or len(points) < _MANY:
+            return None
+        if scale * float(np.sum(np.diagonal(self.delassus)[points] / compliance)) > _STIFF:
+            return None
+        gaps = self._contact.gap_matrix[points]
+        touched = np.unique(gaps.indices)
+        if 2 * len(touched) > len(points):
+            return None
+        gaps = gaps[:, touched]
+        block = scale * self._block[np.ix_(touched, touched)]
+        shared = csr_matrix(gaps.T @ gaps.multiply((1.0 / compliance)[:, None]))
+        small = np.asarray(shared @ block)
+        small[np.diag_indices_from(small)] += 1.0
+        found = solve(small, gaps.T @ (target / compliance), overwrite_a=True, check_finite=False)
+        return np.asarray((target - gaps @ (block @ found)) / compliance)
 
     def _loads(self, forces: Array, friction: Array | None) -> Array:
         if not self._by_point:
@@ -104,3 +124,25 @@ class CondensedOperator:
 
 
 _RUN_BREAK = 8  # a gap of a few unloaded columns is cheaper read than skipped
+_MANY = 200  # points, below which a factorization of their own is quicker than any detour
+_STIFF = 1.0e5  # ratio of compliances above which a detour costs more digits than that
+_SMALL = 20_000  # entries of a matrix that is read faster than loads are sorted
+
+
+def _product(columns: Array, loads: Array) -> Array:
+    """Return columns @ loads, (rows,), for a column-major matrix.
+
+    Only the columns that carry a load are read: contact is local, and the columns are what would fill the memory bus.
+    They are ordered along the beam, so these are few runs.
+    """
+    if columns.size <= _SMALL:
+        return np.asarray(columns @ loads)
+    loaded = np.flatnonzero(loads)
+    if len(loaded) == 0:
+        return np.zeros(len(columns))
+    runs = np.split(loaded, np.flatnonzero(np.diff(loaded) > _RUN_BREAK) + 1)
+    spans = [slice(run[0], run[-1] + 1) for run in runs]
+    result = np.asarray(columns[:, spans[0]] @ loads[spans[0]])
+    for span in spans[1:]:
+        result += columns[:, span] @ loads[span]
+    return result

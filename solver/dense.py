@@ -11,6 +11,10 @@ from scipy.sparse import csr_matrix
 
 from solver.operators import Array, Factor, Interface, Springs
 
+ROUND_OFF = 8.0 * np.finfo(float).eps
+WIDE = 1.0e6  # between the squares of the lowest and the highest frequency
+FLOATS = 1.0e-12  # of the largest square of a frequency; below it a motion is a rigid one
+
 
 @dataclass(frozen=True)
 class DenseFactor:
@@ -47,9 +51,26 @@ class DenseOperators:
 
     @cached_property
     def modes(self) -> tuple[Array, Array]:
-        """Squares s of the angular frequencies, (n,), 1/s^2, and shapes X with X^T M X = 1, (n, n); found once."""
+        """Squares s of the angular frequencies, (n,), 1/s^2, and shapes X with X^T M X = 1, (n, n); found once.
+
+        A system that is in modal coordinates stays as it is. Of one whose frequencies lie far apart the eigenvalues
+        found are 1 / (s + sigma), of M against K + sigma M, with sigma at the lowest elastic frequency: the high
+        frequencies would leave their round-off in the low ones, which matter.
+        """
+        diagonal = np.diagonal(self.stiffness)
+        coupling = np.abs(self.stiffness - np.diag(diagonal))
+        eye = np.identity(self.size)
+        if np.array_equal(self.mass, eye) and np.all(coupling <= ROUND_OFF * np.abs(self.restraint)):
+            return diagonal.copy(), eye
         squares, shapes = eigh(self.stiffness, self.mass)
-        return squares, shapes
+        elastic = squares[squares > FLOATS * squares[-1]]
+        if len(elastic) == 0 or squares[-1] <= WIDE * elastic[0]:
+            return squares, shapes
+        shift = float(elastic[0])
+        compliances, shapes = eigh(self.mass, self.stiffness + shift * self.mass)
+        order = np.argsort(-compliances)
+        compliances, shapes = compliances[order], shapes[:, order]
+        return 1.0 / compliances - shift, shapes / np.sqrt(compliances)
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x."""

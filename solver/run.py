@@ -162,7 +162,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     probes = ProbeFigures(model)
     if response is not None:
         steps = probes.listening(response.steps)
-    course = _Course(model, folder, comm, start)
+    course = Course(model, folder, comm, start)
     try:
         course.follow(plan, steps, summary["forcing"]["period"])
     finally:
@@ -187,8 +187,15 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
 
 
-class _Course:
-    """A march and everything that consumes it: accounts, history, fields, progress."""
+class Course:
+    """A march and everything that consumes it: accounts, history, fields, progress.
+
+    Collective to make and to use.
+
+    Attributes:
+        fields: Where fields go.
+        accounts: Ledger, gates, episodes, peaks and counts.
+    """
 
     def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State) -> None:
         self.model, self.comm, self.start = model, comm, start
@@ -198,7 +205,16 @@ class _Course:
         self.history = HistoryWriter(folder / HISTORY_FILE, self.recorder.labels) if comm.rank == 0 else None
 
     def follow(self, plan: March, steps: Iterator[Step] | None, period: float | None) -> None:
-        """Follow given steps, or march the plan."""
+        """Follow given steps, or march the plan.
+
+        Args:
+            plan: The march.
+            steps: Its steps; None: march it, compiled where that is possible.
+            period: That of the forcing, s, for the progress shown.
+
+        Raises:
+            RunError: The march failed, created energy or was interrupted; what was computed up to then is on disk.
+        """
         case, count = self.model.case, plan.steps
         every = round((case.output.history_interval or plan.dt) / plan.dt)
         fields_every = max(1, round((case.output.fields_interval or case.time.end / 100.0) / plan.dt))
@@ -227,6 +243,7 @@ class _Course:
             self.accounts.tally.march = time.perf_counter() - clock
 
     def close(self) -> None:
+        """Close the files."""
         if self.history is not None:
             self.history.close()
         self.fields.close()

@@ -15,7 +15,7 @@ from scipy.sparse.linalg import splu
 from solver.analyses.transient import EffectiveOperators, March, march
 from solver.contact.law import kelvin_voigt
 from solver.integrators.midpoint import Midpoint
-from tests.models import COARSE, beam_model, thrown
+from tests.models import COARSE, SOLID, beam_model, thrown
 
 EPS = 5.0e11  # Pa/m
 CLEARANCE = 0.107e-3  # m
@@ -127,3 +127,29 @@ def test_condensed_march_is_the_textbook_march(damping: float, implicit: bool) -
     assert sum(landings.values()) >= 3
     assert worst[0] < 1e-8
     assert worst[1] < 1e-7
+
+
+@pytest.mark.parametrize("stiffness", [1.0e10, 1.0e12, 1.0e13])
+def test_solves_by_way_of_the_interface_are_those_on_the_points(stiffness: float) -> None:
+    """Many points on few interface DOFs: the same forces as of the matrix of all points, by numpy."""
+    changes = {"contact": {"quadrature_degree": 19, "stiffness": stiffness}, "time": {"step": DT}}
+    model = beam_model(changes | {"mesh": SOLID})
+    contact, scheme = model.system.contact, Midpoint()
+    condensed = EffectiveOperators(model.system, scheme).at(DT)
+    points = np.flatnonzero(contact.faces == 1)
+    compliance = 1.0 / (contact.weights[points] * stiffness)
+    target = np.random.default_rng(0).standard_normal(len(points))
+    found = condensed.solve_by_interface(DT, points, compliance, target)
+    assert found is not None
+    exact = np.linalg.solve(np.diag(compliance) + DT * condensed.delassus[np.ix_(points, points)], target)
+    assert np.max(np.abs(found - exact)) <= 1e-10 * np.max(np.abs(exact))
+
+
+def test_solves_by_way_of_the_interface_are_refused_where_they_cost_digits() -> None:
+    """Nearly rigid contact, and few points: they are solved on the points."""
+    model = beam_model({"contact": {"quadrature_degree": 19}, "mesh": SOLID})
+    condensed = EffectiveOperators(model.system, Midpoint()).at(DT)
+    points = np.flatnonzero(model.system.contact.faces == 1)
+    rigid = np.full(len(points), 1.0e-20)
+    assert condensed.solve_by_interface(DT, points, rigid, np.ones(len(points))) is None
+    assert condensed.solve_by_interface(DT, points[:10], np.full(10, 1.0e-8), np.ones(10)) is None

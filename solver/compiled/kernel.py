@@ -15,7 +15,7 @@ from solver.compiled.books import Books, Limits
 from solver.compiled.jit import compiled
 from solver.compiled.loops import copy_into, fill, inner_product
 from solver.compiled.point_law import ENDPOINT, LawTable, spring_potential, spring_pressure, touch_factor
-from solver.compiled.schemes import alpha_step, midpoint_step
+from solver.compiled.schemes import accept, alpha_step, force_at, form_gaps_anew, midpoint_step
 from solver.compiled.tables import Modal, Motion, Records, Room, Scheme
 from solver.operators import Array
 
@@ -59,7 +59,7 @@ def march_steps(
         _enter(modal, scheme, law, motion, room, books, factors[step])
         number = first + step + 1
         if number % FRESH_GAPS == 0 or number == last:
-            _form_gaps_anew(modal, law, motion, books)
+            _measure_anew(modal, law, motion, books)
         books.solves[0] += iterations
         books.solves[1] += iterations
         books.solves[2] = max(books.solves[2], iterations)
@@ -90,19 +90,10 @@ def _enter(
     contact, elastic_work, contact_loss, forces, largest = 0.0, 0.0, 0.0, 0.0, 0.0
     for i in range(len(found.depth)):
         face, depth, weight, before = modal.faces[i], found.depth[i], modal.weights[i], motion.depth[i]
-        held_pressure = motion.pressure[i]
-        # round-off is left of forces where the law knows none
-        force = 0.0 if found.pressure[i] == 0.0 else room.held[i] + found.change[i]
+        force = force_at(room, i)
         pressure = force / weight
         largest = max(largest, abs(room.held_depth[i]))
         room.deepest[face] = max(room.deepest[face], depth)
-        motion.depth[i] = depth
-        motion.pressure[i] = pressure
-        if scheme.form == ENDPOINT:
-            lasting = old_share * held_pressure
-            motion.pressure[i] = 0.0 if found.pressure[i] == lasting else (pressure - lasting) / (1.0 - old_share)
-        if motion.pressure[i] > 0.0:
-            room.closed[face] = 1.0
         if pressure > 0.0:
             room.pressed[face] = 1.0
         if depth > 0.0 or before > 0.0 or force != 0.0:
@@ -127,8 +118,10 @@ def _enter(
         for j in range(len(motion.q)):
             work += (room.new_q[j] - motion.q[j]) * modal.loads[load, j]
         room.works[load] = factors[load] * work
-    copy_into(motion.q, room.new_q)
-    copy_into(motion.v, room.new_v)
+    accept(modal, scheme, motion, room)
+    for i in range(len(motion.pressure)):
+        if motion.pressure[i] > 0.0:
+            room.closed[modal.faces[i]] = 1.0
     accounts.enter_works(
         books, room.works, modal.driven, 0.5 * kinetic, 0.5 * strain, contact, structural, inner, elastic_work,
         contact_loss,
@@ -138,12 +131,12 @@ def _enter(
 
 
 @compiled
-def _form_gaps_anew(modal: Modal, law: LawTable, motion: Motion, books: Books) -> None:
+def _measure_anew(modal: Modal, law: LawTable, motion: Motion, books: Books) -> None:
+    """Form the gaps anew, and measure again what depends on them."""
+    form_gaps_anew(modal, motion)
     contact = 0.0
     for i in range(len(motion.depth)):
-        depth = -modal.initial_gap[i] - inner_product(modal.gaps[i], motion.q)
-        motion.depth[i] = depth
-        contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, depth)
+        contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, motion.depth[i])
     books.energies[accounts.CONTACT] = contact
     accounts.enter_round_off(books, modal.squares, motion.q)
 

@@ -17,7 +17,8 @@ from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record
 from solver.compiled.point_law import ENDPOINT, LawTable, law_table
 from solver.compiled.reasons import why_not_compiled
 from solver.compiled.tables import Motion, Records
-from solver.errors import RunError
+from solver.compiled.tangent import march_with_tangent, move_tangent, unit_tangent
+from solver.errors import NotConverged, RunError
 from solver.modal import modal_system
 from solver.operators import Array
 from solver.system import State
@@ -204,6 +205,46 @@ class CompiledLoop:
             end=blocks[-1].end,
             accounts=accounts,
         )
+
+    def tangent(self, start: State, steps: int | None = None) -> tuple[State, Array]:
+        """March some steps with the derivative of the end by the start; midpoint rules only.
+
+        Args:
+            start: Where to start.
+            steps: Number of steps; None: those of the plan.
+
+        Returns:
+            The end, and d(q, v) there by (q, v) at the start in modal coordinates, (2n, 2n). On one side of the kink
+            where a point touches or leaves just at the end of a step.
+
+        Raises:
+            ValueError: A scheme that carries accelerations, or damping that follows from touch speeds.
+            NotConverged: A step did not converge, or only in parts.
+        """
+        plan, count = self.plan, self.plan.steps if steps is None else steps
+        if self._scheme.form == ENDPOINT or plan.law.touch_product is not None:
+            raise ValueError("the state is not (q, v) alone: take a midpoint rule, and a law with a given damping")
+        motion, table = arrays_of_state(self.modal, begun(plan, start)), self._table
+        law, origin, done = self._law(start), round(start.time / plan.dt), 0
+        tangent = unit_tangent(len(table.squares), len(table.weights))
+        factors = self._factors(origin, count)
+        while done < count:
+            status, taken = march_with_tangent(
+                table, self._scheme, law, motion, self._room, tangent, factors[done:], done, plan.max_iterations
+            )
+            done += taken
+            if status == FAILED:
+                old = state_of(plan, self.modal, motion, (origin + done) * plan.dt)
+                step = next(whole_step(plan, old, plan.dt))
+                moved = move_tangent(table, self._scheme, law, old.depth, step.new.depth, tangent)
+                if not (moved and step.completes):
+                    raise NotConverged(
+                        f"at t = {old.time:.6g} s a step of {plan.dt:.3g} s converged only in parts, or has no "
+                        "derivative; take more steps or a softer contact"
+                    )
+                motion, done = arrays_of_state(self.modal, step.new), done + 1
+        end = state_of(plan, self.modal, motion, (origin + count) * plan.dt)
+        return end, np.concatenate([tangent.place, tangent.speed])
 
     def _law(self, state: State) -> LawTable:
         plan = self.plan

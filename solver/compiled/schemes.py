@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from solver.compiled.contact_solve import Balance, StepPoints, solve_contact
 from solver.compiled.jit import compiled
-from solver.compiled.loops import add_rows, inner_product
+from solver.compiled.loops import add_rows, copy_into, inner_product
 from solver.compiled.point_law import LawTable, StepNumbers
 from solver.compiled.tables import Modal, Motion, Room, Scheme
 from solver.operators import Array
@@ -87,3 +87,33 @@ def _add_loads_and_held(modal: Modal, motion: Motion, room: Room, factors: Array
     for i in range(len(room.held)):
         room.held[i] = modal.weights[i] * motion.pressure[i]
     add_rows(modal.gaps, room.held, 1.0, room.right)
+
+
+@compiled
+def force_at(room: Room, point: int) -> float:
+    """Return the force of a solved step at a point, without the round-off that is left where the law knows none."""
+    found = room.solution
+    force: float = room.held[point] + found.change[point]
+    return 0.0 if found.pressure[point] == 0.0 else force
+
+
+@compiled
+def accept(modal: Modal, scheme: Scheme, motion: Motion, room: Room) -> None:
+    """Make the end of a solved step the state."""
+    found, old_share = room.solution, scheme.alpha_f
+    for i in range(len(motion.depth)):
+        lasting = old_share * motion.pressure[i]
+        pressure = force_at(room, i) / modal.weights[i]
+        if old_share > 0.0:
+            pressure = 0.0 if found.pressure[i] == lasting else (pressure - lasting) / (1.0 - old_share)
+        motion.pressure[i] = pressure
+        motion.depth[i] = found.depth[i]
+    copy_into(motion.q, room.new_q)
+    copy_into(motion.v, room.new_v)
+
+
+@compiled
+def form_gaps_anew(modal: Modal, motion: Motion) -> None:
+    """Form the penetrations from the DOFs, so that round-off does not add up."""
+    for i in range(len(motion.depth)):
+        motion.depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], motion.q)

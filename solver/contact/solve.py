@@ -11,7 +11,7 @@ Linearizing P at d_k, P = P_k + kappa (d - d_k), gives on the points with kappa 
 
 in which the stiffness enters as a compliance: kappa to infinity is harmless. The forces that solve the step
 minimize the convex potential  f^T s D f / 2 + sum w psi(d)  over the line of each update, which is
-searched exactly by bisection on its derivative; without that the iteration can cycle.
+searched exactly for the root of its derivative; without that the iteration can cycle.
 """
 
 from __future__ import annotations
@@ -21,6 +21,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve
+from scipy.optimize import brentq
 
 from solver.condensation import CondensedOperator
 from solver.contact.law import StagePressure
@@ -229,11 +230,17 @@ def _newton_change(
     target = held_depth[active] - depth[active] + missing
     if np.any(change):
         target -= scale * condensed.respond(change)[active]
-    matrix = scale * condensed.delassus[np.ix_(active, active)]
+    detoured = condensed.solve_by_interface(scale, active, compliance, target)
+    if detoured is not None:
+        change[active] = detoured
+        return change
+    matrix = condensed.delassus[np.ix_(active, active)]
+    matrix *= scale
     matrix[np.diag_indices_from(matrix)] += compliance
     try:
         if condensed.symmetric:
-            change[active] = cho_solve(cho_factor(matrix, overwrite_a=True, check_finite=False), target)
+            # transposed it is column-major, and factored in place
+            change[active] = cho_solve(cho_factor(matrix.T, overwrite_a=True, check_finite=False), target)
         else:
             change[active] = solve(matrix, target, check_finite=False)
     except LinAlgError:
@@ -252,22 +259,13 @@ def _exact_step(
     change: Array,
     law: Callable[[Array], StagePressure],
 ) -> float:
-    """Return the length in (0, 1] that minimizes the step potential along the update, by bisection."""
+    """Return the length in (0, 1] that minimizes the step potential along the update: the root of its derivative."""
 
     def slope(length: float) -> float:
         pressure = law(depth + length * change).pressure
         return float(-change @ (forces + length * update - weights * pressure))
 
-    if slope(1.0) <= 0.0 or slope(0.0) >= 0.0:
-        return 1.0
-    low, high = 0.0, 1.0
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        if slope(middle) > 0.0:
-            high = middle
-        else:
-            low = middle
-    return high
+    return float(brentq(slope, 0.0, 1.0)) if slope(0.0) < 0.0 < slope(1.0) else 1.0
 
 
 def _shorter_step(

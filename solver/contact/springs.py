@@ -51,17 +51,21 @@ class Spring:
         return self._linear_mean(old, new) if self.exponent == 1.0 else self._power_mean(old, new)
 
     def _linear_mean(self, old: Array, new: Array) -> tuple[Array, Array]:
-        start, end = np.maximum(old, 0.0), np.maximum(new, 0.0)
-        half = 0.5 * self.stiffness
-        apart = np.where((old > 0.0) != (new > 0.0), np.abs(new - old), 1.0)
-        lands, leaves, stays = (old <= 0.0) & (new > 0.0), (old > 0.0) & (new <= 0.0), (old > 0.0) & (new > 0.0)
-        # ratios first: squares of tiny depths would underflow
-        mean = np.where(stays, half * (end + start), half * (end * (end / apart) + start * (start / apart)))
-        slope = np.select(
-            [stays, lands, leaves],
-            [half, half * (end / apart) * ((end - 2.0 * old) / apart), half * (start / apart) ** 2],
-            0.0,
-        )
+        mean, slope = np.zeros_like(new), np.zeros_like(new)
+        half = np.broadcast_to(0.5 * self.stiffness, new.shape)
+        was, closes = old > 0.0, new > 0.0
+        # few points touch at all; ratios first: squares of tiny depths would underflow
+        stays = np.nonzero(was & closes)
+        mean[stays], slope[stays] = half[stays] * (new[stays] + old[stays]), half[stays]
+        lands = np.nonzero(closes & ~was)
+        start, end, stiffness = old[lands], new[lands], half[lands]
+        apart = end - start
+        mean[lands] = stiffness * (end * (end / apart))
+        slope[lands] = stiffness * (end / apart) * ((end - 2.0 * start) / apart)
+        leaves = np.nonzero(was & ~closes)
+        start, stiffness = old[leaves], half[leaves]
+        apart = start - new[leaves]
+        mean[leaves], slope[leaves] = stiffness * (start * (start / apart)), stiffness * (start / apart) ** 2
         return mean, slope
 
     def _power_mean(self, old: Array, new: Array) -> tuple[Array, Array]:

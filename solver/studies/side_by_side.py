@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import multiprocessing
 import os
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from concurrent.futures import FIRST_COMPLETED, ProcessPoolExecutor, wait
 from typing import TypeVar
@@ -23,7 +24,7 @@ def side_by_side(
     """Do pieces of work in processes of their own, and yield the place of each with its result as they end.
 
     Processes are spawned: a forked MPI process would share its parent's connections. Each computes with one thread,
-    so that they do not take the cores from each other.
+    so that they do not take the cores from each other, and ends with this process, also where that is killed.
 
     Args:
         task: A function of a module, which the processes import.
@@ -34,7 +35,7 @@ def side_by_side(
     before = {name: os.environ.get(name) for name in THREADS}
     os.environ.update(dict.fromkeys(THREADS, "1"))
     count = max(1, min(jobs or os.cpu_count() or 1, len(works)))
-    pool = ProcessPoolExecutor(count, mp_context=multiprocessing.get_context("spawn"))
+    pool = ProcessPoolExecutor(count, multiprocessing.get_context("spawn"), initializer=_end_with_parent)
     try:
         waiting = {pool.submit(task, work): place for place, work in enumerate(works)}
         while waiting:
@@ -50,3 +51,15 @@ def side_by_side(
                 os.environ.pop(name, None)
             else:
                 os.environ[name] = value
+
+
+def _end_with_parent() -> None:
+    """Let this process end when the one that spawned it is gone: it would wait for work for ever."""
+    parent = multiprocessing.parent_process()
+
+    def watch() -> None:
+        if parent is not None:
+            parent.join()
+            os._exit(1)
+
+    threading.Thread(target=watch, daemon=True).start()

@@ -1,0 +1,38 @@
+"""Measurements in processes of their own, so that each has its own peak of memory, and fits of what they cost."""
+
+from __future__ import annotations
+
+import json
+import resource
+import subprocess
+import sys
+from collections.abc import Sequence
+
+import numpy as np
+
+Figures = dict[str, float]
+
+
+def measured_apart(module: str, *arguments: str, timeout: float = 3600.0) -> Figures:
+    """Run a module with arguments in a process of its own and return the figures that it told last.
+
+    Raises:
+        RuntimeError: It failed; the message holds the end of what it said.
+    """
+    done = subprocess.run(
+        [sys.executable, "-m", module, *arguments], capture_output=True, text=True, timeout=timeout, check=False
+    )
+    if done.returncode != 0:
+        raise RuntimeError(f"{module} {' '.join(arguments)} failed:\n{(done.stdout + done.stderr)[-2000:]}")
+    told: Figures = json.loads(done.stdout.strip().splitlines()[-1])
+    return told
+
+
+def tell(figures: Figures) -> None:
+    """Print figures, with the peak of resident memory of this process, for `measured_apart`."""
+    print(json.dumps(figures | {"memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0}))
+
+
+def exponent(sizes: Sequence[float], costs: Sequence[float]) -> float:
+    """Return b of the least-squares fit cost = a size^b."""
+    return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])

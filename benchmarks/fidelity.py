@@ -1,0 +1,199 @@
+"""Which mesh does an answer need: beams and meshes from some hundred DOFs up against a solid one of 190 000.
+
+The beam of cases/li2013.toml with a contact soft enough for a periodic response, in bases that keep many more shapes
+than by default, so that what differs is the mesh. Every row is marched to its steady state from the seat; figures are
+those of `gapbeam compare`, and the axial stress on the underside just outside the edge of the base, a quarter of a
+period into the forcing.
+
+    environment/run python3 -m benchmarks.fidelity
+"""
+
+from __future__ import annotations
+
+import math
+import time
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from dolfinx import fem, geometry
+from mpi4py import MPI
+
+from benchmarks.table import Cell, Table, machine_words, options
+from meshes.compat import coordinate_dofs, coordinate_element
+from postprocess.records_in_memory import as_history
+from postprocess.steady import Steady, steady
+from solver.analyses.static import find_seat
+from solver.case import Case
+from solver.case_file.reader import read_case
+from solver.elasticity import stress
+from solver.integrators.schemes import make_integrator
+from solver.model import Model, build_model
+from solver.operators import Array
+from solver.studies.respond import respond
+from solver.system import VALUE
+
+CASES = Path(__file__).parents[1] / "cases"
+SOLID, PLANE = CASES / "li2013.toml", CASES / "li2013-2d.toml"
+PERIODIC = ("contact.stiffness=1e12", "contact.damping=5e7", "damping.ratios=[0.05, 0.05]")
+LIGHT, HEAVY = "load.shaker.amplitude=20.0", "load.shaker.amplitude=80.0"
+RICH = ("model.type=reduced", "model.modes=40", "model.shapes=25", "model.points_across=2")
+PERIODS = 48
+OUTSIDE = 1.0e-3  # m, from the edge of the base to where the stress is taken
+
+
+Rung = tuple[Path, tuple[str, ...]]
+
+
+def _solid(size: float, support: float, cells: int, degree: int = 2) -> Rung:
+    across = (f"mesh.cells_through_thickness={cells}", f"mesh.cells_across_width={cells}", f"mesh.degree={degree}")
+    return SOLID, (*RICH, f"mesh.size={size}", f"mesh.support_size={support}", *across)
+
+
+def _plane(size: float, support: float, cells: int, *others: str) -> Rung:
+    sizes = (f"mesh.size={size}", f"mesh.support_size={support}", f"mesh.cells_through_thickness={cells}")
+    return PLANE, (*(others or RICH), *sizes)
+
+
+RUNGS: dict[str, Rung] = {
+    "solid, reference": _solid(0.00575, 2.3e-3, 8),
+    "solid": _solid(0.0115, 4.2e-3, 4),
+    "solid, coarse": _solid(0.02, 8.0e-3, 2),
+    "solid, coarsest": _solid(0.06, 12.5e-3, 1),
+    "solid, linear": _solid(0.0115, 4.2e-3, 4, 1),
+    "plane stress, fine": _plane(0.00575, 2.3e-3, 8),
+    "plane stress": _plane(0.0115, 4.2e-3, 4),
+    "plane stress, coarse": _plane(0.03, 8.0e-3, 2),
+    "beam elements": _plane(0.0115, 4.2e-3, 4, "model.type=beam"),
+}
+REFERENCE = next(iter(RUNGS))
+
+
+@dataclass(frozen=True)
+class Answer:
+    """What a rung says: its steady response and the stress, and what it cost."""
+
+    dofs: int
+    mesh_dofs: int
+    found: Steady
+    stress: float
+    set_up: float
+    per_step: float
+
+
+def answer(case: Case, periods: int) -> Answer:
+    """Return the steady response of a case a quarter of a period after the last whole one."""
+    clock = time.perf_counter()
+    model = build_model(case, MPI.COMM_SELF)
+    scheme = make_integrator(case.time.scheme)
+    seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)
+    set_up = time.perf_counter() - clock
+    frequency = 20.0
+    steps = round(periods / (frequency * model.step))
+    response = respond(model, seat.state, steps, case.output.history_interval)
+    if response.verdict != "passed" or response.end is None:
+        raise SystemExit(f"{case.title}: {response.verdict}: {response.message}")
+    quarter = respond(model, response.end, round(0.25 / (frequency * model.step)))
+    assert quarter.end is not None
+    return Answer(
+        model.dofs,
+        model.mesh_dofs,
+        steady(as_history(response.history, response.labels), frequency),
+        surface_stress(model, model.expand(quarter.end.u[VALUE])),
+        set_up,
+        response.seconds / response.steps,
+    )
+
+
+def surface_stress(model: Model, u: Array) -> float:
+    """Return the axial stress on the underside just outside the edge of the base, on the axis, Pa."""
+    case, mesh = model.case, model.space.mesh
+    dimension = mesh.geometry.dim
+    place = np.zeros(3)
+    place[0], place[dimension - 1] = case.support.length + OUTSIDE, -0.5 * case.beam.thickness
+    if case.model.type == "beam":  # the fields of a beam have no strain across: its stress is E z w''
+        return _beam_stress(model, u, place)
+    tree = geometry.bb_tree(mesh, dimension)
+    near = geometry.compute_collisions_points(tree, place.reshape(1, 3))
+    cell = int(geometry.compute_colliding_cells(mesh, near, place.reshape(1, 3)).links(0)[0])
+    corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
+    reference = coordinate_element(mesh).pull_back(place[:dimension].reshape(1, -1), corners)
+    field = fem.Function(model.space)
+    field.x.array[: len(u)] = u
+    plane = dimension == 2 and case.mesh.plane == "stress"
+    axial = fem.Expression(stress(field, case.material, plane)[0, 0], reference)
+    return float(np.ravel(axial.eval(mesh, np.array([cell], dtype=np.int32)))[0])
+
+
+def _beam_stress(model: Model, u: Array, place: Array) -> float:
+    """Return E du_x/dx on the underside from the motions of the nodes there, Pa."""
+    nodes = model.space.tabulate_dof_coordinates()[:, :2]
+    low = np.flatnonzero(np.isclose(nodes[:, 1], place[1]))
+    low = low[np.argsort(nodes[low, 0])]
+    slope = np.gradient(u.reshape(-1, 2)[low, 0], nodes[low, 0])
+    return float(model.case.material.young_modulus * np.interp(place[0], nodes[low, 0], slope))
+
+
+def errors(one: Answer, reference: Answer) -> dict[str, float]:
+    """Return the differences from the reference, relative to it; of harmonics relative to the largest one."""
+    wanted, given = reference.found.quantities, one.found.quantities
+    found = {
+        name: given[name].mean / wanted[name].mean - 1.0
+        for name in ("test smoothed acceleration", "base peak force", "base impulse")
+    }
+    first = np.abs(reference.found.harmonics["test"].mean(axis=0))
+    second = np.abs(one.found.harmonics["test"].mean(axis=0))
+    found["harmonics"] = float(np.max(np.abs(second - first)) / first.max())
+    found["edge stress"] = one.stress / reference.stress - 1.0
+    return found
+
+
+def table(force: str, periods: int, rungs: dict[str, Rung]) -> Table:
+    """Return the table of one forcing."""
+    answers = {}
+    for name, (path, overrides) in rungs.items():
+        answers[name] = answer(read_case(path, [*PERIODIC, force, *overrides]), periods)
+        print(f"{name}: {answers[name].found.word}", flush=True)
+    reference = answers[REFERENCE]
+    rows: list[tuple[Cell, ...]] = []
+    for name, one in answers.items():
+        missed: dict[str, Any] = errors(one, reference)
+        told = [f"{100.0 * value:+.2g} %" if name != REFERENCE else "0" for value in missed.values()]
+        rows.append((name, one.mesh_dofs, one.dofs, one.found.word, *told, one.set_up, 1e6 * one.per_step))
+    amplitude = force.partition("=")[2]
+    figures = {name: quantity.mean for name, quantity in reference.found.quantities.items()}
+    return Table(
+        f"fidelity-{math.floor(float(amplitude))}N",
+        f"Fidelity: {amplitude} N at 20 Hz, clearance 0.107 mm, errors against {REFERENCE}",
+        (
+            "mesh",
+            "DOFs of the mesh",
+            "DOFs marched",
+            "response",
+            "peak to peak, 2.5 ms mean",
+            "peak force at the base",
+            "impulse per period",
+            "harmonics 1 to 5",
+            "stress at the edge",
+            "set-up (s)",
+            "step (us)",
+        ),
+        tuple(rows),
+        (
+            f"reference: stress {reference.stress:.4g} Pa, {', '.join(f'{k} {v:.4g}' for k, v in figures.items())}",
+            machine_words(),
+        ),
+        {**figures, "stress": reference.stress},
+    )
+
+
+def main() -> None:
+    """Measure both forcings and write the tables."""
+    folder = options(__doc__ or "").output
+    for force in (LIGHT, HEAVY):
+        table(force, PERIODS, RUNGS).write(folder)
+
+
+if __name__ == "__main__":
+    main()

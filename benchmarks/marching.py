@@ -1,0 +1,91 @@
+"""What gapbeam does in a run but for files, with its times taken."""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass, replace
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+
+from solver.analyses.static import find_seat
+from solver.analyses.transient import March, march
+from solver.case import Case
+from solver.energy import enter_step, open_ledger, restate
+from solver.integrators.schemes import make_integrator
+from solver.march_of_model import march_of_model
+from solver.model import Model, build_model
+from solver.output.rows import Recorder
+from solver.system import VALUE, State
+
+
+@dataclass(frozen=True)
+class Seated:
+    """A model at rest in its support, ready to march.
+
+    Attributes:
+        model: The model.
+        plan: Its march; the operators are made.
+        start: The seat.
+        seconds: Wall time of each part of the set-up.
+    """
+
+    model: Model
+    plan: March
+    start: State
+    seconds: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Marched:
+    """What some steps cost.
+
+    Attributes:
+        steps: Number of steps.
+        per_step: Mean wall time of a step with its energy balance and what it adds to the figures of a run, s.
+        back_substitution: Mean wall time of the back-substitution in it, s.
+        iterations: Mean iterations of the contact solve.
+        active: Largest number of contact points under pressure.
+        displacements: u after each step where asked for, else empty.
+    """
+
+    steps: int
+    per_step: float
+    back_substitution: float
+    iterations: float
+    active: int
+    displacements: tuple[NDArray[np.float64], ...] = ()
+
+
+def seated(case: Case) -> Seated:
+    """Mesh, assemble, seat and factor a case on this process alone."""
+    model = build_model(case, MPI.COMM_SELF)
+    scheme = make_integrator(model.case.time.scheme)
+    clock = time.perf_counter()
+    seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)
+    spent = {"seat": time.perf_counter() - clock}
+    plan = march_of_model(model, scheme)
+    return Seated(model, plan, seat.state, model.seconds | spent | plan.operators.at(plan.dt).seconds)
+
+
+def marched(start: Seated, steps: int, keep: bool = False) -> Marched:
+    """March some steps from the seat; `keep` keeps the displacements."""
+    model = start.model
+    system, law, recorder = model.system, model.law, Recorder(model)
+    ledger = open_ledger(system, law, start.start)
+    back, iterations, active, kept, spent = 0.0, 0, 0, [], 0.0
+    clock = time.perf_counter()
+    for step in march(replace(start.plan, steps=steps), start.start):
+        ledger = enter_step(system, law, ledger, step)
+        if step.refreshed is not None:
+            ledger = restate(system, law, ledger, step.refreshed)
+        recorder.see(step)
+        spent += time.perf_counter() - clock
+        back += step.timings["back_substitution"]
+        iterations += step.iterations
+        active = max(active, int(np.count_nonzero(step.new.pressure)))
+        if keep and step.completes:
+            kept.append((step.refreshed or step.new).u[VALUE].copy())
+        clock = time.perf_counter()
+    return Marched(steps, spent / steps, back / steps, iterations / steps, active, tuple(kept))

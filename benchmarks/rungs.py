@@ -1,0 +1,161 @@
+"""The rungs of [model] on one and the same case: what a step costs and how far the answers are from the full model.
+
+The solid beam of cases/li2013.toml on a softer contact and with more damping than there, so that its response is
+periodic: chaotic ones can be compared by statistics only. Every rung is run by `gapbeam run`, and compared with the
+full model as `gapbeam compare` does.
+
+    environment/run python3 -m benchmarks.rungs
+"""
+
+from __future__ import annotations
+
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from benchmarks.marching import seated
+from benchmarks.table import Cell, Table, machine_words, options, seconds
+from benchmarks.textbook import CASE
+from benchmarks.textbook_newton import TextbookBeam
+from postprocess.comparison import Comparison, compare
+from postprocess.results import open_results
+from solver.case_file.reader import read_case
+from solver.run import run_case
+
+Rung = tuple[Path, Sequence[str]]  # a case file and overrides
+
+PERIODIC = (
+    "contact.stiffness=1e12",
+    "load.shaker.amplitude=150.0",
+    "load.shaker.ramp=0.05",
+    "damping.ratios=[0.05, 0.05]",
+    "time.scheme=implicit-midpoint",
+    "output.fields_interval=0.1",
+)
+END = "time.end=0.6"
+SLICE = CASE.with_name("li2013-2d.toml")
+REDUCED = ("model.type=reduced",)
+RUNGS: dict[str, Rung] = {
+    "full": (CASE, ()),
+    "reduced, all contact DOFs": (
+        CASE,
+        (*REDUCED, "model.contact=all", "model.points_across=all", "model.modes=30"),
+    ),
+    "reduced": (CASE, REDUCED),
+    "2D, full": (SLICE, ()),
+    "2D, reduced": (SLICE, REDUCED),
+    "beam": (SLICE, ("model.type=beam",)),
+}
+SECOND = ("time.step=1e-5", "time.end=0.1", "output.history_interval=1e-4")
+SECONDS_WANTED = {"reduced": 3.0, "2D, reduced": 1.0}  # wall time of a simulated second at steps of 1e-5 s
+TEXTBOOK_STEPS = 6
+QUANTITIES = ("smoothed acceleration", "harmonic", "peak force", "impulse", "displacement")
+HEADINGS = ("peak to peak of the 2.5 ms mean acceleration", "harmonics 1-5", "peak force", "impulse", "displacement")
+
+
+def table(rungs: dict[str, Rung] = RUNGS, end: str = END) -> Table:
+    """Return the table of some rungs, the first of which is what the others are compared with."""
+    textbook = _textbook(next(iter(rungs.values()))[0])
+    rows: list[tuple[Cell, ...]] = []
+    notes: list[str] = []
+    figures: dict[str, Cell] = {"textbook_per_step": textbook}
+    with tempfile.TemporaryDirectory() as folder:
+        first = Path(folder) / "full"
+        for name, (path, overrides) in rungs.items():
+            place = first if not rows else Path(folder) / name
+            summary = _run(path, [*PERIODIC, end, *overrides], place)
+            spent = summary["wall_time"]
+            cost = spent["per_step"]
+            setup = spent["total"] - spent["march"]
+            errors: list[Cell] = [None] * (len(QUANTITIES) + 1)
+            if place != first:
+                compared = compare(open_results(first), open_results(place))
+                errors = [*(_largest(compared, quantity) for quantity in QUANTITIES), _apart(first, place)]
+                figures[f"{name}: at the same times"] = errors[-1]
+                if compared.way != "cycle":
+                    notes.append(f"{name}: compared by {compared.way}: {compared.verdict}")
+            figures[f"{name}: per step"] = cost
+            rows.append(
+                (
+                    name,
+                    int(summary["model"]["dofs"]),
+                    seconds(setup),
+                    seconds(cost),
+                    textbook / cost,
+                    *errors,
+                )
+            )
+    for name, wanted in SECONDS_WANTED.items():
+        if name in rungs:
+            taken = _second(*rungs[name])
+            figures[f"{name}: a simulated second"] = taken
+            verdict = "met" if taken <= wanted else "NOT met"
+            notes.append(f"{name}: a simulated second at 1e-5 s takes {taken:.2f} s, wanted {wanted:g} s: {verdict}")
+    return Table(
+        "rungs",
+        "The rungs of [model] against the full model, periodic response",
+        (
+            "model",
+            "DOFs marched",
+            "set-up",
+            "per step",
+            "times faster than the textbook",
+            *HEADINGS,
+            "at the same times",
+        ),
+        tuple(rows),
+        (
+            machine_words(),
+            f"the textbook takes {seconds(textbook)} per step here, over {TEXTBOOK_STEPS} steps from the seat under "
+            "the full load; per step: the whole march with its output over its steps",
+            "errors are relative to the full model (harmonics: to the largest of the probe), the largest over probes "
+            "and faces; at the same times: largest difference of a displacement over the whole record",
+            *notes,
+        ),
+        figures,
+    )
+
+
+def _run(path: Path, overrides: Sequence[str], folder: Path) -> dict[str, Any]:
+    outcome = run_case(read_case(path, list(overrides)), folder, MPI.COMM_SELF, overwrite=True)
+    if outcome.exit_status != 0:
+        raise RuntimeError(f"{' '.join(overrides)}: {outcome.message}")
+    return outcome.summary
+
+
+def _textbook(path: Path) -> float:
+    """Return the mean time of some steps of the textbook, s."""
+    start = seated(read_case(path, [*PERIODIC, "load.shaker.ramp=0.0"]))
+    beam = TextbookBeam(start.model, start.start)
+    clock = time.perf_counter()
+    for _ in range(TEXTBOOK_STEPS):
+        beam.advance()
+    return (time.perf_counter() - clock) / TEXTBOOK_STEPS
+
+
+def _second(path: Path, overrides: Sequence[str]) -> float:
+    """Return the wall time of a simulated second at steps of 1e-5 s, without set-up, s."""
+    with tempfile.TemporaryDirectory() as folder:
+        summary = _run(path, [*PERIODIC, *SECOND, *overrides], Path(folder))
+    return float(summary["wall_time"]["march"]) / 0.1
+
+
+def _largest(compared: Comparison, quantity: str) -> float | None:
+    found = [row.difference for row in compared.rows if quantity in row.name]
+    return float(max(found)) if found else None
+
+
+def _apart(one: Path, other: Path) -> float:
+    """Return the largest difference of the probes' displacements at the same times, relative to the largest."""
+    first, second = (open_results(folder).history["displacement"].values[..., -1] for folder in (one, other))
+    return float(np.max(np.abs(first - second)) / np.max(np.abs(first)))
+
+
+if __name__ == "__main__":
+    chosen = options(__doc__)
+    table().write(chosen.output)

@@ -1,0 +1,147 @@
+"""The beam in its support as the demos of DOLFINx would have it: a residual in UFL, Newton, everything anew each time.
+
+    rho (v1 - v0)/dt . w + (sigma(um) + c_K sigma(vm)) : eps(w) + c_M rho vm . w + restraint = gravity . w + p n . w,
+    um = (u0 + u1)/2,   vm = (u1 - u0)/dt,   v1 = 2 vm - v0,   p = eps max(-g(u1), 0) on both faces
+
+This is the scheme `implicit-midpoint` of gapbeam, with the same penalty and the same quadrature. The unknown is u1. In
+each iteration the Jacobian, which UFL derives, is assembled and factored anew.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import ufl
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from numpy.typing import NDArray
+from petsc4py import PETSc
+
+from solver.case import Gravity
+from solver.elasticity import stress
+from solver.model import Model
+from solver.system import VALUE, State
+
+Array = NDArray[np.float64]
+
+RELATIVE_TOLERANCE = (
+    1.0e-8  # of residual or update; at DOLFINx's default of 1e-9 round-off makes it iterate for nothing
+)
+MOST_ITERATIONS = 40
+
+
+@dataclass(frozen=True)
+class NewtonCount:
+    """What a step took.
+
+    Attributes:
+        iterations: Jacobians assembled and factored.
+        residual: Norm of the residual at the end relative to that of the predictor.
+    """
+
+    iterations: int
+    residual: float
+
+
+class TextbookBeam:
+    """A beam that is marched by Newton's method on the whole residual; penalty contact without damping, one rank.
+
+    Args:
+        model: Mesh, space, material and loads come from here; nothing of its operators is used but the pattern of
+            point forces.
+        start: The state to start from.
+        factorization: "lu", as the demos have it, or "cholesky", which knows that the Jacobian is symmetric.
+    """
+
+    def __init__(self, model: Model, start: State, factorization: str = "lu") -> None:
+        self._model, self._dt, self.time = model, model.step, start.time
+        self._old, self._old_velocity = fem.Function(model.space), fem.Function(model.space)
+        self._new = fem.Function(model.space)
+        self._old.x.array[:] = start.u[VALUE]
+        self._old_velocity.x.array[:] = start.v[VALUE]
+        residual = self._residual()
+        self._residual_form = fem.form(residual)
+        self._jacobian_form = fem.form(ufl.derivative(residual, self._new))
+        self._vector = fem_petsc.assemble_vector(self._residual_form)
+        self._matrix = fem_petsc.assemble_matrix(self._jacobian_form)
+        self._matrix.assemble()
+        self._update = self._matrix.createVecRight()
+        self._solver = PETSc.KSP().create(model.space.mesh.comm)
+        self._solver.setType("preonly")
+        self._solver.getPC().setType(factorization)
+        self._solver.getPC().setFactorSolverType("mumps")
+        if factorization == "cholesky":
+            self._matrix.setOption(PETSc.Mat.Option.SPD, True)
+
+    @property
+    def displacement(self) -> Array:
+        """The displacement at the last accepted time, (n,), m."""
+        return np.array(self._old.x.array)
+
+    def advance(self) -> NewtonCount:
+        """Advance by one step.
+
+        Raises:
+            RuntimeError: Newton's method did not converge.
+        """
+        self._new.x.array[:] = self._old.x.array + self._dt * self._old_velocity.x.array
+        first = size = self._assemble_residual()
+        iterations, settled = 0, False
+        while not settled and size > RELATIVE_TOLERANCE * first:
+            if iterations == MOST_ITERATIONS:
+                raise RuntimeError(f"Newton's method did not converge at t = {self.time:.6g} s: {size / first:.2e}")
+            self._matrix.zeroEntries()
+            fem_petsc.assemble_matrix(self._matrix, self._jacobian_form)
+            self._matrix.assemble()
+            self._solver.setOperators(self._matrix)
+            self._solver.solve(self._vector, self._update)
+            self._new.x.array[:] -= self._update.array_r
+            size, iterations = self._assemble_residual(), iterations + 1
+            settled = self._update.norm() <= RELATIVE_TOLERANCE * float(np.linalg.norm(self._new.x.array))
+        velocity = 2.0 / self._dt * (self._new.x.array - self._old.x.array) - self._old_velocity.x.array
+        self._old.x.array[:] = self._new.x.array
+        self._old_velocity.x.array[:] = velocity
+        self.time += self._dt
+        return NewtonCount(iterations, size / first)
+
+    def _assemble_residual(self) -> float:
+        """Assemble the residual with the point forces, which UFL does not know, and return its norm."""
+        self._vector.set(0.0)
+        fem_petsc.assemble_vector(self._vector, self._residual_form)
+        middle = self.time + 0.5 * self._dt
+        for load, given in zip(self._model.system.loads, self._model.case.load, strict=True):
+            if not isinstance(given, Gravity):
+                self._vector.array[:] -= load.factor(middle) * load.pattern
+        return float(self._vector.norm())
+
+    def _residual(self) -> Any:
+        """Return the residual of a step with gravity and contact, in UFL."""
+        model, case, dt = self._model, self._model.case, self._dt
+        mesh = model.space.mesh
+        axis, plane = mesh.geometry.dim - 1, case.mesh.plane == "stress" and mesh.geometry.dim == 2
+        width = case.beam.width if axis == 1 else 1.0
+        # one quadrature for all that acts on a face: DOLFINx 0.9 confuses a form's integrals over the same two groups
+        # with two quadratures each
+        quadrature = {"quadrature_degree": model.point_rule.degree}
+        faces = ufl.Measure("ds", domain=mesh, subdomain_data=model.tagged.facets, metadata=quadrature)
+        base, gland = (faces(model.tagged.groups[name]) for name in ("base", "gland"))
+        area = model.system.contact.area
+        test = ufl.TestFunction(model.space)
+        middle = 0.5 * (self._old + self._new)
+        middle_velocity = (self._new - self._old) / dt
+        acceleration = (2.0 / dt) * (middle_velocity - self._old_velocity)
+        density, damping = case.material.density, model.system.mass_damping
+        felt = middle + model.system.stiffness_damping * middle_velocity
+        residual = density * ufl.inner(acceleration + damping * middle_velocity, test) * ufl.dx
+        residual += ufl.inner(stress(felt, case.material, plane), ufl.sym(ufl.grad(test))) * ufl.dx
+        for along, stiffness in enumerate((case.restraint.axial, case.restraint.lateral)[:axis]):
+            residual += stiffness / area * felt[along] * test[along] * (base + gland)
+        for load in case.load:
+            if isinstance(load, Gravity):
+                residual += density * load.acceleration * test[axis] * ufl.dx
+        penalty, rise = model.law.stiffness, self._new[axis]
+        residual -= penalty * ufl.max_value(-rise, 0.0) * test[axis] * base
+        residual += penalty * ufl.max_value(rise - case.support.clearance, 0.0) * test[axis] * gland
+        return width * residual

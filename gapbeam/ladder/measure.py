@@ -1,0 +1,173 @@
+"""What a rung costs and what it answers, measured in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import resource
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field
+from math import ceil
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from postprocess.records_in_memory import as_history
+from postprocess.signals import Signal, SignalError, probe_signal
+from postprocess.smoothing import smooth
+from postprocess.steady import Quantity, figures_over, steady
+from solver.case_file.faults import CaseError
+from solver.case_file.reader import read_case
+from solver.errors import RunError
+from solver.model import Model, build_model
+from solver.studies.respond import VERDICTS, Response, respond
+from solver.studies.starts import kicked, seated
+from solver.system import State
+from solver.time_step import forcing_frequencies
+
+WARM_UP = 20  # steps that are not timed: code is loaded and memory touched
+KEPT = ("displacement", "velocity", "acceleration_absolute", "contact_force", "impulse")
+_SAME = 1e-6
+
+
+class Job(NamedTuple):
+    """What to measure.
+
+    Attributes:
+        case: Path of the case file.
+        changes: Keys to replace.
+        periods: Forcing periods from the start that are followed.
+        cycles: Forcing periods of the long marches after which figures are taken; 0: no long march.
+        transient: Forcing periods that a long march passes before.
+        starts: Long marches: from the seat, and from kicks.
+        seed: Of the kicks.
+    """
+
+    case: Path
+    changes: Mapping[str, Any]
+    periods: int
+    cycles: int = 0
+    transient: int = 0
+    starts: int = 1
+    seed: int = 0
+
+
+@dataclass
+class Measured:
+    """Cost and answers of a rung.
+
+    Attributes:
+        verdict: "passed", or what went wrong.
+        message: The error, where there was one.
+        dofs: DOFs that are marched.
+        mesh_dofs: DOFs of the mesh.
+        step: s.
+        set_up: Wall time before the march, s.
+        per_second: Wall time of a simulated second, s.
+        memory: Largest resident memory, bytes.
+        residual: Residual of the energy balance relative to the energy exchanged.
+        frequency: Of the forcing, Hz.
+        records: Of the motion from the seat over the periods followed, as in `solver.studies.respond.Response`.
+        labels: Names along their labeled dimensions.
+        words: Kind of response of every long march.
+        long: Figures of the windows of all long marches together, by name.
+    """
+
+    verdict: str = "passed"
+    message: str = ""
+    dofs: int = 0
+    mesh_dofs: int = 0
+    step: float = 0.0
+    set_up: float = 0.0
+    per_second: float = 0.0
+    memory: int = 0
+    residual: float = 0.0
+    frequency: float = 0.0
+    records: dict[str, np.ndarray] = field(default_factory=dict)
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    words: list[str] = field(default_factory=list)
+    long: dict[str, Quantity] = field(default_factory=dict)
+
+    def figures(self, periods: int) -> dict[str, float]:
+        """The figures of the first forcing periods, by name as in `postprocess.steady.steady`."""
+        quantities, _, _ = figures_over(self._history(periods), self.frequency, periods)
+        return {name: one.mean for name, one in quantities.items()}
+
+    def waves(self, periods: int) -> dict[str, Signal]:
+        """Displacement and 2.5 ms mean acceleration of the probes over the first forcing periods."""
+        history, found = self._history(periods), dict[str, Signal]()
+        for probe in self.labels["probe"]:
+            found[f"{probe} displacement"] = probe_signal(history, "displacement", probe)
+            with contextlib.suppress(SignalError):  # recorded too seldom
+                found[f"{probe} smoothed acceleration"] = smooth(probe_signal(history, "acceleration_absolute", probe))
+        return found
+
+    def _history(self, periods: int) -> xr.Dataset:
+        inside = self.records["time"] <= (periods + _SAME) / self.frequency
+        return as_history({name: values[inside] for name, values in self.records.items()}, self.labels)
+
+
+def measure(job: Job) -> Measured:
+    """Measure a rung; one that fails says so."""
+    from mpi4py import MPI
+
+    found = Measured()
+    try:
+        clock = time.perf_counter()
+        model = build_model(read_case(job.case, job.changes), MPI.COMM_SELF)
+        seat = seated(model).state
+        respond(model, seat, WARM_UP)
+        found.set_up = time.perf_counter() - clock
+        found.dofs, found.mesh_dofs, found.step = model.dofs, model.mesh_dofs, model.step
+        _follow(job, model, seat, found)
+        if job.cycles and found.verdict == "passed":
+            _settle(job, model, seat, found)
+    except (CaseError, RunError, SignalError) as error:
+        found.verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")  # type: ignore[arg-type]
+        found.message = str(error)
+    found.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return found
+
+
+def _march(model: Model, start: State, periods: int, found: Measured) -> Response:
+    (frequency,) = forcing_frequencies(model.case)
+    interval = model.case.output.history_interval or model.step
+    interval = max(interval, model.step)
+    steps = ceil(periods / (frequency * model.step) - _SAME)
+    response = respond(model, start, steps, interval)
+    if response.verdict != "passed":
+        found.verdict, found.message = response.verdict, response.message
+    return response
+
+
+def _follow(job: Job, model: Model, seat: State, found: Measured) -> None:
+    """Follow the motion from the seat, as far as it can be foretold."""
+    (frequency,) = forcing_frequencies(model.case)
+    response = _march(model, seat, job.periods, found)
+    found.per_second = response.seconds / (response.steps * model.step)
+    found.residual = response.residual
+    if found.verdict != "passed":
+        return
+    found.frequency, found.labels = frequency, response.labels
+    found.records = {name: response.history[name] for name in ("time", *KEPT)}
+
+
+def _settle(job: Job, model: Model, seat: State, found: Measured) -> None:
+    """March for long from every start, and take figures over windows after the transient."""
+    (frequency,) = forcing_frequencies(model.case)
+    pooled: dict[str, list[np.ndarray]] = {}
+    units: dict[str, str] = {}
+    for number in range(job.starts):
+        start = seat if number == 0 else kicked(model, number, job.seed).state
+        response = _march(model, start, job.transient + job.cycles, found)
+        if response.verdict != "passed":
+            return
+        history = as_history(response.history, response.labels)
+        settled = steady(history, frequency, start.time + job.transient / frequency)
+        found.words.append(settled.word)
+        for name, one in settled.quantities.items():
+            pooled.setdefault(name, []).append(one.values)
+            units[name] = one.unit
+    found.long = {name: Quantity(units[name], np.concatenate(values)) for name, values in pooled.items()}

@@ -1,0 +1,171 @@
+"""What a run will cost, from a trial of it on this machine.
+
+    total = set-up + seat + once + steps * per_step + fields * per_field
+
+Everything that a run does before its march is done and timed, then a few steps are marched with all their output, from
+the seat with the loads at their full amplitude, so that contact opens and closes as it will. Nothing is kept for the
+next time: what another day or another machine measured would not hold.
+"""
+
+from __future__ import annotations
+
+import shutil
+import tempfile
+import time
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from mpi4py import MPI
+
+from meshes.rank_zero import on_rank_zero
+from solver.analyses.static import Seat, find_seat
+from solver.analyses.transient import March
+from solver.case import BaseMotion, Case, HarmonicForce
+from solver.errors import Interrupted, RunError
+from solver.integrators.schemes import make_integrator
+from solver.march_of_model import march_of_model
+from solver.model import Model, model_of
+from solver.output.summary import peak_memory
+from solver.run import Course
+
+WARM_UP = 2  # steps, in which everything happens for the first time
+TRIAL_TIME, FEWEST, MOST = 3.0, 8, 4000  # s, and steps of a trial
+FIELDS_OF_A_RUN = 100  # by default
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a run will cost.
+
+    Attributes:
+        setup: Wall time of each part before the march, s.
+        once: What only the first steps take, s.
+        steps: Steps of the run.
+        per_step: Mean wall time of a step with its records, s.
+        back_substitution: Its back-substitution, s.
+        fields: Fields that the run writes.
+        per_field: Time to write one, s.
+        memory: Peak of resident memory over all ranks together, bytes.
+        basis: What the figures stand on, in words.
+    """
+
+    setup: dict[str, float]
+    once: float
+    steps: int
+    per_step: float
+    back_substitution: float
+    fields: int
+    per_field: float
+    memory: float
+    basis: str
+
+    @property
+    def march(self) -> float:
+        """Time of the march with its output, s."""
+        return self.once + self.steps * self.per_step + self.fields * self.per_field
+
+    @property
+    def total(self) -> float:
+        """Time of the run, s."""
+        return sum(self.setup.values()) + self.march
+
+
+def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
+    """Try a run out and predict what all of it costs.
+
+    Args:
+        model: The model.
+        spent: Wall time that making it took, s.
+        comm: Its ranks.
+
+    Raises:
+        NotConverged: No seat was found.
+        Interrupted: By the user.
+
+    Collective.
+    """
+    trial = model_of(at_full_amplitude(model.case), model.body)
+    scheme = make_integrator(trial.case.time.scheme)
+    clock = time.perf_counter()
+    seat = find_seat(trial.system, trial.law, trial.seat_springs, scheme.carries_acceleration)
+    setup = {"model": spent, "seat": time.perf_counter() - clock}
+    plan = march_of_model(trial, scheme)
+    setup |= plan.operators.at(plan.dt).seconds
+    folder = on_rank_zero(comm, lambda: Path(tempfile.mkdtemp(prefix="gapbeam-check-")))
+    try:
+        trials = _Trials(trial, plan, seat, folder, comm)
+        first = trials.march(min(WARM_UP, plan.steps))
+        wanted = min(max(round(TRIAL_TIME / first.per_step), FEWEST), MOST, plan.steps)
+        done = trials.march(comm.bcast(wanted))
+    finally:
+        on_rank_zero(comm, lambda: shutil.rmtree(folder, ignore_errors=True))
+    return Prediction(
+        setup,
+        max(0.0, first.steps * (first.per_step - done.per_step)),
+        plan.steps,
+        done.per_step,
+        done.back_substitution,
+        1 + _fields(model.case, plan.dt, plan.steps),
+        done.per_field,
+        float(sum(peak_memory(comm))),
+        done.words,
+    )
+
+
+def at_full_amplitude(case: Case) -> Case:
+    """Return the case with loads that do not rise smoothly but act at once: a trial shall meet them as they will be."""
+    loads = tuple(
+        load.model_copy(update={"ramp": 0.0}) if isinstance(load, HarmonicForce | BaseMotion) else load
+        for load in case.load
+    )
+    return case.model_copy(update={"load": loads})
+
+
+def _fields(case: Case, dt: float, steps: int) -> int:
+    """Return how many fields a march of some steps writes after its start."""
+    every = max(1, round((case.output.fields_interval or case.time.end / FIELDS_OF_A_RUN) / dt))
+    return steps // every + (steps % every != 0)
+
+
+@dataclass(frozen=True)
+class _Trial:
+    """What some steps cost: their number, s per step, of that the back-substitution, s per field, and in words."""
+
+    steps: int
+    per_step: float
+    back_substitution: float
+    per_field: float
+    words: str
+
+
+@dataclass(frozen=True)
+class _Trials:
+    """Marches a few steps from the seat, with their output into a folder that nobody keeps."""
+
+    model: Model
+    plan: March
+    seat: Seat
+    folder: Path
+    comm: MPI.Comm
+
+    def march(self, steps: int) -> _Trial:
+        course = Course(self.model, self.folder, self.comm, self.seat.state)
+        words = f"measured now: {steps} steps from the seat with the loads at their full amplitude"
+        try:
+            plan = replace(self.plan, steps=steps)
+            course.follow(plan, None, None)
+        except Interrupted:
+            raise
+        except RunError as error:
+            words = f"measured now, until the trial under the sudden loads ended early: {error}"
+        finally:
+            clock = time.perf_counter()
+            course.fields.write(self.seat.state, self.model)
+            per_field = time.perf_counter() - clock
+            course.close()
+        tally = course.accounts.tally
+        parts = max(tally.steps, 1)
+        whole = steps if words.startswith("measured now:") else parts
+        output = _fields(self.model.case, self.plan.dt, whole) * per_field
+        per_step = max(tally.march - output, tally.advance, 1.0e-9) / whole
+        return _Trial(whole, per_step, tally.back_substitution / parts, per_field, words)

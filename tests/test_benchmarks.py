@@ -1,0 +1,122 @@
+"""The benchmarks on tiny meshes: the textbook's Newton finds what gapbeam finds, and tables are written."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from benchmarks import contact_points, iterative, size, textbook
+from benchmarks.apart import exponent
+from benchmarks.table import Table, seconds
+from benchmarks.textbook_newton import TextbookBeam
+from solver.analyses.transient import march
+from solver.case import Case
+from solver.integrators.schemes import make_integrator
+from solver.march_of_model import march_of_model
+from solver.model import build_model
+from solver.system import VALUE
+from tests.models import SOLID, beam_case, thrown
+
+alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="the textbook knows one rank")
+
+SHAKER = {"type": "harmonic_force", "name": "shaker", "point": 0.15, "amplitude": 500.0, "frequency": 100.0}
+DAMPING = {"frequencies": [40.0, 300.0], "ratios": [0.01, 0.01]}
+
+
+def shaken(dimension: int = 3, steps: int = 40) -> Case:
+    """Return a beam that is shaken hard, by the scheme that the textbook's residual is written for."""
+    changes = {"time": {"scheme": "implicit-midpoint", "end": steps * 1.0e-4}, "damping": DAMPING}
+    if dimension == 3:
+        changes["mesh"] = SOLID
+    return beam_case(changes, ({"type": "gravity"}, SHAKER), {"tip": 0.51})
+
+
+@alone
+@pytest.mark.parametrize("factorization", ["lu", "cholesky"])
+def test_textbook_agrees(factorization: str) -> None:
+    """A solid beam that rattles: the same displacements to 1e-8 of the largest, and a table that says so."""
+    table = textbook.compare(shaken(), {factorization: 40}, 40)
+    assert table.figures["difference"] <= 1e-8
+    assert table.figures["difference"] > 0.0
+    assert "is below 1e-08" in table.markdown()
+
+
+@alone
+def test_textbook_agrees_on_a_slice_that_strikes_both_faces() -> None:
+    """The slice in plane stress thrown through its gap: points of both faces close and open; the motions agree."""
+    model = build_model(shaken(2, 60), MPI.COMM_SELF)
+    start = thrown(model)
+    beam = TextbookBeam(model, start)
+    contact, counts = model.system.contact, []
+    for step in march(march_of_model(model, make_integrator(model.case.time.scheme)), start):
+        beam.advance()
+        mine = (step.refreshed or step.new).u[VALUE]
+        assert np.max(np.abs(beam.displacement - mine)) <= 1e-8 * np.max(np.abs(mine))
+        pressed = step.new.pressure > 0.0
+        counts.append([np.count_nonzero(pressed[contact.faces == face]) for face in (0, 1)])
+    for face in np.array(counts).T:
+        assert face.max() > 0
+        assert face.min() == 0
+
+
+def test_table_is_written(tmp_path: Path) -> None:
+    """Markdown for people, JSON with the machine for programs."""
+    Table("one", "A title", ("a", "b"), (("x", 1.23456), (None, 7)), ("a note",), {"found": 2.0}).write(tmp_path)
+    text = (tmp_path / "one.md").read_text()
+    assert "| x | 1.23 |" in text
+    assert "| - | 7 |" in text
+    assert "* a note" in text
+    told = json.loads((tmp_path / "one.json").read_text())
+    assert told["figures"] == {"found": 2.0}
+    assert told["machine"]["dolfinx"]
+
+
+@alone
+def test_sizes_are_measured_in_processes_of_their_own() -> None:
+    """Two coarse meshes: unknowns and interface DOFs grow, and every cost has an exponent."""
+    found = size.table((1, 2))
+    assert [row[0] for row in found.rows] == [3075, 5025]
+    assert found.rows[0][2] < found.rows[1][2]
+    assert set(found.figures) == {f"exponent_{name}" for name in size.COSTS}
+
+
+@alone
+def test_contact_points_grow_with_the_quadrature(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One and four points in a facet."""
+    monkeypatch.setattr(contact_points, "measured_apart", lambda _, __, degree: POINTS[degree])
+    found = contact_points.table((1, 3))
+    assert [row[0] for row in found.rows] == [100, 400]
+    assert found.figures["exponent"] == pytest.approx(0.5)
+
+
+POINTS = {
+    degree: {
+        "dofs": 1000.0,
+        "points": points,
+        "delassus": 1.0,
+        "step": 1.0 + rest,
+        "back_substitution": 1.0,
+        "iterations": 2.0,
+        "memory": 1e9,
+    }
+    for degree, points, rest in (("1", 100.0, 0.1), ("3", 400.0, 0.2))
+}
+
+
+@alone
+def test_iterative_solves_are_measured() -> None:
+    """The coarsest mesh: it converges, and the estimate is called one."""
+    found = iterative.table((1, 2))
+    assert "an estimate, not a run" in found.markdown()
+    assert found.figures["largest_solve"] > 0.0
+
+
+def test_exponents_and_durations() -> None:
+    """A power law gives its power back; durations have the unit that suits them."""
+    sizes = [10.0, 100.0, 1000.0]
+    assert exponent(sizes, [3.0 * n**1.5 for n in sizes]) == pytest.approx(1.5)
+    assert [seconds(t) for t in (12.345, 0.0123, 4.5e-6)] == ["12.3 s", "12.3 ms", "4.5 us"]

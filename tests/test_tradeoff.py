@@ -1,0 +1,200 @@
+"""The trade-off: estimates against closed forms, choices among made-up rungs, and the command on a small case."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Iterator, Sequence
+from math import inf
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+from gapbeam.ladder.judgement import Judged, choice, differences, foretold, front, judged, richardson, uncertainty
+from gapbeam.ladder.measure import Job, Measured
+from gapbeam.ladder.report import write_study
+from gapbeam.ladder.rungs import Rung, ladder_of
+from gapbeam.ladder.stored import stored_choice, study_key
+from gapbeam.ladder.study import overrides_as_mapping, run_study
+from postprocess.steady import Quantity
+from solver.case_file.reader import read_case
+from solver.errors import UserError
+from tests.command import PROJECT, alone, called, called_in_turn, settings
+
+CASE = PROJECT / "cases" / "stability.toml"
+FREQUENCY = 20.0
+
+
+def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -> Measured:
+    """Return a measurement of x = amplitude sin(2 pi f t), plus growth exp(20 t) of a third harmonic."""
+    time = np.arange(round(seconds / 1e-4) + 1) * 1e-4
+    omega = 2 * np.pi * FREQUENCY
+    x = amplitude * np.sin(omega * time) + growth * np.exp(20.0 * time) * np.sin(3 * omega * time)
+    v = np.gradient(x, 1e-4)
+    a = np.concatenate([[0.0], np.diff(v) / 1e-4])
+    along = {"displacement": x, "velocity": v, "acceleration_absolute": a}
+    records = {name: np.stack([0 * y, y], axis=-1)[:, None, :] for name, y in along.items()}
+    force = 40.0 + 4e4 * amplitude * np.sin(omega * time)
+    impulse = np.cumsum(force) * 1e-4
+    records |= {"time": time, "contact_force": np.stack([force, force], 1), "impulse": np.stack([impulse, impulse], 1)}
+    labels = {"probe": ("tip",), "component": ("x", "y"), "face": ("base", "gland"), "load": (), "tangent": ()}
+    return Measured(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
+
+
+def test_richardson_finds_the_error_of_a_known_order() -> None:
+    """Q = 1 + h^2 on h, 1.5 h, 2.25 h: the error of the finest is h^2; values that wander give their spread."""
+    h = 0.1
+    values = [1.0 + (h * 1.5**k) ** 2 for k in range(3)]
+    assert richardson(*values, 1.5, 4.0) == pytest.approx(h**2, rel=1e-9)
+    assert richardson(1.0, 1.02, 0.99, 1.5, 4.0) == pytest.approx(0.03)
+    assert richardson(1.0, 1.0, 1.1, 1.5, 4.0) == 0.0
+    steep = richardson(1.0, 1.01, 1.01 + 0.01 * 1.5**9, 1.5, 4.0)  # order 9 is not believed
+    assert steep == pytest.approx(0.01 / (1.5**4 - 1.0))
+
+
+def test_differences_are_those_put_in() -> None:
+    """A motion 3 % larger: all that is proportional to it differs by 3 %, the impulse by what it is."""
+    found = differences(moving(1.03e-3).figures(8), moving(1e-3).figures(8))
+    for name in ("acceleration", "displacement", "harmonics"):
+        assert found[name] == pytest.approx(0.03, rel=1e-3)
+    assert found["peak force"] == pytest.approx(0.03 * 40.0 / 80.0, rel=1e-3)
+    assert found["impulse"] == pytest.approx(0.0, abs=1e-4)
+
+
+def test_motions_are_followed_as_long_as_they_stay_together() -> None:
+    """A difference that grows as exp(20 t), nine times as large in the acceleration: 1 % of its range within 0.2 s."""
+    family = [moving(), moving(growth=1e-7)]
+    assert foretold([family[0], moving()], 10) == 10
+    periods = foretold(family, 10)
+    assert 2 <= periods <= 5
+    assert foretold([family[0], moving(growth=1e-5)], 10) < periods
+
+
+def test_long_means_decide_beyond_their_scatter() -> None:
+    """A difference within two standard errors is none; a clear one is; another cycle is infinitely far."""
+    windows = np.random.default_rng(0).normal(1.0, 0.05, 10)
+    rung = Rung("reduced 2D", {})
+
+    def with_means(shift: float, word: str = "no cycle") -> Measured:
+        measured = moving()
+        measured.words, measured.long = [word], {"tip displacement": Quantity("m", windows + shift)}
+        return measured
+
+    reference = with_means(0.0)
+    assert judged(rung, with_means(0.01), reference, 8, 2.0).statistics == 0.0
+    assert judged(rung, with_means(0.5), reference, 8, 2.0).statistics == pytest.approx(0.45, abs=0.04)
+    other = judged(rung, with_means(0.0, "period 3"), with_means(0.0, "period 1"), 8, 2.0)
+    assert other.statistics == inf
+    assert not other.inside(0.5)
+
+
+def made_up(name: str, seconds: float, error: float, verdict: str = "passed") -> Judged:
+    """Return a rung that was never run."""
+    return Judged(Rung(name, {}), Measured(verdict=verdict), {"displacement": error}, None, seconds)
+
+
+def test_the_cheapest_rung_inside_is_chosen() -> None:
+    """By time among those inside; the front leaves out what is dearer and no nearer; failures are never taken."""
+    rungs = [
+        made_up("a", 1.0, 0.05),
+        made_up("b", 2.0, 0.015),
+        made_up("c", 3.0, 0.02),
+        made_up("d", 9.0, 0.001),
+        made_up("e", 0.1, 0.0, "energy created"),
+    ]
+    best = choice(rungs, 0.02)
+    assert best is not None
+    assert best.rung.name == "b"
+    assert choice(rungs, 1e-4) is None
+    assert [one.rung.name for one in front(rungs[:4])] == ["a", "b", "d"]
+
+
+def test_a_ladder_keeps_the_contact_and_refines_the_mesh() -> None:
+    """The stiffness computed for the mesh of the case holds on all rungs; a mesh file cannot be refined."""
+    case = read_case(CASE)
+    ladder = ladder_of(case)
+    assert ladder.fixed["contact.stiffness"] > 0.0
+    sizes = [rung.changes["mesh.size"] for rung in (ladder.reference, *ladder.meshes)]
+    assert sizes[0] < sizes[1] < sizes[2]
+    assert {rung.dimension for rung in ladder.rungs} == {2}
+    for rung in (*ladder.family, *ladder.rungs):
+        read_case(CASE, {**ladder.fixed, **rung.changes})
+    with pytest.raises(UserError, match="cannot be refined"):
+        ladder_of(case.model_copy(update={"mesh": case.mesh.model_copy(update={"file": "beam.msh"})}))
+
+
+def test_the_uncertainty_is_that_of_mesh_step_and_basis() -> None:
+    """Amplitudes 1 + h^2 on three meshes, exact in step and basis: what is left is h^2 of the finest."""
+    ladder = ladder_of(read_case(CASE))
+    found = {rung.name: moving(1e-3) for rung in ladder.family}
+    h = 0.05
+    for place, rung in enumerate((ladder.reference, *ladder.meshes)):
+        found[rung.name] = moving(1e-3 * (1.0 + (h * 2.0 ** (0.5 * place)) ** 2))
+    for rung in (*ladder.steps, ladder.basis):
+        found[rung.name] = found[ladder.reference.name]
+    told = uncertainty(ladder, found, 8)
+    assert told["displacement"] == pytest.approx(h**2, rel=0.02)
+
+
+QUICK = ("time.end=0.1", "time.step=5e-4", "load.shaker.frequency=50", "load.shaker.amplitude=15", "mesh.degree=1")
+
+
+def in_this_process(
+    task: Callable[[Job], Measured], works: Sequence[Job], _jobs: int | None = None
+) -> Iterator[tuple[int, Measured]]:
+    """Do what `side_by_side` does without processes of their own, which cost seconds of imports each."""
+    yield from enumerate(map(task, works))
+
+
+def test_a_study_of_a_small_case_is_stored_and_found_again(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The rungs run, the errors of the usual rung are those of the case, and a run finds the rung that was named."""
+    monkeypatch.setattr("gapbeam.ladder.study.side_by_side", in_this_process)
+    told: list[str] = []
+    study = run_study(CASE, overrides_as_mapping(list(QUICK)), 0.10, 5.0, told.append)
+    assert any(text.startswith("reference: ") for text in told[:3])
+    names = {one.rung.name: one for one in study.rungs}
+    assert {"beam, 24 elements", "reduced 2D", "full 2D"} <= set(names)
+    assert study.full_check is not None
+    assert max(study.full_check.values()) < 0.02
+    assert study.chosen is not None
+    assert study.chosen.error <= 0.10
+    case = read_case(CASE, QUICK)
+    write_study(tmp_path, study, study_key(case))
+    with Image.open(tmp_path / "tradeoff.png") as picture:
+        assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
+    named = stored_choice(tmp_path, case, 0.10)
+    assert named is not None
+    assert named[0] == study.chosen.rung.name
+    read_case(CASE, {**overrides_as_mapping(list(QUICK)), **named[1]})
+    assert stored_choice(tmp_path, read_case(CASE), 0.10) is None
+    with pytest.raises(UserError, match="larger --tolerance"):
+        stored_choice(tmp_path, case, 1e-9)
+
+
+@alone
+def test_what_cannot_be_studied_is_explained(tmp_path: Path) -> None:
+    """No forcing period, a formulation without stiffness, a tolerance that is none: status 2, and what is expected."""
+    unforced, fault, tolerance = called_in_turn(
+        ["tradeoff", CASE, "--set", "probe=[]", "--output", tmp_path / "a"],
+        ["tradeoff", CASE, "--set", 'contact.formulation="nitsche"', "--output", tmp_path / "b"],
+        ["tradeoff", CASE, "--tolerance", "200%", "--output", tmp_path / "c"],
+    )
+    assert unforced.returncode == fault.returncode == tolerance.returncode == 2
+    assert "at least one [[probe]]" in unforced.stderr
+    assert "expected penalty" in fault.stderr
+    assert not list(tmp_path.iterdir())
+
+
+@alone
+@pytest.mark.slow
+def test_the_command_from_end_to_end(tmp_path: Path) -> None:
+    """A study by the command, in processes of its own: table, data, picture, and the memory of each rung."""
+    words = ["tradeoff", CASE, *settings(*QUICK), "--tolerance", "10%", "--output", tmp_path / "study"]
+    done = called(*words, timeout=900.0)
+    assert done.returncode == 0, done.stderr
+    assert "the cheapest rung within 10 %" in done.stdout
+    data = json.loads((tmp_path / "study" / "tradeoff.json").read_text(encoding="utf-8"))
+    assert {"beam, 24 elements", "reduced 2D", "full 2D"} <= {rung["name"] for rung in data["rungs"]}
+    assert all(value >= 0.0 for value in data["uncertainty"].values())
+    assert all(rung["memory"] > 5e7 for rung in data["rungs"] if rung["verdict"] == "passed")

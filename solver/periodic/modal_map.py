@@ -77,9 +77,12 @@ class ModalMap:
     def with_tangent(self, x: Array) -> tuple[Array, Array]:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
         places, speeds, _ = self._course(x)
+        return np.concatenate([places[-1], speeds[-1]]), self.tangent_along(places)
+
+    def tangent_along(self, places: Array) -> Array:
+        """Return the derivative of the state by that a period before, (2n, 2n), along q at the ends of all steps."""
         depths = -(self.modal.system.contact.initial_gap + places @ self.modal.gaps.T)
-        tangent = monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
-        return np.concatenate([places[-1], speeds[-1]]), tangent
+        return monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
 
     def history(self, x: Array) -> tuple[Array, Array]:
         """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""

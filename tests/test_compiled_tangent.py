@@ -88,7 +88,7 @@ def test_without_contact_the_tangent_tends_to_the_matrix_exponential() -> None:
 
 
 def test_on_a_closed_stop_the_tangent_is_the_power_of_a_midpoint_step() -> None:
-    """A mass that stays on a spring and a stop of together 54 N/m: (1 - h A / 2)^-1 (1 + h A / 2) to the power of 200."""
+    """A mass on a spring and a stop of together 54 N/m: (1 - h A / 2)^-1 (1 + h A / 2) to the power of 200."""
     system = stopped_oscillator(1.0, 4.0, -0.5)
     plan = March(system, ContactLaw(Spring(50.0)), Midpoint(), EffectiveOperators(system, Midpoint()), 0.01, 200)
     _, monodromy = CompiledLoop(plan).tangent(start(system, -0.46, 0.05))

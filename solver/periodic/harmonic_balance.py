@@ -113,10 +113,6 @@ class HarmonicBalance:
             y, missed, forces = y + length * update, tried, tried_forces
         raise self._failure(residuals)
 
-    def left_over(self, y: Array) -> float:
-        """Return |R|, m, of coefficients of y, (2 H + 1, r)."""
-        return float(np.linalg.norm(self._residual(y)[0]))
-
     def traces_of(self, coordinates: Array) -> Array:
         """Return y = V q, (..., r), of modal coordinates, (..., n)."""
         return np.asarray(coordinates @ self.basis[1].T)

@@ -105,9 +105,9 @@ def climb(
     for rung in rungs:
         series = Fourier(rung, samples_per_harmonic * rung, omega)
         balance = HarmonicBalance(modal, law, series)
-        first = _nearest(balance, found, start)
+        guesses = _guesses(balance, found, start, near)
         try:
-            solution, iterations, softened = _solve(balance, first, tolerance, max_iterations)
+            solution, iterations, softened = _solve(balance, guesses, tolerance, max_iterations)
         except NotConverged as failure:
             tried = len(failure.residuals)
             told.append(Rung(rung, balance.unknowns, min(failure.residuals, default=np.inf), tried, 0, False))
@@ -119,25 +119,27 @@ def climb(
     return Climb(found[-1], tuple(told), _change(found))
 
 
-def _nearest(balance: HarmonicBalance, found: list[HarmonicSolution], start: tuple[Fourier, Array] | None) -> Array:
-    """Return the traces that leave least of the balance: of the last rung, or of the start."""
+def _guesses(
+    balance: HarmonicBalance, found: list[HarmonicSolution], start: tuple[Fourier, Array] | None, near: bool
+) -> list[Array]:
+    """Return traces to start from, the most promising first: of the last rung, and of the start."""
     harmonics = balance.series.harmonics
     tried = [found[-1].series.extended(found[-1].traces, harmonics)] if found else []
     if start is not None:
-        tried.append(balance.traces_of(start[0].extended(start[1], harmonics)))
-    return min(tried, key=balance.left_over, default=np.zeros((balance.series.size, balance.basis[1].shape[0])))
+        tried.insert(0 if near else len(tried), balance.traces_of(start[0].extended(start[1], harmonics)))
+    return tried or [np.zeros((balance.series.size, balance.basis[1].shape[0]))]
 
 
 def _solve(
-    balance: HarmonicBalance, start: Array, tolerance: float, max_iterations: int
+    balance: HarmonicBalance, guesses: list[Array], tolerance: float, max_iterations: int
 ) -> tuple[HarmonicSolution, int, int]:
     """Return the solution, all iterations, and the number of softer contacts on the way."""
     iterations, softened = 0, 0
     solved: HarmonicSolution | None = None
     failures: list[NotConverged] = []
-    for share in _shares():
+    for share in _shares(len(guesses)):
         softer = replace(balance, law=softened_law(balance.law, share.value))
-        first = start if solved is None else solved.traces
+        first = guesses[share.guess] if solved is None else solved.traces
         try:
             latest = softer.solve(first, tolerance, max_iterations)
         except NotConverged as failure:
@@ -154,21 +156,25 @@ def _solve(
 
 @dataclass
 class _Share:
-    """A share of the contact stiffness that is tried, and whether that failed."""
+    """A share of the contact stiffness that is tried, from which guess, and whether that failed."""
 
     value: float
+    guess: int = 0
     failed: bool = False
 
 
-def _shares() -> Iterator[_Share]:
-    """Yield 1, then softer contacts until one is solved, then stiffer ones up to 1 again.
+def _shares(guesses: int) -> Iterator[_Share]:
+    """Yield 1 for every guess, then softer contacts until one is solved, then stiffer ones up to 1 again.
 
     It ends with a failed one where not even the softest contact is solved, or the stiffness does not grow any more.
     """
-    share = _Share(1.0)
-    yield share
+    for guess in range(guesses):
+        share = _Share(1.0, guess)
+        yield share
+        if not share.failed:
+            return
     while share.failed:
-        share = _Share(0.01 * share.value, failed=True)
+        share = _Share(0.01 * share.value)
         if share.value < SOFTEST:
             return
         yield share

@@ -13,6 +13,7 @@ from solver.contact.law import ContactLaw
 from solver.integrators.midpoint import Midpoint
 from solver.modal import ModalSystem
 from solver.operators import Array
+from solver.periodic.modal_tangent import monodromy
 from solver.system import VALUE, State, imaged
 
 
@@ -77,6 +78,11 @@ class ModalMap:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
         end, tangent = self._loop.tangent(self.state(x))
         return self.coordinates(end), tangent
+
+    def tangent_along(self, places: Array) -> Array:
+        """Return the derivative of the state by that a period before, (2n, 2n), along q at the ends of all steps."""
+        depths = -(self.modal.system.contact.initial_gap + places @ self.modal.gaps.T)
+        return monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
 
     def history(self, x: Array) -> tuple[Array, Array]:
         """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""

@@ -66,7 +66,7 @@ def find_response(
         seat: Its static seat.
         analysis: What the case asks for.
         asked: Whether to stop. Collective.
-        talk: Told how far the march before the search is, s, and how many steps that took since it was last told.
+        talk: Told how far the march before the search is, s, and the steps since it was last told.
 
     Raises:
         NotConverged: There is none near the start, or the method does not get there.
@@ -182,8 +182,9 @@ def _balanced(held: SteadyModel, period_map: ModalMap, begin: State, analysis: P
     solution = found.solution
     place, speed, _ = solution.motion(np.zeros(1))
     x = np.concatenate([place[0], speed[0]])
-    end, tangent = period_map.with_tangent(x)
-    stability, change = stability_of(tangent), relative_change(period_map.scale, x, end)
+    change = relative_change(period_map.scale, x, period_map.after(x))
+    places, _, _ = solution.motion(np.asarray(held.model.step * np.arange(held.steps + 1), dtype=float))
+    stability = stability_of(period_map.tangent_along(places))
     figures = {
         "residual": solution.residual,
         "iterations": sum(rung.iterations for rung in found.rungs),

@@ -13,7 +13,7 @@ PAGE = Path(__file__).parent / "speed.md"
 
 
 def filled(page: str, folder: Path) -> str:
-    """Return the page with what stands between `<!-- NAME -->` and `<!-- /NAME -->` taken from NAME.md, if it is there."""
+    """Return the page with `<!-- NAME --> ... <!-- /NAME -->` taken from NAME.md, where there is one."""
 
     def table(found: re.Match[str]) -> str:
         source = folder / f"{found[1]}.md"

@@ -9,14 +9,13 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
+from solver.accounts import Accounts
 from solver.analyses.static import find_seat
 from solver.analyses.transient import March, march
 from solver.case import Case
-from solver.energy import enter_step, open_ledger, restate
 from solver.integrators.schemes import make_integrator
 from solver.march_of_model import march_of_model
 from solver.model import Model, build_model
-from solver.output.rows import Recorder
 from solver.system import VALUE, State
 
 
@@ -43,7 +42,7 @@ class Marched:
 
     Attributes:
         steps: Number of steps.
-        per_step: Mean wall time of a step with its energy balance and what it adds to the figures of a run, s.
+        per_step: Mean wall time of a step with all that is kept of it: energy, gates, episodes, peaks; s.
         back_substitution: Mean wall time of the back-substitution in it, s.
         iterations: Mean iterations of the contact solve.
         active: Largest number of contact points under pressure.
@@ -71,16 +70,12 @@ def seated(case: Case) -> Seated:
 
 def marched(start: Seated, steps: int, keep: bool = False) -> Marched:
     """March some steps from the seat; `keep` keeps the displacements."""
-    model = start.model
-    system, law, recorder = model.system, model.law, Recorder(model)
-    ledger = open_ledger(system, law, start.start)
+    system, plan = start.model.system, replace(start.plan, steps=steps)
+    accounts = Accounts.opened(system, start.model.law, start.start, plan.dt)
     back, iterations, active, kept, spent = 0.0, 0, 0, [], 0.0
     clock = time.perf_counter()
-    for step in march(replace(start.plan, steps=steps), start.start):
-        ledger = enter_step(system, law, ledger, step)
-        if step.refreshed is not None:
-            ledger = restate(system, law, ledger, step.refreshed)
-        recorder.see(step)
+    for step in march(plan, start.start):
+        accounts.take(step)
         spent += time.perf_counter() - clock
         back += step.timings["back_substitution"]
         iterations += step.iterations

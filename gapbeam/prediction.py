@@ -14,6 +14,7 @@ import tempfile
 import time
 from dataclasses import dataclass, replace
 from pathlib import Path
+from statistics import median
 
 from mpi4py import MPI
 
@@ -28,8 +29,11 @@ from solver.model import Model, model_of
 from solver.output.summary import peak_memory
 from solver.run import Course
 
+FIELDS = 3  # written for the time that one takes
 WARM_UP = 2  # steps, in which everything happens for the first time
-TRIAL_TIME, FEWEST, MOST = 3.0, 8, 4000  # s, and steps of a trial
+TRIAL_TIME, ENOUGH = 3.0, 0.3  # s of a trial, and the share of it below which a longer one follows
+GROWTH, MOST = 4, 100_000  # steps of a trial: at least times those of the one before, and at all
+LOADED = 2.0  # s, to load compiled loops; what was compiled in the first steps is kept for the run
 FIELDS_OF_A_RUN = 100  # by default
 
 
@@ -94,14 +98,17 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     folder = on_rank_zero(comm, lambda: Path(tempfile.mkdtemp(prefix="gapbeam-check-")))
     try:
         trials = _Trials(trial, plan, seat, folder, comm)
-        first = trials.march(min(WARM_UP, plan.steps))
-        wanted = min(max(round(TRIAL_TIME / first.per_step), FEWEST), MOST, plan.steps)
-        done = trials.march(comm.bcast(wanted))
+        most = min(MOST, plan.steps)
+        first = trials.march(min(WARM_UP, most))
+        done = trials.march(min(GROWTH * WARM_UP, most))
+        while done.steps < most and not done.early and comm.bcast(done.spent < ENOUGH * TRIAL_TIME):
+            wanted = min(max(round(TRIAL_TIME / done.per_step), GROWTH * done.steps), most)
+            done = trials.march(comm.bcast(wanted))
     finally:
         on_rank_zero(comm, lambda: shutil.rmtree(folder, ignore_errors=True))
     return Prediction(
         setup,
-        max(0.0, first.steps * (first.per_step - done.per_step)),
+        min(max(0.0, first.steps * (first.per_step - done.per_step)), LOADED),
         plan.steps,
         done.per_step,
         done.back_substitution,
@@ -129,13 +136,19 @@ def _fields(case: Case, dt: float, steps: int) -> int:
 
 @dataclass(frozen=True)
 class _Trial:
-    """What some steps cost: their number, s per step, of that the back-substitution, s per field, and in words."""
+    """What some steps cost.
+
+    Their number, wall time, s per step, of that the back-substitution, s per field, all that in words, and whether they
+    ended before all that were asked for.
+    """
 
     steps: int
+    spent: float
     per_step: float
     back_substitution: float
     per_field: float
     words: str
+    early: bool
 
 
 @dataclass(frozen=True)
@@ -150,22 +163,25 @@ class _Trials:
 
     def march(self, steps: int) -> _Trial:
         course = Course(self.model, self.folder, self.comm, self.seat.state)
-        words = f"measured now: {steps} steps from the seat with the loads at their full amplitude"
+        words, early = f"measured now: {steps} steps from the seat with the loads at their full amplitude", False
         try:
             plan = replace(self.plan, steps=steps)
             course.follow(plan, None, None)
         except Interrupted:
             raise
         except RunError as error:
-            words = f"measured now, until the trial under the sudden loads ended early: {error}"
+            words, early = f"measured now, until the trial under the sudden loads ended early: {error}", True
         finally:
-            clock = time.perf_counter()
-            course.fields.write(self.seat.state, self.model)
-            per_field = time.perf_counter() - clock
+            per_field = median(self._field(course) for _ in range(FIELDS))
             course.close()
         tally = course.accounts.tally
         parts = max(tally.steps, 1)
-        whole = steps if words.startswith("measured now:") else parts
+        whole = parts if early else steps
         output = _fields(self.model.case, self.plan.dt, whole) * per_field
         per_step = max(tally.march - output, tally.advance, 1.0e-9) / whole
-        return _Trial(whole, per_step, tally.back_substitution / parts, per_field, words)
+        return _Trial(whole, tally.march, per_step, tally.back_substitution / parts, per_field, words, early)
+
+    def _field(self, course: Course) -> float:
+        clock = time.perf_counter()
+        course.fields.write(self.seat.state, self.model)
+        return time.perf_counter() - clock

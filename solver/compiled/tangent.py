@@ -152,7 +152,7 @@ def _linearize(modal: Modal, scheme: Scheme, law: LawTable, old: Array, new: Arr
 def _solve_forces(modal: Modal, dt: float, usual: float, tangent: Tangent) -> int:
     """Solve for the forces of the points that take part; return their number."""
     forces, points, factor = tangent.forces, tangent.points, tangent.factor
-    solved = factor.filled[0]
+    solved: int = factor.filled[0]
     count = solved
     for i in range(len(tangent.before)):
         if tangent.before[i] != 0.0 and tangent.compliance[i] == 0.0:

@@ -224,7 +224,7 @@ def _newton_change(
     change = np.asarray(weights * stage.pressure - held)
     if len(active) == 0:
         return change
-    compliance = 1.0 / (weights[active] * stage.slope[active])
+    compliance: Array = np.asarray(1.0 / (weights[active] * stage.slope[active]), dtype=float)
     missing = compliance * change[active]
     change[active] = 0.0
     target = held_depth[active] - depth[active] + missing

@@ -30,6 +30,12 @@ XDMF_CELLS = {
 # DOLFINx counts the corners of quadrilaterals and hexahedra row by row, XDMF around.
 AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
+HEAD = (
+    '<?xml version="1.0" encoding="utf-8"?>\n'
+    '<Xdmf Version="3.0"><Domain><Grid Name="gapbeam" GridType="Collection" CollectionType="Temporal">'
+)
+TAIL = "</Grid></Domain></Xdmf>\n"
+
 
 class FieldWriter:
     """Writes fields at their own cadence; rank 0 holds the files.
@@ -53,7 +59,7 @@ class FieldWriter:
         )
         cells = self._gather(corners[:, AROUND.get(cell, list(range(corners.shape[1])))])
         points = self._gather(self._space.tabulate_dof_coordinates()[: index_map.size_local])
-        self._times: list[float] = []
+        self._grids: list[str] = []  # XML of each field written
         self._shapes = {"points": points.shape, "cells": cells.shape}
         self._topology = XDMF_CELLS[cell]
         if self._comm.rank == 0:
@@ -73,9 +79,9 @@ class FieldWriter:
         values["contact_pressure"] = np.zeros(self._shapes["points"][0])
         values["contact_pressure"][self._contact_nodes] = forces / self._hat_areas
         for name, value in values.items():
-            self._file[f"{name}/{len(self._times)}"] = value
+            self._file[f"{name}/{len(self._grids)}"] = value
         self._file.flush()
-        self._times.append(state.time)
+        self._grids.append(self._grid(len(self._grids), state.time))
         self._write_xml()
 
     def close(self) -> None:
@@ -121,35 +127,30 @@ class FieldWriter:
         parts = self._comm.gather(np.ascontiguousarray(local))
         return np.concatenate(parts) if parts is not None else local
 
+    def _grid(self, number: int, time: float) -> str:
+        """Return the XML of one field."""
+        grid = ET.Element("Grid", Name=f"step {number}", GridType="Uniform")
+        ET.SubElement(grid, "Time", Value=repr(float(time)))
+        cells, points = self._shapes["cells"], self._shapes["points"]
+        topology = ET.SubElement(grid, "Topology", TopologyType=self._topology, NumberOfElements=str(cells[0]))
+        _item(topology, "cells", cells, "Int")
+        _item(ET.SubElement(grid, "Geometry", GeometryType="XYZ"), "points", points, "Float")
+        for name in FIELDS:
+            scalar = name == "contact_pressure"
+            attribute = ET.SubElement(
+                grid,
+                "Attribute",
+                Name=name,
+                AttributeType="Scalar" if scalar else "Vector",
+                Center="Node",
+            )
+            _item(attribute, f"{name}/{number}", (points[0],) if scalar else points, "Float")
+        return ET.tostring(grid, encoding="unicode")
+
     def _write_xml(self) -> None:
-        root = ET.Element("Xdmf", Version="3.0")
-        series = ET.SubElement(
-            ET.SubElement(root, "Domain"),
-            "Grid",
-            Name="gapbeam",
-            GridType="Collection",
-            CollectionType="Temporal",
-        )
-        for number, time in enumerate(self._times):
-            grid = ET.SubElement(series, "Grid", Name=f"step {number}", GridType="Uniform")
-            ET.SubElement(grid, "Time", Value=repr(float(time)))
-            cells, points = self._shapes["cells"], self._shapes["points"]
-            topology = ET.SubElement(grid, "Topology", TopologyType=self._topology, NumberOfElements=str(cells[0]))
-            _item(topology, "cells", cells, "Int")
-            _item(ET.SubElement(grid, "Geometry", GeometryType="XYZ"), "points", points, "Float")
-            for name in FIELDS:
-                scalar = name == "contact_pressure"
-                attribute = ET.SubElement(
-                    grid,
-                    "Attribute",
-                    Name=name,
-                    AttributeType="Scalar" if scalar else "Vector",
-                    Center="Node",
-                )
-                _item(attribute, f"{name}/{number}", (points[0],) if scalar else points, "Float")
         target = self._folder / FIELDS_FILE
         beside = target.with_suffix(".part")
-        ET.ElementTree(root).write(beside, encoding="utf-8", xml_declaration=True)
+        beside.write_text(HEAD + "".join(self._grids) + TAIL, encoding="utf-8")
         Path.replace(beside, target)
 
 

@@ -76,8 +76,8 @@ class ModalMap:
 
     def with_tangent(self, x: Array) -> tuple[Array, Array]:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
-        places, speeds, _ = self._course(x)
-        return np.concatenate([places[-1], speeds[-1]]), self.tangent_along(places)
+        end, tangent = self._loop.tangent(self.state(x))
+        return self.coordinates(end), tangent
 
     def tangent_along(self, places: Array) -> Array:
         """Return the derivative of the state by that a period before, (2n, 2n), along q at the ends of all steps."""
@@ -86,21 +86,9 @@ class ModalMap:
 
     def history(self, x: Array) -> tuple[Array, Array]:
         """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""
-        places, _, forces = self._course(x)
-        return self.modal.dofs(places), forces
-
-    def _course(self, x: Array) -> tuple[Array, Array, Array]:
-        """Return q and v at the start and the ends of all steps, and the forces of the faces, (steps, faces), N."""
-        n = len(self.modal.squares)
         records = [block.records for block in self._loop.blocks(self.state(x))]
-        places, speeds = (
-            np.concatenate([start, *parts])
-            for start, parts in (
-                (x[None, :n], [part.q for part in records]),
-                (x[None, n:], [part.v for part in records]),
-            )
-        )
-        return places, speeds, np.concatenate([part.force for part in records])
+        places = np.concatenate([x[None, : len(self.modal.squares)], *(part.q for part in records)])
+        return self.modal.dofs(places), np.concatenate([part.force for part in records])
 
     @cached_property
     def _loop(self) -> CompiledLoop:

@@ -23,9 +23,7 @@ START = np.array([0.6, -1.4])
 
 def shooting() -> None:
     """Print errors of the orbit over the number of steps, and of Richardson's limit of two of them."""
-    print(
-        "| steps N | error of the state | of harmonics 1-5 | of the multiplier | limit | iterations | time |"
-    )
+    print("| steps N | error of the state | of harmonics 1-5 | of the multiplier | limit | iterations | time |")
     print("|---|---|---|---|---|---|---|")
     before = None
     shoot(oscillator_map(50), START)  # compile
@@ -47,9 +45,7 @@ def shooting() -> None:
 
 def balance() -> None:
     """Print errors of the orbit over the number of harmonics, from a cold start."""
-    print(
-        "| harmonics H | error of harmonics 1-5 | force beyond H | residual | iterations | time |"
-    )
+    print("| harmonics H | error of harmonics 1-5 | force beyond H | residual | iterations | time |")
     print("|---|---|---|---|---|---|")
     for harmonics in (5, 10, 20, 40, 80, 160, 320):
         period_map = oscillator_map(50)

@@ -141,8 +141,8 @@ QUICK = ("time.end=0.1", "time.step=5e-4", "load.shaker.frequency=50", "load.sha
 
 
 def in_this_process(
-    task: Callable[[Job], Measured], works: Sequence[Job], _jobs: int | None = None
-) -> Iterator[tuple[int, Measured]]:
+    task: Callable[[list[Job]], list[Measured]], works: Sequence[list[Job]], _jobs: int | None = None
+) -> Iterator[tuple[int, list[Measured]]]:
     """Do what `side_by_side` does without processes of their own, which cost seconds of imports each."""
     yield from enumerate(map(task, works))
 

@@ -2,15 +2,21 @@
 
 from __future__ import annotations
 
+import os
+import subprocess
+import sys
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 from solver.accounts import Accounts
 from solver.analyses.transient import EffectiveOperators, March, begun, march
-from solver.compiled.loop import CompiledLoop
+from solver.compiled.loop import Block, CompiledLoop
 from solver.contact.dampers import HuntCrossleyDamper, SmoothStepDamper
 from solver.contact.law import ContactLaw, kelvin_voigt
 from solver.contact.springs import Spring
+from solver.errors import NotConverged
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from tests.dense_beams import dense_beam, thrown_start
@@ -90,3 +96,57 @@ def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -
     assert found.episodes.figures() == pytest.approx(expected.episodes.figures(), rel=relative)
     assert found.tally.steps == expected.tally.steps
     assert found.tally.iterations == pytest.approx(expected.tally.iterations, rel=0.02, abs=3)
+
+
+@pytest.mark.parametrize(("scheme", "most"), [("discrete-gradient", 4), ("generalized-alpha 0.5", 3)])
+def test_steps_that_do_not_converge_are_halved_as_in_the_march(scheme: str, most: int) -> None:
+    """Few iterations are not enough for some steps: these are softened or halved, and the others go on compiled."""
+    system, law = dense_beam(seed=5), LAWS["hertz"]
+    plan = March(
+        system, law, SCHEMES[scheme], EffectiveOperators(system, SCHEMES[scheme]), 4.0e-3, 60, 12, max_iterations=most
+    )
+    start = thrown_start(system)
+    expected = Accounts.opened(system, law, begun(plan, start), plan.dt)
+    for step in march(plan, start):
+        expected.take(step)
+    assert expected.tally.failures > 0
+    assert expected.tally.halved < expected.tally.steps - 3
+    passage = CompiledLoop(plan).follow(start, plan.steps)
+    assert close(passage.end.u[0], step.new.u[0], 1.0e-8)
+    assert passage.accounts.tally.failures == expected.tally.failures
+    assert passage.accounts.tally.halved == expected.tally.halved
+    assert_same_accounts(passage.accounts, expected, 1.0e-8)
+
+
+def test_what_fails_altogether_is_told_after_what_came_before() -> None:
+    system, law = dense_beam(seed=5), LAWS["hertz"]
+    plan = March(system, law, SCHEMES["newmark"], EffectiveOperators(system, SCHEMES["newmark"]), 4.0e-3, 60, 0, 1)
+    blocks: list[Block] = []
+
+    def keep() -> None:
+        for block in CompiledLoop(plan).blocks(thrown_start(system)):
+            blocks.append(block)
+
+    with pytest.raises(NotConverged, match=r"at t = .* s with a step of 0\.004 s .*time\.step") as caught:
+        keep()
+    assert f"at t = {blocks[-1].end_time:.6g} s" in str(caught.value)
+    assert sum(block.steps for block in blocks) == len(np.concatenate([block.times for block in blocks]))
+
+
+def test_without_a_folder_for_machine_code_functions_are_compiled_anew(tmp_path: Path) -> None:
+    """The cache at a place that is a file, as good as one that may not be written."""
+    taken = tmp_path / "file"
+    taken.write_text("not a folder")
+    program = (
+        "from solver.compiled.jit import cache_folder\n"
+        "from solver.compiled.loops import fill\n"
+        "import numpy as np\n"
+        "x = np.zeros(3)\n"
+        "fill(x, 2.0)\n"
+        "print(cache_folder(), x.sum())\n"
+    )
+    surroundings = {**os.environ, "NUMBA_CACHE_DIR": str(taken)}
+    done = subprocess.run(
+        [sys.executable, "-c", program], env=surroundings, capture_output=True, text=True, check=False
+    )
+    assert done.stdout.split() == ["None", "6.0"], done.stderr

@@ -395,7 +395,8 @@ def test_check_tells_what_a_run_will_be(tmp_path: Path) -> None:
     assert "6000" in rows["steps"]
     assert "ms" in rows["back-substitution"]
     assert " s " in rows["march"]
-    assert "estimated" in rows["march"]
+    assert "predicted" in rows["march"]
+    assert "GB" in rows["memory"]
     assert list(tmp_path.iterdir()) == []
 
 

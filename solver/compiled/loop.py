@@ -15,7 +15,7 @@ from solver.analyses.transient import March, begun, whole_step
 from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
 from solver.compiled.exchange import books_of, enter_books, limits_of
 from solver.compiled.jit import is_kept
-from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record
+from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record_now
 from solver.compiled.point_law import ENDPOINT, IMPLICIT, LawTable, law_table
 from solver.compiled.reasons import why_not_compiled
 from solver.compiled.tables import Motion, Records
@@ -170,7 +170,7 @@ class CompiledLoop:
                     done += 1
                     motion, law = arrays_of_state(self.modal, state), self._law(state)
                     if done % every == 0 or done == count:
-                        record(self._table, motion, books_of(accounts), records, recorded, done)
+                        record_now(self._table, motion, books_of(accounts), records, recorded, done)
                         accounts.peaks.iterations, recorded = 0, recorded + 1
             elif status != DONE:
                 try:

@@ -174,6 +174,7 @@ def table(name: str, force: str, answers: dict[str, Answer]) -> Table:
         rows.append((rung, one.mesh_dofs, one.dofs, one.found.word, *told, one.set_up, 1e6 * one.per_step))
     amplitude = force.partition("=")[2]
     figures = {what: quantity.mean for what, quantity in reference.found.quantities.items()}
+    told_figures = ", ".join(f"{what} {value:.4g}" for what, value in figures.items())
     return Table(
         name,
         f"Fidelity: {amplitude} N at 20 Hz, clearance 0.107 mm, errors against {REFERENCE}",
@@ -193,7 +194,7 @@ def table(name: str, force: str, answers: dict[str, Answer]) -> Table:
         ),
         tuple(rows),
         (
-            f"reference: stress {reference.stress:.4g} Pa, pressure {reference.pressure:.4g} Pa, {', '.join(f'{k} {v:.4g}' for k, v in figures.items())}",
+            f"reference: stress {reference.stress:.4g} Pa, pressure {reference.pressure:.4g} Pa, {told_figures}",
             machine_words(),
         ),
         {**figures, "stress": reference.stress},

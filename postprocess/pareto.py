@@ -70,6 +70,6 @@ def draw_pareto(places: Sequence[Place], uncertainty: float, tolerance: float, p
         panel.set_ylim(low, max(high, 2.0 * tolerance))
         panel.set_xlabel("wall time of the case (s)")
         panel.set_ylabel("largest error of a figure, relative")
-        panel.legend(handles=list(used.values()), loc="upper right")
+        figure.legend(handles=list(used.values()), loc="outside upper center", ncols=5)
         figure.savefig(path)
     return path

@@ -238,13 +238,14 @@ def test_the_command_from_end_to_end(tmp_path: Path) -> None:
     base = ["sweep", CASE, *settings(*QUICK), "--jobs", "1"]
     wanted = [*base, "support.clearance=0.05e-3,0.1e-3", "--both", "--starts", "2", "--output", tmp_path / "a"]
     failing = [*base, "time.max_iterations=60,1", "--set", "time.max_halvings=0", "--output", tmp_path / "b"]
-    done, again, changed, options, bad, along, failed = called_in_turn(
+    done, again, changed, options, bad, along, orbit, failed = called_in_turn(
         wanted,
         wanted,
         [*wanted, "--set", "support.length=0.04"],
         [*wanted, "--seed", "3"],
         [*base, "support.clearence=1e-4", "--output", tmp_path / "c"],
         [*base, "beam.thickness=0.01,0.012", "--carry", "--output", tmp_path / "c"],
+        [*base, "support.clearance=1e-4", "--set", 'analysis.type="periodic"', "--output", tmp_path / "c"],
         failing,
     )
     assert done.returncode == again.returncode == 0, done.stderr
@@ -266,6 +267,8 @@ def test_the_command_from_end_to_end(tmp_path: Path) -> None:
     assert "--seed: 0 there, 3 now" in options.stderr
     assert "did you mean `clearance`" in bad.stderr
     assert "beam.thickness changes along beam.thickness" in along.stderr
+    assert orbit.returncode == 2
+    assert 'expected "transient"' in orbit.stderr
     assert failed.returncode == 4
     assert "time.max_iterations = 1: not converged" in failed.stdout
     assert not (tmp_path / "c").exists()

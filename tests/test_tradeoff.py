@@ -11,12 +11,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
+import gapbeam
 from gapbeam.ladder.judgement import Judged, choice, differences, foretold, front, judged, richardson, uncertainty
 from gapbeam.ladder.measure import Job, Measured
 from gapbeam.ladder.report import write_study
 from gapbeam.ladder.rungs import Rung, ladder_of
 from gapbeam.ladder.stored import stored_choice, study_key
 from gapbeam.ladder.study import overrides_as_mapping, run_study
+from gapbeam.tradeoff import folder_of, rung_for
 from postprocess.steady import Quantity
 from solver.case_file.reader import read_case
 from solver.errors import UserError
@@ -141,8 +143,8 @@ QUICK = ("time.end=0.1", "time.step=5e-4", "load.shaker.frequency=50", "load.sha
 
 
 def in_this_process(
-    task: Callable[[Job], Measured], works: Sequence[Job], _jobs: int | None = None
-) -> Iterator[tuple[int, Measured]]:
+    task: Callable[[list[Job]], list[Measured]], works: Sequence[list[Job]], _jobs: int | None = None
+) -> Iterator[tuple[int, list[Measured]]]:
     """Do what `side_by_side` does without processes of their own, which cost seconds of imports each."""
     yield from enumerate(map(task, works))
 
@@ -170,6 +172,13 @@ def test_a_study_of_a_small_case_is_stored_and_found_again(tmp_path: Path, monke
     assert stored_choice(tmp_path, read_case(CASE), 0.10) is None
     with pytest.raises(UserError, match="larger --tolerance"):
         stored_choice(tmp_path, case, 1e-9)
+    monkeypatch.chdir(tmp_path)  # where `run --tolerance` looks for it
+    write_study(folder_of(CASE), study, study_key(case))
+    name, changes = rung_for(CASE, list(QUICK), "10%")
+    assert name == named[0]
+    outcome = gapbeam.run(CASE, changes, output=tmp_path / "run")
+    assert outcome.exit_status == 0
+    assert outcome.summary["model"]["dofs"] == study.chosen.measured.dofs
 
 
 @alone

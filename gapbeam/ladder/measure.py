@@ -5,7 +5,7 @@ from __future__ import annotations
 import contextlib
 import resource
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from math import ceil
 from pathlib import Path
@@ -21,7 +21,8 @@ from postprocess.steady import Quantity, figures_over, steady
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
 from solver.errors import RunError
-from solver.model import Model, build_model
+from solver.model import Model
+from solver.studies.kept_body import KeptBody
 from solver.studies.respond import VERDICTS, Response, respond
 from solver.studies.starts import kicked, seated
 from solver.system import State
@@ -66,7 +67,7 @@ class Measured:
         step: s.
         set_up: Wall time before the march, s.
         per_second: Wall time of a simulated second, s.
-        memory: Largest resident memory, bytes.
+        memory: Largest resident memory of the process up to then, bytes.
         residual: Residual of the energy balance relative to the energy exchanged.
         frequency: Of the forcing, Hz.
         records: Of the motion from the seat over the periods followed, as in `solver.studies.respond.Response`.
@@ -109,24 +110,32 @@ class Measured:
         return as_history({name: values[inside] for name, values in self.records.items()}, self.labels)
 
 
-def measure(job: Job) -> Measured:
-    """Measure a rung; one that fails says so."""
-    from mpi4py import MPI
+def measure(jobs: Sequence[Job]) -> list[Measured]:
+    """Measure rungs one after the other; those of one body set it up once, and its time counts for each of them."""
+    kept = KeptBody()
+    return [_measure(job, kept) for job in jobs]
 
+
+def _measure(job: Job, kept: KeptBody) -> Measured:
+    """Measure a rung; one that fails says so."""
     found = Measured()
     try:
+        case = read_case(job.case, job.changes)
+        model = kept.model(case)
         clock = time.perf_counter()
-        model = build_model(read_case(job.case, job.changes), MPI.COMM_SELF)
         seat = seated(model).state
+        found.set_up = kept.seconds + time.perf_counter() - clock
         respond(model, seat, WARM_UP)
-        found.set_up = time.perf_counter() - clock
         found.dofs, found.mesh_dofs, found.step = model.dofs, model.mesh_dofs, model.step
         _follow(job, model, seat, found)
         if job.cycles and found.verdict == "passed":
             _settle(job, model, seat, found)
-    except (CaseError, RunError, SignalError) as error:
-        found.verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")  # type: ignore[arg-type]
-        found.message = str(error)
+    except CaseError as error:
+        found.verdict, found.message = "refused", str(error)
+    except RunError as error:
+        found.verdict, found.message = VERDICTS.get(type(error), "failed"), str(error)
+    except SignalError as error:
+        found.verdict, found.message = "failed", str(error)
     found.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
     return found
 

@@ -8,6 +8,7 @@ from math import prod, sqrt
 from typing import Any
 
 from solver.case import Case, Mesh
+from solver.case_tables.analysis import Periodic
 from solver.case_tables.contact import Penalty
 from solver.case_tables.model import BeamModel
 from solver.errors import UserError
@@ -39,6 +40,11 @@ class Rung:
     size: float = 0.0
     full: bool = False
     dimension: int = 3
+
+    @property
+    def body(self) -> str:
+        """The same for rungs that share a mesh and a model."""
+        return repr([value for key, value in self.changes.items() if key.startswith(("mesh.", "model"))])
 
 
 @dataclass(frozen=True)
@@ -84,6 +90,8 @@ def ladder_of(case: Case, coarser: float = 1.0) -> Ladder:
         raise UserError(
             f"mesh.file = {case.mesh.file} cannot be refined; expected a mesh that gapbeam builds, for a trade-off"
         )
+    if isinstance(case.analysis, Periodic):
+        raise UserError('analysis.type = "periodic": a trade-off marches; expected "transient"')
     if not isinstance(case.contact.formulation, Penalty):
         raise UserError(
             f"contact.formulation = {case.contact.formulation.type}: the trade-off marches reduced models, which take "
@@ -168,7 +176,7 @@ def _mesh(case: Case, refinement: float, in_plane: bool, even: bool) -> dict[str
     changes: dict[str, Any] = {
         "mesh.dimension": 2 if plane else 3,
         "mesh.size": size * refinement,
-        "mesh.support_size": support * refinement,
+        "mesh.support_size": min(support * refinement, case.support.length),
         "mesh.edge_size": None if mesh.edge_size is None else mesh.edge_size * refinement,
         "mesh.cells_through_thickness": _cells(mesh.cells_through_thickness, refinement, even),
         "mesh.cells_across_width": None if plane else _cells(mesh.cells_across_width, refinement, even),

@@ -52,7 +52,8 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> tuple[str, dict
             "larger --tolerance, or a run without it"
         )
     chosen = min(inside, key=lambda rung: rung["seconds_of_the_case"])
-    return chosen["name"], {**study["fixed"], **chosen["changes"]}
+    fixed = {key: value for key, value in study["fixed"].items() if not key.startswith("output.")}
+    return chosen["name"], {**fixed, **chosen["changes"]}
 
 
 def _inside(rung: Mapping[str, Any], tolerance: float) -> bool:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from math import ceil, inf
 from pathlib import Path
@@ -105,13 +105,13 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
         cycles = CYCLES if long else 0
         return Job(case, {**fixed, **ladder.fixed, **rung.changes}, periods, cycles, ramp + TRANSIENT, STARTS)
 
-    def run(rung: Rung, periods: int, long: bool) -> Measured:
-        ((_, result),) = side_by_side(measure, [job(rung, periods, long)], 1)
-        return result
+    def run(rungs: Sequence[Rung], periods: int, long: Callable[[Rung], bool]) -> list[Measured]:
+        ((_, results),) = side_by_side(measure, [[job(rung, periods, long(rung)) for rung in rungs]], 1)
+        return results
 
     # the coarsest of the reference first: what it cost says what the finest will
     coarsest = ladder.meshes[1]
-    first = run(coarsest, most, False)
+    (first,) = run([coarsest], most, lambda _: False)
     _must_pass(coarsest, first)
     ladder = _affordable(read, ladder, first, most, frequency, SHARE * budget)
     finest = ladder.reference
@@ -122,12 +122,13 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     )
     tell(notes[-1])
     found: dict[str, Measured] = {}
-    for rung in ladder.family:
-        found[rung.name] = run(rung, most, rung is finest)
-        _must_pass(rung, found[rung.name])
-        tell(f"{rung.name}: {found[rung.name].dofs} DOFs, set-up {found[rung.name].set_up:.1f} s")
-    together = [found[rung.name] for rung in (finest, ladder.meshes[0], ladder.steps[0], ladder.basis)]
-    periods = max(foretold(together, most), min(ramp + 1, most), 2)
+    for group in together(ladder.family):
+        for rung, result in zip(group, run(group, most, lambda rung: rung is finest), strict=True):
+            _must_pass(rung, result)
+            found[rung.name] = result
+            tell(f"{rung.name}: {result.dofs} DOFs, set-up {result.set_up:.1f} s")
+    family = [found[rung.name] for rung in (finest, ladder.meshes[0], ladder.steps[0], ladder.basis)]
+    periods = max(foretold(family, most), min(ramp + 1, most), 2)
     truth = found[finest.name]
     chaotic = "no cycle" in truth.words
     words = f"motions are compared over the first {periods} forcing periods, as long as they can be foretold"
@@ -139,19 +140,19 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     rungs: list[Judged] = []
     skipped: list[tuple[Rung, float]] = []
     last: dict[int, tuple[Rung, Measured]] = {}  # the last full rung of each dimension
-    for rung in ladder.rungs:
+    for group in together(ladder.rungs):
         left = budget - (time.perf_counter() - started)
-        wanted = _predicted(rung, last, periods / frequency)
+        wanted = _predicted(group[0], last, periods / frequency)
         if wanted > left:
-            skipped.append((rung, wanted))
-            tell(f"{rung.name}: skipped, about {wanted:.0f} s of {max(left, 0.0):.0f} s that are left")
+            skipped += [(rung, wanted) for rung in group]
+            tell(f"{group[0].name}: skipped, about {wanted:.0f} s of {max(left, 0.0):.0f} s that are left")
             continue
-        measured = run(rung, periods, not rung.full)
-        if rung.full and measured.verdict == "passed":
-            last[rung.dimension] = rung, measured
-        one = judged(rung, measured, truth, periods, read.time.end)
-        rungs.append(one)
-        tell(f"{rung.name}: " + _words(one))
+        for rung, measured in zip(group, run(group, periods, lambda rung: not rung.full), strict=True):
+            if rung.full and measured.verdict == "passed":
+                last[rung.dimension] = rung, measured
+            one = judged(rung, measured, truth, periods, read.time.end)
+            rungs.append(one)
+            tell(f"{rung.name}: " + _words(one))
     own, full = (_named(rungs, f"{model} {read.mesh.dimension}D") for model in ("reduced", "full"))
     check = _full_check(own, full, periods)
     return Study(
@@ -159,6 +160,14 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
         uncertainty(ladder, found, periods), periods, chaotic, tolerance, choice(rungs, tolerance), tuple(skipped),
         time.perf_counter() - started, tuple(notes),
     )  # fmt: skip
+
+
+def together(rungs: Sequence[Rung]) -> list[list[Rung]]:
+    """Return rungs in groups that share a mesh and a model, in the order of the first of each."""
+    groups: dict[str, list[Rung]] = {}
+    for rung in rungs:
+        groups.setdefault(rung.body, []).append(rung)
+    return list(groups.values())
 
 
 def _frequency(case: Case) -> float:
@@ -186,8 +195,8 @@ def _family_seconds(first: Measured, ladder: Ladder, coarsest: Rung, periods: in
     """Return the predicted time of the reference family, whose steps are all the shortest but two, s."""
     short, long = periods / frequency, STARTS * (CYCLES + TRANSIENT) / frequency
     total = long * first.per_second
-    for rung in ladder.family:
-        total += _seconds(first, rung.size / coarsest.size, short)
+    for group in together(ladder.family):
+        total += _seconds(first, group[0].size / coarsest.size, len(group) * short)
     return total
 
 

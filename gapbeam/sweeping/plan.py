@@ -14,6 +14,7 @@ from typing import Any, NamedTuple
 from solver.case import Case
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
+from solver.case_tables.analysis import Periodic
 from solver.errors import UserError
 from solver.output.folder import write_beside
 from solver.studies.axes import Axis, overrides_of, points_of
@@ -115,6 +116,7 @@ def read_points(sweep: Sweep) -> dict[tuple[str, ...], Case | CaseError]:
 
     Raises:
         CaseError: Every point has faults; those of the first are told.
+        UserError: What is asked for is no march, or a state cannot be carried along the last key.
     """
     found: dict[tuple[str, ...], Case | CaseError] = {}
     for point in sweep.points():
@@ -125,6 +127,11 @@ def read_points(sweep: Sweep) -> dict[tuple[str, ...], Case | CaseError]:
     faults = [entry for entry in found.values() if isinstance(entry, CaseError)]
     if len(faults) == len(found):
         raise faults[0]
+    if any(isinstance(case, Case) and isinstance(case.analysis, Periodic) for case in found.values()):
+        raise UserError(
+            'analysis.type = "periodic": a sweep marches to its responses; expected "transient", or a '
+            "[analysis.continuation] and gapbeam run, which follow a periodic response along a key"
+        )
     if sweep.carry:
         _check_carry(sweep, found)
     return found

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import time
+
 from mpi4py import MPI
 
 from solver.body import Body
@@ -11,15 +13,22 @@ from solver.variants import body_key
 
 
 class KeptBody:
-    """Sets up models one after the other, each body once."""
+    """Sets up models one after the other, each body once.
+
+    Attributes:
+        seconds: What the body that is kept has cost, s.
+    """
 
     def __init__(self) -> None:
         self._kept: tuple[Case, Body] | None = None
+        self.seconds = 0.0
 
     def model(self, case: Case) -> Model:
         """Return the model of a case on this process alone; errors as in `solver.model.build_model`."""
         key = body_key(case)
         if self._kept is None or self._kept[0] != key:
             self._kept = None  # frees the memory of the old body before the new one takes its own
+            clock = time.perf_counter()
             self._kept = key, build_body(case, MPI.COMM_SELF)
+            self.seconds = time.perf_counter() - clock
         return model_of(case, self._kept[1])

@@ -70,6 +70,7 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
 
 
 def _cost_rows(cost: Prediction) -> list[tuple[str, str, str]]:
+    certainty = "a scaled estimate" if cost.scaled else "predicted within a factor of 2"
     rows = [("set-up", _duration(sum(cost.setup.values())), ", ".join(_part(*part) for part in cost.setup.items()))]
     if cost.back_substitution > 0.0:
         rows.append(("back-substitution", f"{1e3 * cost.back_substitution:.3g} ms", "of one step"))
@@ -78,7 +79,7 @@ def _cost_rows(cost: Prediction) -> list[tuple[str, str, str]]:
         ("step", f"{1e3 * cost.per_step:.3g} ms", "with its records; " + cost.basis),
         ("field", f"{1e3 * cost.per_field:.3g} ms", f"{cost.fields} of them"),
         ("march", _duration(cost.march), "predicted from these"),
-        ("wall time", _duration(cost.total), "predicted within a factor of 2; without pictures"),
+        ("wall time", _duration(cost.total), f"{certainty}; without pictures"),
         ("memory", f"{cost.memory / GIGABYTE:.2f} GB", "peak of all ranks together"),
     ]
 

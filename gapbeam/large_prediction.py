@@ -66,6 +66,7 @@ def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
         memory=idle + scaled(small.memory - idle, large.memory - idle),
         basis=f"scaled from coarser meshes of {sizes[0]} and {sizes[1]} DOFs, which were tried out: "
         f"more than {LARGEST} DOFs are too many for that",
+        scaled=True,
     )
 
 

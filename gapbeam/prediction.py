@@ -51,6 +51,7 @@ class Prediction:
         per_field: Time to write one, s.
         memory: Peak of resident memory over all ranks together, bytes.
         basis: What the figures stand on, in words.
+        scaled: Whether they are those of coarser meshes, scaled.
     """
 
     setup: dict[str, float]
@@ -62,6 +63,7 @@ class Prediction:
     per_field: float
     memory: float
     basis: str
+    scaled: bool = False
 
     @property
     def march(self) -> float:

@@ -10,6 +10,7 @@ import click
 import typer
 from rich.console import Console
 
+WIDTH = 120  # columns of the tables where there is no terminal to fit them to
 ResultsFolder = Annotated[Path, typer.Argument(help="results folder of a run")]
 
 
@@ -55,6 +56,8 @@ def compare(
     data.write_text(json.dumps(as_data(found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
     draw_comparison(found, picture)
     console = Console(soft_wrap=True, highlight=False)
+    if not console.is_terminal:
+        console.width = max(console.width, WIDTH)
     for table in as_tables(found):
         console.print(table)
     for note in found.notes:

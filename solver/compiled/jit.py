@@ -39,17 +39,28 @@ def cache_folder() -> Path | None:
 
 
 _FOLDER = cache_folder()
+_OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy"}
+
+
+def is_kept(function: Callable[..., Any]) -> bool:
+    """Return whether machine code of an entry is kept, in any of its variants."""
+    name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}-*.nbc"
+    return _FOLDER is not None and next(_FOLDER.rglob(name), None) is not None
 
 
 def compiled(function: Function) -> Function:
-    """Compile a function of numbers and arrays when it is first called; keep the machine code for later processes."""
-    options: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy"}
+    """Compile a function of numbers and arrays that entries call, as part of these."""
+    made: Function = numba.njit(**_OPTIONS)(function)
+    return made
+
+
+def entry(function: Function) -> Function:
+    """Compile a function that Python calls when it is first called; keep the machine code for later processes."""
     if _FOLDER is None:
-        made: Function = numba.njit(**options)(function)
-        return made
+        return compiled(function)
     before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER)
     try:
-        made = numba.njit(cache=True, **options)(function)
+        made: Function = numba.njit(cache=True, **_OPTIONS)(function)
     finally:
         config.CACHE_DIR = before
     return made

@@ -12,7 +12,7 @@ import numpy as np
 
 from solver.compiled import books as accounts
 from solver.compiled.books import Books, Limits
-from solver.compiled.jit import compiled
+from solver.compiled.jit import compiled, entry
 from solver.compiled.loops import copy_into, fill, inner_product
 from solver.compiled.point_law import ENDPOINT, LawTable, spring_potential, spring_pressure, touch_factor
 from solver.compiled.schemes import accept, alpha_step, force_at, form_gaps_anew, midpoint_step
@@ -23,7 +23,7 @@ DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
 FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
 
 
-@compiled
+@entry
 def march_steps(
     modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, books: Books, limits: Limits,
     records: Records, factors: Array, first: int, every: int, last: int, most: int,
@@ -173,3 +173,9 @@ def record(modal: Modal, motion: Motion, books: Books, records: Records, row: in
     records.residual[row] = accounts.residual(books)
     records.iterations[row] = books.solves[0]
     books.solves[0] = 0
+
+
+@entry
+def record_now(modal: Modal, motion: Motion, books: Books, records: Records, row: int, number: int) -> None:
+    """Record the state after a step that was taken apart."""
+    record(modal, motion, books, records, row, number)

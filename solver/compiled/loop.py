@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,7 +14,8 @@ from solver.accounts import Accounts
 from solver.analyses.transient import March, begun, whole_step
 from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
 from solver.compiled.exchange import books_of, enter_books, limits_of
-from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record
+from solver.compiled.jit import is_kept
+from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record_now
 from solver.compiled.point_law import ENDPOINT, IMPLICIT, LawTable, law_table
 from solver.compiled.reasons import why_not_compiled
 from solver.compiled.tables import Motion, Records
@@ -23,6 +25,7 @@ from solver.modal import modal_system
 from solver.operators import Array
 from solver.system import VALUE, State
 
+LOG = logging.getLogger("gapbeam")
 CADENCE = 0.2  # s of wall time between blocks
 FIRST_STEPS = 64  # of the first block, before it is known what a step costs
 MOST_RECORDS = 2048  # of a block
@@ -140,6 +143,8 @@ class CompiledLoop:
             accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
         motion, law = arrays_of_state(self.modal, state), self._law(state)
         origin, done, size = round(start.time / plan.dt), 0, FIRST_STEPS
+        if not is_kept(march_steps):
+            LOG.info("the time loop is compiled, which takes about 20 s, once")
         while done < count:
             wanted = min(size, count - done, MOST_RECORDS * every)
             if stops is not None:
@@ -165,7 +170,7 @@ class CompiledLoop:
                     done += 1
                     motion, law = arrays_of_state(self.modal, state), self._law(state)
                     if done % every == 0 or done == count:
-                        record(self._table, motion, books_of(accounts), records, recorded, done)
+                        record_now(self._table, motion, books_of(accounts), records, recorded, done)
                         accounts.peaks.iterations, recorded = 0, recorded + 1
             elif status != DONE:
                 try:

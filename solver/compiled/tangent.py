@@ -8,7 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from solver.compiled.jit import compiled
+from solver.compiled.jit import entry
 from solver.contact.law import ContactLaw
 from solver.contact.step_slopes import step_slopes
 from solver.modal import ModalSystem
@@ -30,7 +30,7 @@ def monodromy(modal: ModalSystem, law: ContactLaw, implicit: bool, dt: float, de
     return linearized_steps(modal.squares, modal.damping, np.ascontiguousarray(modal.gaps), before, after, dt)
 
 
-@compiled
+@entry
 def linearized_steps(squares: Array, damping: Array, gaps: Array, before: Array, after: Array, dt: float) -> Array:
     """Return the product of the derivatives of all steps, (2n, 2n).
 

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import importlib.util
 import json
+import re
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 from mpi4py import MPI
 
-from benchmarks import contact_points, iterative, size, textbook
+from benchmarks import contact_points, getfem_peer, iterative, rungs, size, textbook
 from benchmarks.apart import exponent
 from benchmarks.table import Table, seconds
 from benchmarks.textbook_newton import TextbookBeam
@@ -23,6 +26,7 @@ from tests.models import SOLID, beam_case, thrown
 
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="the textbook knows one rank")
 
+DOCS = Path(__file__).parents[1] / "docs"
 SHAKER = {"type": "harmonic_force", "name": "shaker", "point": 0.15, "amplitude": 500.0, "frequency": 100.0}
 DAMPING = {"frequencies": [40.0, 300.0], "ratios": [0.01, 0.01]}
 
@@ -113,6 +117,48 @@ def test_iterative_solves_are_measured() -> None:
     found = iterative.table((1, 2))
     assert "an estimate, not a run" in found.markdown()
     assert found.figures["largest_solve"] > 0.0
+
+
+@alone
+def test_rungs_are_compared_with_the_full_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A coarse slice in a basis with all contact DOFs: within 1e-5 in displacement; the table tells every figure."""
+    monkeypatch.setattr(rungs, "TEXTBOOK_STEPS", 1)
+    coarse = ("mesh.size=0.03", "mesh.support_size=0.0125", "mesh.cells_through_thickness=2")
+    basis = (*coarse, *rungs.REDUCED, "model.contact=all", "model.points_across=all", "model.modes=30")
+    found = rungs.table({"full": (rungs.SLICE, coarse), "basis": (rungs.SLICE, basis)}, "time.end=0.3")
+    assert [row[0] for row in found.rows] == ["full", "basis"]
+    assert 0.0 < found.figures["basis: at the same times"] <= 1e-5
+    assert None not in found.rows[1]
+    assert found.rows[1][1] < found.rows[0][1]
+
+
+def test_getfem_is_optional(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without it the table has no rows and says how to get it."""
+    monkeypatch.setattr(getfem_peer.importlib.util, "find_spec", lambda _: None)
+    found = getfem_peer.table()
+    assert found.rows == ()
+    assert "no python3-getfem here" in found.markdown()
+
+
+@alone
+@pytest.mark.skipif(importlib.util.find_spec("getfem") is None, reason="python3-getfem is optional")
+def test_getfem_agrees() -> None:
+    """The slice of cases/demo.toml: the same seat and the same steps."""
+    (row,) = getfem_peer.table(("demo.toml",), 40).rows
+    assert max(row[2:5]) <= 1e-5
+
+
+def test_tables_are_put_into_the_page(tmp_path: Path) -> None:
+    """Between their marks, without their headings; marks without a table stay as they are."""
+    sys.path.insert(0, str(DOCS))
+    from speed_tables import filled
+
+    (tmp_path / "one.md").write_text("## Heading\n\n| a |\n")
+    page = "text\n<!-- one -->\nold\n<!-- /one -->\n<!-- two -->\nkept\n<!-- /two -->\n"
+    expected = "text\n<!-- one -->\n| a |\n<!-- /one -->\n<!-- two -->\nkept\n<!-- /two -->\n"
+    assert filled(page, tmp_path) == expected
+    marks = set(re.findall(r"<!-- (\w+) -->", (DOCS / "speed.md").read_text()))
+    assert {"textbook", "rungs", "getfem", "size", "contact_points", "iterative", "predictions"} <= marks
 
 
 def test_exponents_and_durations() -> None:

@@ -109,7 +109,7 @@ def test_results_of_one_period(shot: Outcome) -> None:
 
 
 def test_unstable_response_is_found_and_told(tmp_path: Path) -> None:
-    """With stiffer, less damped pads the response of one period has a multiplier below -1: a march of the same case has left it."""
+    """With stiffer, less damped pads the response of one period has a multiplier below -1, and the run says so."""
     outcome = run(tmp_path, "contact.stiffness=1e11", "contact.damping=1e6")
     found = outcome.summary["periodic"]
     assert outcome.exit_status == 0

@@ -41,6 +41,12 @@ def cache_folder() -> Path | None:
 _FOLDER = cache_folder()
 
 
+def is_kept(function: Callable[..., Any]) -> bool:
+    """Return whether machine code of a function is kept, in any of its variants."""
+    name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}-*.nbc"
+    return _FOLDER is not None and next(_FOLDER.rglob(name), None) is not None
+
+
 def compiled(function: Function) -> Function:
     """Compile a function of numbers and arrays when it is first called; keep the machine code for later processes."""
     options: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy"}

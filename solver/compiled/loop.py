@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -13,16 +14,18 @@ from solver.accounts import Accounts
 from solver.analyses.transient import March, begun, whole_step
 from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
 from solver.compiled.exchange import books_of, enter_books, limits_of
+from solver.compiled.jit import is_kept
 from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record
-from solver.compiled.point_law import ENDPOINT, LawTable, law_table
+from solver.compiled.point_law import ENDPOINT, IMPLICIT, LawTable, law_table
 from solver.compiled.reasons import why_not_compiled
 from solver.compiled.tables import Motion, Records
-from solver.compiled.tangent import march_with_tangent, move_tangent, unit_tangent
+from solver.compiled.tangent import monodromy
 from solver.errors import NotConverged, RunError
 from solver.modal import modal_system
 from solver.operators import Array
-from solver.system import State
+from solver.system import VALUE, State
 
+LOG = logging.getLogger("gapbeam")
 CADENCE = 0.2  # s of wall time between blocks
 FIRST_STEPS = 64  # of the first block, before it is known what a step costs
 MOST_RECORDS = 2048  # of a block
@@ -140,6 +143,8 @@ class CompiledLoop:
             accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
         motion, law = arrays_of_state(self.modal, state), self._law(state)
         origin, done, size = round(start.time / plan.dt), 0, FIRST_STEPS
+        if not is_kept(march_steps):
+            LOG.info("the time loop is compiled, which takes about 20 s, once")
         while done < count:
             wanted = min(size, count - done, MOST_RECORDS * every)
             if stops is not None:
@@ -224,27 +229,17 @@ class CompiledLoop:
         plan, count = self.plan, self.plan.steps if steps is None else steps
         if self._scheme.form == ENDPOINT or plan.law.touch_product is not None:
             raise ValueError("the state is not (q, v) alone: take a midpoint rule, and a law with a given damping")
-        motion, table = arrays_of_state(self.modal, begun(plan, start)), self._table
-        law, origin, done = self._law(start), round(start.time / plan.dt), 0
-        tangent = unit_tangent(len(table.squares), len(table.weights))
-        factors = self._factors(origin, count)
-        while done < count:
-            status, taken = march_with_tangent(
-                table, self._scheme, law, motion, self._room, tangent, factors[done:], done, plan.max_iterations
+        accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
+        blocks = list(self.blocks(start, accounts=accounts, steps=count))
+        if accounts.tally.halved:
+            raise NotConverged(
+                f"{accounts.tally.failures} steps of {plan.dt:.3g} s up to t = {accounts.time:.6g} s converged only in "
+                "parts, along which no derivative is taken; take more steps or a softer contact"
             )
-            done += taken
-            if status == FAILED:
-                old = state_of(plan, self.modal, motion, (origin + done) * plan.dt)
-                step = next(whole_step(plan, old, plan.dt))
-                moved = move_tangent(table, self._scheme, law, old.depth, step.new.depth, tangent)
-                if not (moved and step.completes):
-                    raise NotConverged(
-                        f"at t = {old.time:.6g} s a step of {plan.dt:.3g} s converged only in parts, or has no "
-                        "derivative; take more steps or a softer contact"
-                    )
-                motion, done = arrays_of_state(self.modal, step.new), done + 1
-        end = state_of(plan, self.modal, motion, (origin + count) * plan.dt)
-        return end, np.concatenate([tangent.place, tangent.speed])
+        places = np.concatenate([self.modal.coordinates(start.u[VALUE])[None], *(block.records.q for block in blocks)])
+        depths = -(plan.system.contact.initial_gap + places @ self.modal.gaps.T)
+        implicit = self._scheme.form == IMPLICIT
+        return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
 
     def _law(self, state: State) -> LawTable:
         plan = self.plan

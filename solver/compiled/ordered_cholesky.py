@@ -12,7 +12,6 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.compiled.jit import compiled
-from solver.compiled.loops import add_rows
 from solver.operators import Array, Indices
 
 
@@ -130,24 +129,3 @@ def solve_with(factor: OrderedFactor, x: Array) -> None:
         x[row] = value
         for k in range(row):
             x[k] -= value * mine[k]
-
-
-@compiled
-def solve_columns_with(factor: OrderedFactor, x: Array, column: Array) -> None:
-    """Replace many right sides by their solutions in place, (rows of the factor, sides); `column` is room."""
-    rows, count = factor.rows, factor.filled[0]
-    for row in range(count):
-        add_rows(x, rows[row, :row], -1.0, x[row])
-        _divide(x[row], rows[row, row])
-    for row in range(count - 1, -1, -1):
-        below = count - row - 1
-        for k in range(below):
-            column[k] = rows[row + 1 + k, row]
-        add_rows(x[row + 1 : count], column[:below], -1.0, x[row])
-        _divide(x[row], rows[row, row])
-
-
-@compiled
-def _divide(x: Array, divisor: float) -> None:
-    for j in range(len(x)):
-        x[j] /= divisor

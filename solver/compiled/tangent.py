@@ -1,175 +1,76 @@
-"""How a disturbance of the state at the start grows over midpoint steps with contact, compiled.
+"""The monodromy matrix of midpoint steps in modal coordinates, by linearizing one step after the other.
 
-    A dvm = (2/dt) dv0 - s dq0 + Phi^T df,    df = -w (P_0 Phi dq0 + P_1 Phi dq1),
-    dq1 = dq0 + dt dvm,    dv1 = 2 dvm - dv0
-
-for all 2n directions at once: (q, v) at a time by (q, v) at the start. P_0 and P_1 are the slopes of the pressure of a
-step in the penetrations at its start and its end; only points where one of them is not zero take part.
+A step takes  A vm = (2/dt) v0 - s q0 + f_ext + Phi^T (w p),  q1 = q0 + dt vm,  v1 = 2 vm - v0,  A = 2/dt + c + dt s/2,
+with p = P(d0, d1) and d = -(g0 + Phi q). Its derivative needs the penetrations only.
 """
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 import numpy as np
 
 from solver.compiled.jit import compiled
-from solver.compiled.kernel import DONE, FAILED, FRESH_GAPS
-from solver.compiled.loops import add_rows, fill
-from solver.compiled.ordered_cholesky import OrderedFactor, empty_factor, solve_columns_with, update_factor
-from solver.compiled.point_law import IMPLICIT, MEAN, LawTable, Point, StepNumbers, damping, stage_pressure
-from solver.compiled.schemes import accept, form_gaps_anew, midpoint_step
-from solver.compiled.tables import Modal, Motion, Room, Scheme
-from solver.operators import Array, Indices
+from solver.contact.law import ContactLaw
+from solver.contact.step_slopes import step_slopes
+from solver.modal import ModalSystem
+from solver.operators import Array
 
 
-class Tangent(NamedTuple):
-    """The derivatives by the state at the start, and room.
+def monodromy(modal: ModalSystem, law: ContactLaw, implicit: bool, dt: float, depths: Array) -> Array:
+    """Return d(q1, v1) / d(q0, v0), (2n, 2n), over steps between given penetrations.
 
-    Attributes:
-        place: dq, (n, 2n).
-        speed: dv, (n, 2n).
-        middle: dvm, (n, 2n).
-        mixed: What the gaps of most points are formed with, (n, 2n).
-        forces: df of the points that take part, (m, 2n); first those of the factor, in its order.
-        points: These points, (m,).
-        before: w P_0, (m,).
-        after: w P_1, (m,).
-        compliance: 1 / (w P_1), 0 where that is 0, (m,).
-        column: Room for a column, (max(m, n),).
-        factor: Factor of dt D + diag(compliance).
+    Args:
+        modal: The system.
+        law: Its contact law.
+        implicit: Whether the scheme takes the law at the end of the step, or its discrete gradient.
+        dt: Step, s.
+        depths: Penetrations at the start of the first step and at the end of each, (steps + 1, m), m.
     """
-
-    place: Array
-    speed: Array
-    middle: Array
-    mixed: Array
-    forces: Array
-    points: Indices
-    before: Array
-    after: Array
-    compliance: Array
-    column: Array
-    factor: OrderedFactor
-
-
-def unit_tangent(n: int, m: int) -> Tangent:
-    """Return the derivatives at the start itself, for n DOFs and m contact points."""
-    return Tangent(
-        place=np.eye(n, 2 * n),
-        speed=np.eye(n, 2 * n, n),
-        middle=np.zeros((n, 2 * n)),
-        mixed=np.zeros((n, 2 * n)),
-        forces=np.zeros((m, 2 * n)),
-        points=np.zeros(m, dtype=np.int64),
-        before=np.zeros(m),
-        after=np.zeros(m),
-        compliance=np.zeros(m),
-        column=np.zeros(max(m, n)),
-        factor=empty_factor(m),
-    )
+    weights = modal.system.contact.weights
+    before, after = (weights * slope for slope in step_slopes(law, implicit, depths[:-1], depths[1:], dt))
+    return linearized_steps(modal.squares, modal.damping, np.ascontiguousarray(modal.gaps), before, after, dt)
 
 
 @compiled
-def march_with_tangent(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, tangent: Tangent, factors: Array,
-    first: int, most: int,
-) -> tuple[int, int]:  # fmt: skip
-    """March as many midpoint steps as there are rows of load factors, with the derivatives; see `march_steps`.
+def linearized_steps(squares: Array, damping: Array, gaps: Array, before: Array, after: Array, dt: float) -> Array:
+    """Return the product of the derivatives of all steps, (2n, 2n).
 
-    Returns:
-        DONE or FAILED (that step is not taken), and the steps taken.
+    Args:
+        squares: s, (n,), 1/s^2.
+        damping: C, (n,), 1/s.
+        gaps: Phi, (m, n).
+        before: Derivatives of the point forces of each step by the penetrations at its start, (steps, m), N/m.
+        after: By those at its end, (steps, m), N/m.
+        dt: Step, s.
     """
-    for step in range(len(factors)):
-        if midpoint_step(modal, scheme, law, motion, room, factors[step], most) < 0:
-            return FAILED, step
-        if not move_tangent(modal, scheme, law, motion.depth, room.solution.depth, tangent):
-            return FAILED, step
-        accept(modal, scheme, motion, room)
-        if (first + step + 1) % FRESH_GAPS == 0:
-            form_gaps_anew(modal, motion)
-    return DONE, len(factors)
-
-
-@compiled
-def move_tangent(modal: Modal, scheme: Scheme, law: LawTable, old: Array, new: Array, tangent: Tangent) -> bool:
-    """Take the derivatives over a step between penetrations; tell whether that worked.
-
-    The forces that take part solve  (1 / (w P_1) + dt D) df = -(P_0 / P_1 + 1) Phi dq0 - dt Phi A^-1 (...), in which
-    P_0 = P_1 for points that stay closed under a linear law, and P_0 = 0 without damping in the implicit scheme.
-    """
-    dt, n = scheme.dt, len(modal.squares)
-    place, speed, middle, mixed = tangent.place, tangent.speed, tangent.middle, tangent.mixed
-    usual = 1.0 if scheme.form == MEAN else 0.0  # P_0 / P_1 of most points
-    for j in range(n):
-        inverse, square = modal.inverse[j], modal.squares[j]
-        for k in range(2 * n):
-            middle[j, k] = inverse * ((2.0 / dt) * speed[j, k] - square * place[j, k])
-            mixed[j, k] = (1.0 + usual) * place[j, k] + dt * middle[j, k]
-    touched = _linearize(modal, scheme, law, old, new, tangent)
-    if touched:
-        if not update_factor(tangent.factor, modal.delassus, dt, tangent.compliance):
-            return False
-        count = _solve_forces(modal, dt, usual, tangent)
-        for j in range(n):
-            for row in range(count):
-                tangent.column[row] = modal.gaps[tangent.points[row], j]
-            add_rows(tangent.forces, tangent.column[:count], modal.inverse[j], middle[j])
-    for j in range(n):
-        for k in range(2 * n):
-            place[j, k] += dt * middle[j, k]
-            speed[j, k] = 2.0 * middle[j, k] - speed[j, k]
-    return True
-
-
-@compiled
-def _linearize(modal: Modal, scheme: Scheme, law: LawTable, old: Array, new: Array, tangent: Tangent) -> bool:
-    """Set the slopes of the step by the penetrations; tell whether any point takes part."""
-    dt, numbers, touched = scheme.dt, law.numbers, False
-    for i in range(len(old)):
-        tangent.before[i], tangent.after[i], tangent.compliance[i] = 0.0, 0.0, 0.0
-        if old[i] <= 0.0 and new[i] <= 0.0:
-            continue
-        stiffness, coefficient, weight = law.stiffness[i], law.coefficient[i], modal.weights[i]
-        point = Point(stiffness, coefficient, old[i], 0.0, 0.0, 0.0)
-        pressure, after, _ = stage_pressure(StepNumbers(scheme.form, dt, 0.0, 0.0), numbers, point, new[i])
-        before = 0.0
-        if scheme.form == IMPLICIT:
-            if pressure > 0.0 or numbers.adhesive:
-                before = -damping(numbers, stiffness, coefficient, old[i])[0] / dt
-        else:  # the discrete gradient of the step reversed in time is the same
-            turned = Point(stiffness, coefficient, new[i], 0.0, 0.0, 0.0)
-            before = stage_pressure(StepNumbers(MEAN, -dt, 0.0, 0.0), numbers, turned, old[i])[1]
-        tangent.before[i], tangent.after[i] = weight * before, weight * after
-        if after > 0.0:
-            tangent.compliance[i] = 1.0 / (weight * after)
-        if before != 0.0 or after > 0.0:
-            touched = True
-    return touched
-
-
-@compiled
-def _solve_forces(modal: Modal, dt: float, usual: float, tangent: Tangent) -> int:
-    """Solve for the forces of the points that take part; return their number."""
-    forces, points, factor = tangent.forces, tangent.points, tangent.factor
-    solved: int = factor.filled[0]
-    count = solved
-    for i in range(len(tangent.before)):
-        if tangent.before[i] != 0.0 and tangent.compliance[i] == 0.0:
-            points[count] = i
-            fill(forces[count], 0.0)
-            add_rows(tangent.place, modal.gaps[i], -tangent.before[i], forces[count])
-            count += 1
-    for row in range(solved):
-        i = factor.order[row]
-        points[row] = i
-        fill(forces[row], 0.0)
-        add_rows(tangent.mixed, modal.gaps[i], -1.0, forces[row])
-        more = tangent.before[i] * tangent.compliance[i] - usual
-        if more != 0.0:
-            add_rows(tangent.place, modal.gaps[i], -more, forces[row])
-        for known in range(solved, count):
-            tangent.column[known - solved] = modal.delassus[i, points[known]]
-        add_rows(forces[solved:count], tangent.column[: count - solved], -dt, forces[row])
-    solve_columns_with(factor, forces, tangent.column)
-    return count
+    steps, n = len(before), len(squares)
+    place, speed, middle = np.eye(n, 2 * n), np.zeros((n, 2 * n)), np.zeros((n, 2 * n))
+    for row in range(n):
+        speed[row, n + row] = 1.0
+    compliance = 1.0 / (2.0 / dt + damping + 0.5 * dt * squares)
+    for step in range(steps):
+        for row in range(n):
+            of_speed, of_place = 2.0 / dt * compliance[row], squares[row] * compliance[row]
+            for column in range(2 * n):
+                middle[row, column] = of_speed * speed[row, column] - of_place * place[row, column]
+        active = np.flatnonzero((before[step] != 0.0) | (after[step] != 0.0))
+        if len(active) > 0:
+            phi = gaps[active]
+            start, moved = phi @ place, phi @ middle
+            matrix = (phi * compliance) @ phi.T
+            for i in range(len(active)):
+                early, late = before[step, active[i]], after[step, active[i]]
+                for j in range(len(active)):
+                    matrix[i, j] *= dt * late
+                matrix[i, i] += 1.0
+                for column in range(2 * n):
+                    moved[i, column] = -(early + late) * start[i, column] - late * dt * moved[i, column]
+            forces = np.linalg.solve(matrix, moved)
+            push = phi.T @ forces
+            for row in range(n):
+                for column in range(2 * n):
+                    middle[row, column] += compliance[row] * push[row, column]
+        for row in range(n):
+            for column in range(2 * n):
+                place[row, column] += dt * middle[row, column]
+                speed[row, column] = 2.0 * middle[row, column] - speed[row, column]
+    return np.concatenate((place, speed))

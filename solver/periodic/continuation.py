@@ -31,6 +31,7 @@ MOST_ITERATIONS = 8
 QUICK = 3  # iterations; then the next step is longer
 GROWTH = 1.5
 FAR = 3.0  # arc lengths; a point further away is on another curve
+BACK = 0.9  # cosine between the way to a point and the tangent there; beyond it, turning around is going back
 SHARP = 0.5  # cosine of the turn between two tangents; sharper ones are at corners
 LOCATED = 1.0e-3  # of a step: how well folds and doublings are located
 
@@ -221,7 +222,9 @@ class _Walk:
         matrix[-1] = tangent
         sign = float(np.linalg.slogdet(matrix)[0])
         if last is not None and sign != last.sign and tangent @ along < SHARP * np.linalg.norm(along):
-            tangent, sign = -tangent, -sign
+            way = np.append(weights * (point.x - last.point.x), (point.value - last.point.value) / self.range)
+            if tangent @ way < BACK * np.linalg.norm(way):  # else it would go back where it came from
+                tangent, sign = -tangent, -sign
         return _Found(replace(point, direction=float(tangent[-1])), weights, tangent, sign)
 
     def _bordered(self, x: Array, value: float, monodromy: Array, weights: Array, row: Array) -> Array:

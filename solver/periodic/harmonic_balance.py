@@ -23,11 +23,11 @@ from functools import cached_property
 import numpy as np
 
 from solver.contact.law import ContactLaw
+from solver.contact.step_slopes import step_slopes
 from solver.errors import NotConverged, UserError
 from solver.modal import ModalSystem
 from solver.operators import Array
 from solver.periodic.fourier import Fourier
-from solver.periodic.step_slopes import step_slopes
 
 MOST_UNKNOWNS = 8000  # 0.5 GB for the Jacobian, and half a minute for its factorization
 NO_TRACE = 1.0e-12  # of the largest singular value

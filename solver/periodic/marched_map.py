@@ -16,10 +16,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.analyses.transient import REFRESH_INTERVAL, March, march
+from solver.contact.step_slopes import step_slopes
 from solver.integrators.effective import image_of_solution
 from solver.integrators.midpoint import Midpoint
 from solver.operators import Array, Indices
-from solver.periodic.step_slopes import step_slopes
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, Step, imaged
 
 Disturbance = Array

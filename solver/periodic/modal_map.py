@@ -9,11 +9,11 @@ import numpy as np
 
 from solver.analyses.transient import EffectiveOperators, March
 from solver.compiled.loop import CompiledLoop
+from solver.compiled.tangent import monodromy
 from solver.contact.law import ContactLaw
 from solver.integrators.midpoint import Midpoint
 from solver.modal import ModalSystem
 from solver.operators import Array
-from solver.periodic.modal_tangent import monodromy
 from solver.system import VALUE, State, imaged
 
 

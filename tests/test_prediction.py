@@ -22,6 +22,7 @@ ATTEMPTS = 3  # other work on the machine can disturb the one or the other
 COARSE_SOLID = ("mesh.cells_through_thickness=2", "mesh.cells_across_width=2", "mesh.support_size=8.4e-3")
 
 
+@pytest.mark.slow  # it times
 @alone
 @pytest.mark.parametrize(
     ("case", "overrides"),
@@ -74,6 +75,7 @@ def slice_of(size: float) -> Case:
     return beam_case({"mesh": mesh, "time": {"end": 0.1, "step": 1.0e-4}})
 
 
+@pytest.mark.slow  # it times
 @alone
 def test_large_models_are_scaled_from_coarser_ones(monkeypatch: pytest.MonkeyPatch) -> None:
     """A slice of 21 000 DOFs from those of about 2000 and 6000: within a factor of 2 of trying it out itself."""

@@ -21,6 +21,7 @@ from solver.case_tables.analysis import Periodic
 from solver.defaults import Default, overhang_frequency, stiffness_unit
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.model import Model, build_model
+from solver.verdict import remarks_on_basis
 
 SOFT_ENOUGH = 1.0 / 3.0
 GIGABYTE = 1.0e9
@@ -170,7 +171,8 @@ def _adaptive_rows(model: Model) -> list[tuple[str, str, str]]:
 
 
 def _warnings(model: Model) -> list[str]:
-    return [*warnings(model.case), *accepted_energy_creators(model), *_restraint_warnings(model)]
+    accepted = accepted_energy_creators(model)
+    return [*warnings(model.case), *accepted, *remarks_on_basis(model), *_restraint_warnings(model)]
 
 
 def _restraint_warnings(model: Model) -> list[str]:

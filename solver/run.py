@@ -20,6 +20,7 @@ from solver.case import BaseMotion, Case, HarmonicForce
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
 from solver.case_tables.analysis import Periodic
+from solver.compiled.reasons import why_not_compiled
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.errors import Interrupted, RunError
 from solver.integrators.schemes import make_integrator
@@ -39,7 +40,16 @@ from solver.periodic.probe_figures import ProbeFigures
 from solver.periodic.searching import search
 from solver.stretches import Wanted, marched, stretches_of
 from solver.system import State, Step
-from solver.verdict import balance_words, contact_words, figures, friction_words, judge, remarks, resolution_remarks
+from solver.verdict import (
+    balance_words,
+    contact_words,
+    figures,
+    friction_words,
+    judge,
+    remarks,
+    remarks_on_basis,
+    resolution_remarks,
+)
 
 LOG = logging.getLogger("gapbeam")
 
@@ -119,7 +129,7 @@ def _opening(model: Model) -> dict[str, Any]:
         "status": "running",
         "exit_status": None,
         "message": "",
-        "warnings": [*warnings(case), *accepted_energy_creators(model)],
+        "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_basis(model)],
         "versions": summaries.versions(),
         "forcing": _forcing(case),
         "model": summaries.describe_model(model),
@@ -155,6 +165,8 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     )
     plan = march_of_model(model, scheme)
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
+    reason = why_not_compiled(plan)
+    summary["loop"] = "compiled" if reason is None else f"step by step: {reason}"
     start, steps, response = seat.state, None, None
     if isinstance(model.case.analysis, Periodic):
         response = search(model, seat.state, model.case.analysis, folder, comm, summary)

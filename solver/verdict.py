@@ -17,7 +17,9 @@ from solver.model import Model
 from solver.output.rows import Recorder
 from solver.output.summary import describe_energy, describe_gates
 from solver.peaks import Peaks
+from solver.reduction.report import basis_remarks
 from solver.tally import Tally
+from solver.time_step import frequency_of_interest
 
 LOG = logging.getLogger("gapbeam")
 NOTABLE_SHARE = 0.01  # of the energy; a restraint that holds more is not weak
@@ -110,6 +112,11 @@ def remarks(model: Model, recorder: Recorder, accounts: Accounts) -> list[str]:
     if gates.failed(ledger) and model.case.gates.accept_energy_growth:
         found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
     return found
+
+
+def remarks_on_basis(model: Model) -> list[str]:
+    """Return what a user has to know of a reduced basis before using it, one sentence each."""
+    return list(basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]))
 
 
 def resolution_remarks(model: Model, tally: Tally) -> list[str]:

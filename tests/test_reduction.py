@@ -19,6 +19,7 @@ from solver.reduction.modes import lowest_modes
 from solver.reduction.reduced_body import reduced_body
 from solver.system import VALUE
 from solver.variants import body_key
+from solver.verdict import remarks_on_basis
 from tests.models import BEAM, COARSE, GRAVITY, SOLID, beam_case, beam_model, bending_frequencies, seat_of
 
 PUSH = {"type": "harmonic_force", "name": "push", "point": 0.15, "amplitude": 400.0, "frequency": 100.0}
@@ -183,3 +184,12 @@ def test_a_body_serves_variants_of_its_case() -> None:
 def test_coarse_meshes_have_smaller_bases_than_asked_for() -> None:
     model = beam_model({"mesh": {**BEAM["mesh"], **COARSE}, "model": {"type": "reduced", "modes": 1000, "shapes": 50}})
     assert model.dofs <= model.mesh_dofs
+
+
+def test_a_basis_that_is_too_small_is_told() -> None:
+    def remarks(**model: object) -> str:
+        return " ".join(remarks_on_basis(beam_model({"model": {"type": "reduced", **model}})))
+
+    assert remarks() == ""
+    assert "the modes of the basis reach to" in remarks(modes=1)
+    assert "static flexibility of the contact faces" in remarks(interface="fixed", modes=3, shapes=3)

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
+
+MODES_ABOVE = 3.0  # times the highest frequency of interest
+NOTABLE_SMOOTH = 1.0e-3  # of the flexibility, for pressures that vary over half a shape
 
 
 @dataclass(frozen=True)
@@ -31,3 +35,24 @@ class BasisReport:
     highest: float
     neglected: float
     neglected_smooth: float
+
+
+def basis_remarks(basis: BasisReport | None, frequency: float) -> Iterator[str]:
+    """Yield what a user has to know of a basis before using it, one sentence each.
+
+    Args:
+        basis: The basis; None: there is none.
+        frequency: Highest frequency of interest, Hz.
+    """
+    if basis is None:
+        return
+    if basis.highest_mode < MODES_ABOVE * frequency:
+        yield (
+            f"the modes of the basis reach to {basis.highest_mode:.4g} Hz, the frequencies of interest to "
+            f"{frequency:.4g} Hz: try more modes in [model], up to {MODES_ABOVE:g} times that"
+        )
+    if basis.neglected_smooth > NOTABLE_SMOOTH:
+        yield (
+            f"the basis neglects {basis.neglected_smooth:.2g} of the static flexibility of the contact faces even "
+            'where the pressure is smooth: try more modes and shapes in [model], or contact = "all"'
+        )

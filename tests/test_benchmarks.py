@@ -120,6 +120,7 @@ def test_iterative_solves_are_measured() -> None:
 
 
 @alone
+@pytest.mark.slow
 def test_rungs_are_compared_with_the_full_model(monkeypatch: pytest.MonkeyPatch) -> None:
     """A coarse slice in a basis with all contact DOFs: within 1e-5 in displacement; the table tells every figure."""
     monkeypatch.setattr(rungs, "TEXTBOOK_STEPS", 1)

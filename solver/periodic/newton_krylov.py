@@ -11,18 +11,17 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.errors import NotConverged
 from solver.operators import Array
 from solver.periodic.floquet import Stability
 from solver.periodic.krylov import leading_multipliers, solve_identity_minus
 from solver.periodic.marched_map import ContactTangent, MarchedMap
+from solver.periodic.shooting import SLACK, no_orbit
 from solver.system import State
 
 FORCING = 0.01  # of the residual: how well Newton's equations are solved
 MOST_PRODUCTS = 60
 MULTIPLIER_ERROR = 1.0e-3
 SHORTEST_UPDATE = 2.0**-5
-SLACK = 1.2
 FLOOR = 1.0e-30
 
 
@@ -105,12 +104,7 @@ def shoot_marched(
         products += counted.count
         kept, length = (state, update), 1.0
         state = period_map.moved(state, update)
-    raise NotConverged(
-        f"shooting found no periodic response in {max_iterations} iterations: the state still changes by "
-        f"{residuals[-1]:.2e} over a period, relative (allowed: {tolerance:.1e}); start nearer, by a longer march, "
-        "try another number of periods, or more steps per period",
-        tuple(residuals),
-    )
+    raise no_orbit(max_iterations, residuals, tolerance)
 
 
 def _mixed(one: Array, other: Array) -> Array:

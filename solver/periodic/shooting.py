@@ -8,6 +8,7 @@ discrete system to the last digits; how well that is one of the continuous syste
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -95,7 +96,12 @@ def shoot(period_map: PeriodMap, start: Array, tolerance: float = 1.0e-9, max_it
             break
         kept, length = (x, update), 1.0
         x = x + update
-    raise NotConverged(
+    raise no_orbit(max_iterations, residuals, tolerance)
+
+
+def no_orbit(max_iterations: int, residuals: Sequence[float], tolerance: float) -> NotConverged:
+    """Return the error of a search that ended without a periodic response."""
+    return NotConverged(
         f"shooting found no periodic response in {max_iterations} iterations: the state still changes by "
         f"{residuals[-1]:.2e} over a period, relative (allowed: {tolerance:.1e}); start nearer, by a longer march, "
         "try another number of periods, or more steps per period",

@@ -45,10 +45,12 @@ def fixed_interface_vectors(
     fixed_stiffness, fixed_mass = stiffness.copy(), mass.copy()
     largest = float(stiffness.getDiagonal().max()[1])
     fixed_stiffness.zeroRowsColumns(rows, diag=largest)
-    fixed_mass.zeroRowsColumns(rows, diag=largest / _out_of_sight(stiffness, mass))
+    # the frequency of the rows of fixed DOFs lies above all others
+    fixed_mass.zeroRowsColumns(rows, diag=float(mass.getDiagonal().min()[1]))
     modes = lowest_modes(fixed_mass, fixed_stiffness, shift, settings.modes, settings.frequency)
     motions = np.identity(interface.size) if shapes is None else _fitted(contact, shapes)
-    interior = PetscFactor.of(_symmetric(fixed_stiffness), "gapbeam_interior_")
+    fixed_stiffness.setOption(PETSc.Mat.Option.SPD, True)
+    interior = PetscFactor.of(fixed_stiffness, "gapbeam_interior_")
     constraints = np.empty((operators.size, motions.shape[1]), order="F")
     for number, motion in enumerate(motions.T):
         moved = np.zeros(operators.size)
@@ -59,16 +61,6 @@ def fixed_interface_vectors(
     rigid = free.shapes[:, free.squares < shift]
     elastic = modes.shapes[:, : settings.modes] if settings.frequency is None else modes.shapes
     return np.concatenate([rigid, elastic, constraints], axis=1)
-
-
-def _out_of_sight(stiffness: PETSc.Mat, mass: PETSc.Mat) -> float:
-    """Return a square of a frequency above all modes of interest, for the rows of fixed DOFs."""
-    return float(stiffness.getDiagonal().max()[1] / mass.getDiagonal().min()[1])
-
-
-def _symmetric(matrix: PETSc.Mat) -> PETSc.Mat:
-    matrix.setOption(PETSc.Mat.Option.SPD, True)
-    return matrix
 
 
 def _fitted(contact: ContactOperator, shapes: Array) -> Array:

@@ -97,9 +97,10 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
         neglected=neglected_share(operators, contact, modes.factor, basis, shift, local),
         neglected_smooth=neglected_share(operators, contact, modes.factor, basis, shift, smooth),
     )
-    probes = {name: _dense_row(probe, basis.kept(moved), operators) for name, probe in body.probes.items()}
+    marched = basis.kept(moved)
+    probes = {name: _dense_row(probe, marched, operators) for name, probe in body.probes.items()}
     return replace(
-        _projected(body, fewer, basis.kept(moved)),
+        _projected(body, fewer, marched),
         patterns=tuple(pattern[moved] for pattern in patterns),
         probes=probes,
         basis=report,
@@ -149,7 +150,7 @@ def _vectors(
 
 def _moved(operators: Operators, contact: ContactOperator, basis: Basis, patterns: list[Array]) -> Kept:
     """Return which columns of a basis loads or contact can move, (r,): those that are symmetric. Collective."""
-    trace = operators.sum(_at_interface(contact.interface, basis.columns))
+    trace = _trace(operators, contact.interface, basis)
     gaps = np.sqrt(contact.weights[:, None]) * (contact.gap_matrix @ trace)
     touched = np.linalg.norm(gaps, axis=0)
     moved: Kept = touched > UNMOVED * touched.max()
@@ -158,10 +159,11 @@ def _moved(operators: Operators, contact: ContactOperator, basis: Basis, pattern
     return moved
 
 
-def _at_interface(interface: Interface, columns: Array) -> Array:
-    values = np.zeros((interface.size, columns.shape[1]))
-    values[interface.slots] = columns[interface.owned]
-    return values
+def _trace(operators: Operators, interface: Interface, basis: Basis) -> Array:
+    """Return the interface values of a basis on every rank, (interface.size, r). Collective."""
+    values = np.zeros((interface.size, len(basis.squares)))
+    values[interface.slots] = basis.columns[interface.owned]
+    return operators.sum(values)
 
 
 def _dense_row(probe: ProbeRow, basis: Basis, operators: Operators) -> DenseRow:
@@ -176,7 +178,7 @@ def _projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
     held = basis.project(operators, restraint)
     size = len(basis.squares)
     elastic = np.diag(basis.squares) - held
-    trace = operators.sum(_at_interface(contact.interface, basis.columns))
+    trace = _trace(operators, contact.interface, basis)
     everywhere = Interface(size, np.arange(size), np.arange(size))
     return replace(
         body,

@@ -13,7 +13,7 @@ from pathlib import Path
 from benchmarks.table import options
 
 DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "iterative")
-LARGE = ("iterative", "predictions", "fidelity")
+LARGE = {"iterative": ["--large"], "predictions": ["--large"], "fidelity": []}
 PAGE = "README.md"
 
 
@@ -21,10 +21,10 @@ def main() -> int:
     """Run the benchmarks and return 0, or 1 where one failed."""
     chosen = options(__doc__, ("large", f"only {' and '.join(LARGE)}, up to a million unknowns and whole cases"))
     folder: Path = chosen.output / "large" if chosen.large else chosen.output
-    names, switches = (LARGE, ["--large"]) if chosen.large else (DEFAULT, [])
+    wanted: dict[str, list[str]] = LARGE if chosen.large else {name: [] for name in DEFAULT}
     folder.mkdir(parents=True, exist_ok=True)
     failed = []
-    for name in names:
+    for name, switches in wanted.items():
         clock = time.perf_counter()
         print(f"benchmarks.{name} ...", flush=True)
         command = [sys.executable, "-m", f"benchmarks.{name}", "--output", str(folder), *switches]

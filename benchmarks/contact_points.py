@@ -9,7 +9,7 @@ import sys
 
 from benchmarks.apart import exponent, measured_apart, tell
 from benchmarks.marching import marched, seated
-from benchmarks.table import Cell, Table, machine_words, options, seconds
+from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
 
 DEGREES = (1, 3, 5, 7, 9, 11)  # of the quadrature on the faces
@@ -43,7 +43,7 @@ def table(degrees: tuple[int, ...] = DEGREES) -> Table:
             seconds(one["back_substitution"]),
             one["step"] / one["back_substitution"],
             f"{one['iterations']:.1f}",
-            f"{one['memory'] / 1e9:.2f} GB",
+            gigabytes(one["memory"]),
         )
         for one in found
     ]

@@ -203,7 +203,7 @@ def table(name: str, force: str, answers: dict[str, Answer]) -> Table:
 
 def main() -> None:
     """Measure both forcings and write the tables."""
-    chosen = options(__doc__, ("large", "nothing else: this one always is"))
+    chosen = options(__doc__)
     found = answers_of(RUNGS, FORCES, PERIODS)
     for name, force in FORCES.items():
         table(name, force, found[name]).write(chosen.output)

@@ -21,7 +21,7 @@ from petsc4py import PETSc
 
 from benchmarks.apart import exponent, measured_apart, tell
 from benchmarks.size import mesh_overrides
-from benchmarks.table import Cell, Table, machine_words, options, seconds
+from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
 from solver.defaults import rayleigh
 from solver.elasticity import elastic_forms
@@ -87,7 +87,7 @@ def table(cells: tuple[int, ...] = CELLS) -> Table:
             seconds(one["assembly"]),
             seconds(one["setup"]),
             *(f"{seconds(one[f'solve_{t:g}'])} ({one[f'iterations_{t:g}']:.0f} iterations)" for t in TOLERANCES),
-            f"{one['memory'] / 1e9:.2f} GB",
+            gigabytes(one["memory"]),
         )
         for one in found
     ]

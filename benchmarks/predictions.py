@@ -14,7 +14,7 @@ from pathlib import Path
 from mpi4py import MPI
 
 from benchmarks.apart import Figures, measured_apart, tell
-from benchmarks.table import Cell, Table, machine_words, options, seconds
+from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from gapbeam.prediction import predict
 from solver.case_file.reader import read_case
 from solver.model import build_model
@@ -71,8 +71,8 @@ def table(cases: tuple[tuple[str, ...], ...]) -> Table:
                 seconds(check["time"]),
                 seconds(run["time"]),
                 ratios[0],
-                f"{check['predicted_memory'] / 1e9:.2f} GB",
-                f"{run['run_memory'] / 1e9:.2f} GB",
+                gigabytes(check["predicted_memory"]),
+                gigabytes(run["run_memory"]),
                 ratios[1],
                 "yes" if good else "NO",
             )

@@ -12,7 +12,7 @@ import sys
 
 from benchmarks.apart import exponent, measured_apart, tell
 from benchmarks.marching import marched, seated
-from benchmarks.table import Cell, Table, machine_words, options, seconds
+from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
 
 CELLS = (2, 3, 4, 5, 6, 8)  # across and through the beam
@@ -20,7 +20,6 @@ STEPS = 40
 FITTED = 10_000.0  # DOFs; below it a step costs mostly what does not depend on them
 SETUP = ("mesh", "assembly", "factorization", "delassus", "seat")
 COSTS = ("assembly", "factorization", "delassus", "step", "back_substitution", "memory")
-GIGABYTE = 1.0e9
 
 
 def mesh_overrides(cells: int) -> list[str]:
@@ -62,7 +61,7 @@ def table(cells: tuple[int, ...] = CELLS) -> Table:
             *(seconds(one[name]) for name in SETUP),
             seconds(one["step"]),
             seconds(one["back_substitution"]),
-            f"{one['memory'] / GIGABYTE:.2f} GB",
+            gigabytes(one["memory"]),
         )
         for one in found
     ]

@@ -96,6 +96,11 @@ def seconds(value: float) -> str:
     return f"{value / 1.0e-6:.3g} us"
 
 
+def gigabytes(value: float) -> str:
+    """Return a memory in GB, of 1e9 bytes."""
+    return f"{value / 1.0e9:.2f} GB"
+
+
 def _line(cells: Sequence[str]) -> str:
     return "| " + " | ".join(cells) + " |"
 

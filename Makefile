@@ -28,7 +28,7 @@ test-sid: ## the tests with the DOLFINx of Debian sid
 bench: ## speed, accuracy and memory beside others, into results/bench: a quarter of an hour
 	$(run) python3 -m benchmarks
 
-bench-large: ## up to a million unknowns, and whole cases predicted: an hour and 16 GB
+bench-large: ## up to a million unknowns, whole cases predicted, which mesh an answer needs
 	$(run) python3 -m benchmarks --large
 
 lint: ## style, types and scripts

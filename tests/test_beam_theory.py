@@ -91,9 +91,9 @@ def test_roots_rise_with_both_springs() -> None:
     assert np.all(inner[1:] > inner[:-1] * 1.2)
 
 
-@pytest.mark.parametrize("mode", [1, 2, 3, 7, 50, 1000])
+@pytest.mark.parametrize("mode", [1, 2, 3, 7, 50, 200])
 def test_shapes_meet_their_conditions(mode: int) -> None:
-    """There are n - 1 nodes (so no root was missed), unit norm, and the conditions of Eqs. 5 and 6, from free to clamped."""
+    """Nodes are n - 1 (so no root was missed); unit norm; the conditions of Eqs. 5 and 6, from free to clamped."""
     places, weights = np.polynomial.legendre.leggauss(max(40, 4 * mode))
     places, weights = 0.5 * (1.0 + places), 0.5 * weights
     for draught in FAR:

@@ -51,7 +51,7 @@ class ModeShape:
     @property
     def nodes(self) -> Array:
         """Places of the nodes in 0 < xi < 1, ascending; n - 1 of them."""
-        places: Array = np.linspace(0.0, 1.0, SAMPLES * (self.mode + 2))[1:]
+        places = np.asarray(np.linspace(0.0, 1.0, SAMPLES * (self.mode + 2))[1:], dtype=np.float64)
         values = self(places)
         changes = np.flatnonzero(np.sign(values[:-1]) * np.sign(values[1:]) < 0.0)
         found = [brentq(lambda xi: float(self(np.array(xi))), places[at], places[at + 1]) for at in changes]

@@ -3,7 +3,7 @@
 environment/run python3 -m benchmarks.roots
 
 The determinant is that of Eq. 8 with its rows times k1 and k2, so that springs of 0 and infinity have a place. Its
-roots are bracketed by its signs on a fine scale of lambda and found by mpmath, without a word from the code in question.
+roots are bracketed by its signs on a fine scale of lambda and found by mpmath, independent of the code in question.
 """
 
 from __future__ import annotations

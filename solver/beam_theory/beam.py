@@ -60,9 +60,11 @@ class SpringBeam:
         A root moves as its shape moves the spring: d lambda^4 / d s1 = y(0)^2, d lambda^4 / d s2 = y'(0)^2, with y
         normalized. So an entry is half of the spring's share of the elastic energy, and both together are at most 1/2.
         """
-        found = np.zeros((np.size(modes), 2))
-        for row, mode in enumerate(np.atleast_1d(modes)):
-            shape = self.shape(int(mode), draught, torsion)
+        numbers = np.atleast_1d(modes)
+        springs = draught / self.draught_unit, torsion / self.torsion_unit
+        found = np.zeros((len(numbers), 2))
+        for row, root in enumerate(roots(numbers, *springs)):
+            shape = mode_shape(int(numbers[row]), *springs, float(root))
             y, slope, moment, shear = (float(shape(np.array(0.0), order)) for order in range(4))
             if shape.root > 0.0:  # s1 y(0)^2 = -y y''', s2 y'(0)^2 = y' y''
                 found[row] = 0.5 * np.array([-y * shear, slope * moment]) / shape.root**4

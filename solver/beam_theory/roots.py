@@ -14,6 +14,8 @@ Source: Courant and Hilbert (1953), VI.1, for the interlacing.
 
 from __future__ import annotations
 
+from functools import cache
+
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -78,9 +80,15 @@ def _numbers(modes: ArrayLike) -> Indices:
 def _limit(modes: ArrayLike, draught: float, torsion: float, after: float, before: float) -> Array:
     """Return the roots for springs of 0 or infinity, x_n in ((n - after) pi, (n - before) pi)."""
     numbers, position = np.unique(_numbers(modes), return_inverse=True)
-    springs = EndSprings.of(np.full(numbers.shape, draught), torsion)
+    found = _limit_of(tuple(numbers.tolist()), draught, torsion, after, before)
+    return found[position].reshape(np.shape(modes))
+
+
+@cache
+def _limit_of(modes: tuple[int, ...], draught: float, torsion: float, after: float, before: float) -> Array:
+    numbers = np.array(modes)
     low, high = (np.maximum(numbers - shift, 0.0) * np.pi for shift in (after, before))
-    return _between(numbers, springs, low, high)[position].reshape(np.shape(modes))
+    return _between(numbers, EndSprings.of(np.full(numbers.shape, draught), torsion), low, high)
 
 
 def _between(numbers: Indices, springs: EndSprings, low: Array, high: Array) -> Array:

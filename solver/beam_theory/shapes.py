@@ -58,13 +58,14 @@ class ModeShape:
         return np.array(sorted([*found, *places[values == 0.0]]))
 
 
-def mode_shape(mode: int, draught: float, torsion: float) -> ModeShape:
+def mode_shape(mode: int, draught: float, torsion: float, root: float | None = None) -> ModeShape:
     """Return the shape of mode n.
 
     Args:
         mode: n >= 1.
         draught: s1 = k1 l^3 / E I in [0, inf].
         torsion: s2 = k2 l / E I in [0, inf].
+        root: lambda_n, where it is known already.
 
     Returns:
         The shape. The free beam has two rigid motions: its mode 1 is the translation, mode 2 turns about the middle.
@@ -72,7 +73,7 @@ def mode_shape(mode: int, draught: float, torsion: float) -> ModeShape:
     Raises:
         ValueError: The mode is not a positive integer, or a spring is negative or not a number.
     """
-    root = float(roots(mode, draught, torsion))
+    root = float(roots(mode, draught, torsion)) if root is None else root
     springs = EndSprings.of(draught, torsion)
     if mode <= 2 and int(springs.rigid_motions) == 2:
         return ModeShape(mode, root, (1.0, 0.0) if mode == 1 else (sqrt(3.0), -2.0 * sqrt(3.0)))

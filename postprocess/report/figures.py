@@ -46,11 +46,15 @@ def surface_figure(surface: Surface) -> go.Figure:
         )
     )  # fmt: skip
     axes = {
-        f"{name}axis": {"title": {"text": html.escape(title, quote=False)}, "type": "log" if logarithmic else "linear", "exponentformat": "power"}
-        for name, title, logarithmic in (
-            ("x", surface.x, surface.log_x), ("y", surface.y, surface.log_y), ("z", surface.z, False),
+        f"{name}axis": {
+            "title": {"text": html.escape(title, quote=False)},
+            "type": "log" if logarithmic else "linear",
+            "exponentformat": "power",
+        }
+        for name, title, logarithmic in zip(
+            "xyz", (surface.x, surface.y, surface.z), (surface.log_x, surface.log_y, False), strict=True
         )
-    }  # fmt: skip
+    }
     camera = {"eye": {"x": -1.65, "y": -1.65, "z": 0.95}, "center": {"x": 0, "y": 0, "z": -0.12}}
     return figure.update_layout(template={}, scene={**axes, "camera": camera}, margin={"l": 0, "r": 0, "t": 0, "b": 0})
 
@@ -64,7 +68,7 @@ def _traces(curve: Curve, place: int, chart: Chart) -> list[go.Scatter | go.Bar]
         shared |= {"text": texts, "hovertemplate": f"%{{text}}<extra>{name}</extra>"}
     if curve.mode == "bars":
         return [go.Bar(x=x, y=y, marker={"color": color}, **shared)]
-    mark = {"color": color, "symbol": SYMBOLS[place % len(SYMBOLS)], "size": 7}
+    mark: dict[str, Any] = {"color": color, "symbol": SYMBOLS[place % len(SYMBOLS)], "size": 7}
     if curve.mode == "stems":
         stem_x, stem_y = _stems(x, y, _foot(chart))
         line = {"color": color, "width": 1.4}
@@ -98,10 +102,11 @@ def _foot(chart: Chart) -> float:
 
 
 def _layout(chart: Chart) -> dict[str, Any]:
+    upward = _axis(chart.y, chart.log_y, chart.y_range, [curve.y for curve in chart.curves])
     return {
         "template": {},
         "xaxis": _axis(chart.x, chart.log_x, chart.x_range, [curve.x for curve in chart.curves]),
-        "yaxis": _axis(chart.y, chart.log_y, chart.y_range, [curve.y for curve in chart.curves]),
+        "yaxis": upward | ({"scaleanchor": "x"} if chart.equal else {}),
         "barmode": "group",
         "showlegend": len({curve.name for curve in chart.curves}) > 1,
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"},

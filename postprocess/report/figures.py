@@ -26,10 +26,10 @@ def chart_figure(chart: Chart) -> go.Figure:
 
     Every trace has its choice, or nothing, in `meta`.
     """
-    names = list(dict.fromkeys(curve.name for curve in chart.curves))
+    names = list(dict.fromkeys(curve.like or curve.name for curve in chart.curves))
     figure = go.Figure(layout=_layout(chart))
     for curve in chart.curves:
-        place = names.index(curve.name)
+        place = names.index(curve.like or curve.name)
         visible = curve.choice is None or curve.choice == chart.choices[0]
         for trace in _traces(curve, place, chart):
             figure.add_trace(trace.update(visible=visible, meta=curve.choice))

@@ -36,8 +36,7 @@ def report(
     page = output if output is not None else _default(results)
     printed = page.with_suffix(".pdf")
     _check(page, printed, pdf is not False, overwrite)
-    command = " ".join(["gapbeam report", *map(str, results), *(["--output", str(output)] if output else [])])
-    made = report_on(results, command)
+    made = report_on(results, " ".join(["gapbeam report", *map(str, results)]))
     write_html(made, page)
     print(page)
     if page.stat().st_size > HEAVY:

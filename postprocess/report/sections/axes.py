@@ -6,6 +6,9 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import isfinite
 
+from postprocess.display_units import shown
+
+LENGTHS = ("clearance",)  # names of keys whose values are lengths
 Values = Mapping[str, str]
 
 
@@ -18,6 +21,7 @@ class Axis:
         texts: Its values as typed, each once.
         numbers: The same as numbers; counted from 1 where one of them is none.
         counted: Whether they are counted.
+        unit: In which the numbers are.
         choices: Values of the other keys, each combination once; empty without other keys.
     """
 
@@ -25,12 +29,13 @@ class Axis:
     texts: tuple[str, ...]
     numbers: tuple[float, ...]
     counted: bool
+    unit: str
     choices: tuple[str, ...]
 
     @property
     def title(self) -> str:
         """Name of the axis."""
-        return f"{self.key}, counted" if self.counted else f"{self.key} (SI)"
+        return f"{self.key}, counted" if self.counted else f"{self.key} ({self.unit})"
 
     @property
     def legend(self) -> str:
@@ -57,7 +62,8 @@ def axis_of(points: Sequence[Values]) -> Axis:
     counted = None in numbers
     places = tuple(float(n) for n in range(1, len(texts) + 1)) if counted else tuple(float(n or 0.0) for n in numbers)
     choices = tuple(dict.fromkeys(_others(values, key) for values in points)) if len(points[0]) > 1 else ()
-    return Axis(key, texts, places, counted, choices)
+    unit, factor = shown("m") if key.endswith(LENGTHS) and not counted else ("SI", 1.0)
+    return Axis(key, texts, tuple(factor * place for place in places), counted, unit, choices)
 
 
 def _others(values: Values, key: str) -> str:

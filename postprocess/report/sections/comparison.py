@@ -9,6 +9,7 @@ from typing import Any
 from postprocess.display_units import shown
 from postprocess.report.blocks import Block, Cell, Command, Picture, Section, Table, Verdict
 from postprocess.report.json_files import read_object
+from postprocess.report.markup import sentence
 
 COMPARISON_FILE, PICTURE = "comparison.json", "comparison.png"
 _KEYS = ("a", "b", "agree", "verdict", "tolerance", "runs", "figures", "waveforms", "costs", "notes")
@@ -40,7 +41,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
         found: As `postprocess.comparison_report.as_data` gives it.
         command: That makes the report.
     """
-    blocks: list[Block] = [Verdict("passed" if found["agree"] else "warning", str(found["verdict"]).capitalize())]
+    blocks: list[Block] = [Verdict("passed" if found["agree"] else "warning", sentence(str(found["verdict"])))]
     blocks += [Verdict("warning", str(note)) for note in found["notes"]]
     runs = [
         (

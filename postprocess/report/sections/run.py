@@ -6,7 +6,8 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from postprocess.analysis import Analysis, Options, analyze
-from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict
+from postprocess.overlay import repeated
+from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict, Words
 from postprocess.report.json_files import read_object
 from postprocess.report.sections.contact import contact_section
 from postprocess.report.sections.curve import curve_section, periodic_section
@@ -69,16 +70,23 @@ def case_section(results: Results, anchor: str = "case") -> Section | None:
     return Section("The case", anchor, blocks)
 
 
+def is_periodic(results: Results) -> bool:
+    """Return whether a run looked for a periodic response, so that its records are one period of it."""
+    return (results.case.get("analysis") or {}).get("type") == "periodic"
+
+
 def probe_analyses(results: Results) -> dict[str, Analysis]:
-    """Return what the history of every probe shows.
+    """Return what the history of every probe shows; a computed periodic response goes round as often as that needs.
 
     Raises:
         ResultsError: The history cannot be read.
         SignalError: Values that are not finite.
     """
-    history = results.history
+    history, frequency = results.history, results.forcing_frequency
+    if is_periodic(results) and frequency is not None:
+        history = repeated(history, frequency)
     probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    found = {probe: analyze(results, Options(probe=probe)) for probe in probes}
+    found = {probe: analyze(results, Options(probe=probe), history) for probe in probes}
     return {probe: one for probe, one in found.items() if one.displacement is not None}
 
 
@@ -113,8 +121,11 @@ def _of_probes(results: Results, command: str) -> list[Section | None]:
         for probe, one in analyses.items()
         for text in one.warnings
     )
-    motion = motion_section(analyses, command)
-    motion = Section(motion.title, motion.anchor, [*(Verdict("warning", text) for text in notes), *motion.blocks])
+    repeats = is_periodic(results)
+    motion = motion_section(analyses, command, repeats)
+    opening = [Words("The run computed one period of the response; it is shown here as it repeats.")] if repeats else []
+    warned = [Verdict("warning", text) for text in notes]
+    motion = Section(motion.title, motion.anchor, [*opening, *warned, *motion.blocks])
     return [motion, spectra_section(analyses, command), periodicity_section(analyses, command)]
 
 

@@ -13,8 +13,9 @@ from postprocess.overlay import is_raw
 from postprocess.report.blocks import Block, Cell, Section, Table, Verdict
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.envelope import envelope
+from postprocess.report.markup import sentence
 from postprocess.report.sections.comparison import comparison_blocks
-from postprocess.report.sections.verdicts import key_figures, summary_section
+from postprocess.report.sections.verdicts import key_figures, run_verdicts, summary_section
 from postprocess.results import Results
 from postprocess.signals import SignalError
 
@@ -30,7 +31,7 @@ def several_sections(runs: Sequence[Results], command: str) -> list[Section]:
         ResultsError: Results that cannot be read.
     """
     names = names_of(runs)
-    overview = [_key_table(runs, names), *_case_table(runs, names)]
+    overview: list[Block] = [*_verdicts(runs, names), _key_table(runs, names), *_case_table(runs, names)]
     sections = [Section("Side by side", "side-by-side", overview)]
     found: dict[str, Comparison] = {}
     faults: dict[str, str] = {}
@@ -59,11 +60,21 @@ def names_of(runs: Sequence[Results]) -> list[str]:
     return names if len(set(names)) == len(names) else [str(run.folder) for run in runs]
 
 
+def _verdicts(runs: Sequence[Results], names: Sequence[str]) -> list[Verdict]:
+    """Return what is wrong with any of the runs, or that nothing is."""
+    bad = [
+        Verdict(one.level, f"{name}: {one.text}")
+        for name, run in zip(names, runs, strict=True)
+        for one in run_verdicts(run)
+        if one.level == "error"
+    ]
+    return bad or [Verdict("passed", f"None of the {len(runs)} runs failed.")]
+
+
 def _key_table(runs: Sequence[Results], names: Sequence[str]) -> Table:
     tables = [{(row[0], row[2]): row[1] for row in key_figures(run)} for run in runs]
     keys = dict.fromkeys(key for table in tables for key in table)
-    rows: list[tuple[Cell, ...]] = [("status", "", *(run.status for run in runs))]
-    rows += [(key[0], key[1], *(table.get(key) for table in tables)) for key in keys]
+    rows: list[tuple[Cell, ...]] = [(key[0], key[1], *(table.get(key) for table in tables)) for key in keys]
     return Table("Key figures of the runs", ("figure", "unit", *names), rows)
 
 
@@ -108,7 +119,7 @@ def _waveforms(found: Mapping[str, Comparison], first: str, command: str) -> lis
                     curves.append(Curve("the other", *envelope(1e3 * one.time, factor * one.b), choice=name))
         charts.append(
             Chart(
-                f"{signal.capitalize()} of {first} and of the run chosen, at the same phases of the forcing or, where "
+                f"{sentence(signal)} of {first} and of the run chosen, at the same phases of the forcing or, where "
                 "neither repeats, at the same times.",
                 "time (ms)", f"{signal} ({shown_unit})", curves, command,
                 choices=list(dict.fromkeys(str(curve.choice) for curve in curves)), choice="against",

@@ -11,7 +11,7 @@ import numpy as np
 
 from postprocess.census import Branch, Point, census
 from postprocess.display_units import shown
-from postprocess.report.blocks import Block, Cell, Picture, Section, Table, Verdict
+from postprocess.report.blocks import Block, Cell, Listing, Picture, Section, Table, Verdict
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.json_files import read_object, read_records
 from postprocess.report.sections.axes import Axis, axis_of
@@ -47,9 +47,9 @@ def sweep_sections(folder: Path, command: str) -> list[Section]:
     if harmonics is not None:
         sections.append(Section("Harmonics", "harmonics", [harmonics]))
     sections.append(Section("Responses", "responses", [_census_table(points)]))
-    kept = [(key, str(value)) for key, value in plan.items() if value is not None]
-    if kept:
-        sections.append(Section("The sweep", "plan", [Table("What the sweep was asked for", ("key", "value"), kept)]))
+    asked = "\n".join(f"{key} = {value}" for key, value in plan.items() if value is not None)
+    if asked:
+        sections.append(Section("The sweep", "plan", [Listing("What the sweep was asked for", asked)]))
     return sections
 
 

@@ -10,6 +10,7 @@ from postprocess.pareto import KINDS, OTHERS
 from postprocess.report.blocks import Block, Cell, Section, Table, Verdict
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.json_files import read_object
+from postprocess.report.markup import sentence
 
 TRADEOFF_FILE = "tradeoff.json"
 Rung = Mapping[str, Any]
@@ -26,7 +27,7 @@ def tradeoff_sections(folder: Path, command: str) -> list[Section]:
         ResultsError: The file cannot be read, or is no trade-off.
     """
     found = read_object(folder / TRADEOFF_FILE, ("tolerance", "chosen", "verdict", "reference", "rungs", "uncertainty"))
-    blocks: list[Block] = [Verdict("passed" if found["chosen"] else "warning", f"{found['verdict'].capitalize()}")]
+    blocks: list[Block] = [Verdict("passed" if found["chosen"] else "warning", sentence(str(found["verdict"])))]
     if found.get("chaotic"):
         blocks.append(Verdict("note", "The response does not repeat: means over windows are compared."))
     blocks += [Verdict("warning", str(note)) for note in found.get("notes") or ()]

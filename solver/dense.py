@@ -9,7 +9,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse import csr_matrix
 
-from solver.operators import Array, Factor, Interface, Springs
+from solver.operators import Array, Factor, Interface, RankOnes, Springs
 
 ROUND_OFF = 8.0 * np.finfo(float).eps
 WIDE = 1.0e6  # between the squares of the lowest and the highest frequency
@@ -89,8 +89,10 @@ class DenseOperators:
         """Return the part of K x that the restraint adds."""
         return np.asarray(self.restraint @ x)
 
-    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
-        """Factor mass M + stiffness K + springs, which must be positive definite; massless rows as in `Operators`."""
+    def factor(
+        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    ) -> Factor:
+        """Factor mass M + stiffness K + springs + added, positive definite; massless rows as in `Operators`."""
         effective = mass * self.mass + stiffness * self.stiffness
         if stiffness == 0.0:
             block = np.ix_(self.massless, self.massless)
@@ -98,6 +100,8 @@ class DenseOperators:
         if springs is not None:
             owned, slots = springs.interface.owned, springs.interface.slots
             effective[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]
+        if added is not None:
+            effective += added.matrix
         return DenseFactor(cho_factor(effective))
 
     def sum(self, local: Array) -> Array:

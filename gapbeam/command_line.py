@@ -21,6 +21,7 @@ from rich.logging import RichHandler
 from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
 from gapbeam.ranks import abort_together, first_rank
+from gapbeam.report import report
 from gapbeam.stability import stability
 from gapbeam.sweep import sweep
 from gapbeam.tradeoff import rung_for, tradeoff
@@ -97,6 +98,7 @@ def schema() -> int:
 
 app.command()(plot)
 app.command()(render)
+app.command()(report)
 app.command()(stability)
 app.command()(compare)
 app.command()(sweep)

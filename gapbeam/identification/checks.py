@@ -79,7 +79,7 @@ def _measurements(
             yield Fault((*key, "relative_sigma"), "sigma and relative_sigma", "one of the two", "remove one",
                         ((*key, "sigma"),))  # fmt: skip
         if (one.figure, one.set) in seen:
-            yield Fault((*key, "figure"), f'"{one.figure}" twice with the same set', "each figure of an experiment once",
+            yield Fault((*key, "figure"), f'"{one.figure}" twice with the same set', "each figure of it once",
                         "give the mean of repeated measurements, and their scatter as sigma")  # fmt: skip
         seen.append((one.figure, one.set))
 

@@ -23,9 +23,6 @@ def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
         *_errors(measurements),
         *_settings(measurements, unknowns),
     ]
-    for name, entries in (("unknown", unknowns), ("figure", figures), ("measurement", measurements)):
-        if name in tables and not entries:
-            faults.append(Fault((name,), f"no [[{name}]]", "at least one", f"add [[{name}]]"))
     fitted = [one for one in measurements.values() if one.use == "fit"]
     if measurements and not fitted:
         faults.append(Fault(("measurement",), 'use = "predict" everywhere', 'a measurement with use = "fit"'))

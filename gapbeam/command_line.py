@@ -20,6 +20,7 @@ from rich.logging import RichHandler
 
 from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
+from gapbeam.identify import identify
 from gapbeam.ranks import abort_together, first_rank
 from gapbeam.report import report
 from gapbeam.stability import stability
@@ -102,6 +103,7 @@ app.command()(report)
 app.command()(stability)
 app.command()(compare)
 app.command()(sweep)
+app.command()(identify)
 app.command()(tradeoff)
 
 

@@ -29,3 +29,7 @@ class OptionError(ValueError):
     """An option of `plot` or `render` that is out of range."""
 
     exit_status = 2
+
+
+class BlockError(ValueError):
+    """A block of a report that contradicts itself."""

@@ -14,7 +14,7 @@ from postprocess.results import Results
 from postprocess.signals import Signal, SignalError, probe_signal
 from postprocess.smoothing import smooth
 from postprocess.spectra import whole_periods
-from postprocess.steady import FEWEST
+from postprocess.windows import FEWEST
 from solver.output.records import HISTORY
 
 FloatArray = np.ndarray

@@ -8,21 +8,18 @@ never repeats has a mean and a scatter, which is all that can be compared.
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import ceil
 
 import numpy as np
 import xarray as xr
 
-from postprocess.periodicity import TOLERANCE, Periodicity, last_periods, periodicity
-from postprocess.signals import Signal, SignalError, face_signal, probe_signal
+from postprocess.periodicity import TOLERANCE, Periodicity
+from postprocess.signals import SignalError, face_signal, probe_signal
 from postprocess.smoothing import smooth
-from postprocess.spectra import CYCLE, whole_periods
+from postprocess.windows import Windows, settled_windows
 
 FloatArray = np.ndarray
 
 HARMONICS = 5
-FEWEST = 4  # forcing periods of a record: a cycle of one has to repeat three times
-_EDGE = 1.0e-6
 
 
 @dataclass(frozen=True)
@@ -121,32 +118,12 @@ def steady(
     Raises:
         SignalError: No probe, fewer than four forcing periods or four values in one, or values that are not finite.
     """
-    probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    if not probes:
-        raise SignalError("the run recorded no probe; add [[probe]] to the case")
-    motions = [probe_signal(history, name, probe) for probe in probes for name in ("displacement", "velocity")]
-    recorded = whole_periods(motions[0], frequency)
-    if recorded < FEWEST:
-        raise SignalError(
-            f"the record of {motions[0].duration:.4g} s holds {recorded} forcing periods of {1.0 / frequency:g} s; "
-            f"expected at least {FEWEST}: run longer"
-        )
-    cycle = periodicity(tuple(motions), frequency, tolerance)
-    begin, end = float(motions[0].time[0]), float(motions[0].time[-1])
-    if after is None:
-        after = 0.5 * (begin + end) if cycle.transient is None else cycle.transient
-    available = min(recorded, int(np.floor((end - after) * frequency + 1e-3)))
-    periods, count = _windows(available, cycle.period)
-    if periods < 1:
-        raise SignalError(f"the record ends {end - after:.4g} s after the transient: not one forcing period is left")
-    notes = []
-    if cycle.period is None and periods < CYCLE:
-        notes.append(f"windows of {periods} forcing periods: too short to tell subharmonics from scatter; run longer")
-    quantities, amplitudes, faults = figures_over(history, frequency, periods, count)
-    start = end - periods * count / frequency
+    cycle, windows, notes = settled_windows(history, frequency, after, tolerance)
+    quantities, amplitudes, faults = figures_over(history, frequency, windows.periods, windows.count)
     return Steady(
-        frequency, cycle, periods, count, start, end, quantities, amplitudes, tuple(dict.fromkeys([*notes, *faults]))
-    )
+        frequency, cycle, windows.periods, windows.count, windows.start, windows.end, quantities, amplitudes,
+        tuple(dict.fromkeys([*notes, *faults])),
+    )  # fmt: skip
 
 
 def figures_over(
@@ -167,7 +144,7 @@ def figures_over(
     quantities: dict[str, Quantity] = {}
     amplitudes: dict[str, FloatArray] = {}
     notes: list[str] = []
-    span = _Span(frequency, periods, count, float(history["time"].values[-1]))
+    span = Windows(frequency, periods, count, float(history["time"].values[-1]))
     for probe in probes:
         displacement = probe_signal(history, "displacement", probe)
         acceleration = probe_signal(history, "acceleration_absolute", probe)
@@ -177,69 +154,10 @@ def figures_over(
             quantities[f"{probe} smoothed acceleration"] = Quantity("m/s^2", span.ranges(smooth(acceleration)))
         except SignalError as fault:
             notes.append(f"not smoothed: {fault}")
-        amplitudes[probe] = span.harmonics(displacement)
+        amplitudes[probe] = span.harmonics(displacement, HARMONICS)
         for order in range(1, HARMONICS + 1):
             quantities[f"{probe} harmonic {order}"] = Quantity("m", np.abs(amplitudes[probe][:, order - 1]))
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
         quantities[f"{face} peak force"] = Quantity("N", span.largest(face_signal(history, "contact_force", face)))
         quantities[f"{face} impulse"] = Quantity("N s", span.increments(face_signal(history, "impulse", face)))
     return quantities, amplitudes, notes
-
-
-def _windows(available: int, cycle: int | None) -> tuple[int, int]:
-    """Return the forcing periods of a window, and how many windows there are."""
-    whole = CYCLE if cycle is None else cycle * ceil(CYCLE / cycle)
-    if available >= whole:
-        return whole, available // whole
-    if cycle is not None:
-        return max(available // cycle, 1) * cycle, 1
-    half = CYCLE // 2
-    return (half, 1) if available >= half else (available, min(available, 1))
-
-
-@dataclass(frozen=True)
-class _Span:
-    """The windows at the end of a record."""
-
-    frequency: float
-    periods: int
-    count: int
-    end: float
-
-    def ranges(self, signal: Signal) -> FloatArray:
-        """Peak to peak in every window, (k,)."""
-        return np.array([np.ptp(part) for part in self._parts(signal)])
-
-    def largest(self, signal: Signal) -> FloatArray:
-        """Largest value in every window, (k,)."""
-        return np.array([part.max() for part in self._parts(signal)])
-
-    def increments(self, signal: Signal) -> FloatArray:
-        """Growth of a running total in a forcing period, the mean over every window, (k,)."""
-        edges = np.interp(self.end - self._length * np.arange(self.count, -1, -1), signal.time, signal.values)
-        return np.asarray(np.diff(edges) / self.periods)
-
-    def harmonics(self, signal: Signal) -> FloatArray:
-        """A exp(i phase) of A sin(2 pi n f t + phase) in every window, (k, 5)."""
-        rows = last_periods(signal, self.frequency, self.periods * self.count)
-        size = rows.shape[1]
-        if size < 2 * HARMONICS + 2:
-            raise SignalError(
-                f"{signal.name}: {size} values in a forcing period, harmonic {HARMONICS} asks for {2 * HARMONICS + 2}"
-            )
-        begins = signal.time[-1] - (rows.size - 1) / (self.frequency * size)  # as a window is whole periods later
-        lines = np.fft.rfft(rows.reshape(self.count, -1), axis=1)[:, self.periods * np.arange(1, HARMONICS + 1)]
-        turned = np.exp(-2j * np.pi * self.frequency * np.arange(1, HARMONICS + 1) * begins) * 1j
-        return np.asarray(lines * turned * (2.0 / (size * self.periods)))
-
-    @property
-    def _length(self) -> float:
-        return self.periods / self.frequency
-
-    def _parts(self, signal: Signal) -> list[FloatArray]:
-        place = np.floor((self.end - signal.time) / self._length - _EDGE).astype(int)
-        place = np.where(place < 0, 0, place)
-        parts = [signal.values[place == window] for window in range(self.count - 1, -1, -1)]
-        if any(part.size == 0 for part in parts):
-            raise SignalError(f"{signal.name}: a window of {self.periods} forcing periods holds no value")
-        return parts

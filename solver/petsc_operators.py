@@ -130,6 +130,13 @@ class PetscOperators:
         """M and K; not to be changed."""
         return self._mass, self._stiffness
 
+    def stiffened(self, springs: Springs) -> PETSc.Mat:
+        """Return K + springs, whose entries may couple DOFs of different cells. Collective."""
+        matrix = self._stiffness.copy()
+        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        self._add_springs(matrix, springs)
+        return matrix
+
     def apply_mass(self, x: Array) -> Array:
         """Return M x. Collective."""
         self._components_in.getDenseArray()[:] = x.reshape(-1, self._components)

@@ -28,7 +28,7 @@ RECORDS = "solver.output.records"  # the one module that postprocess reads of an
 LONGEST = 320  # lines
 # DOLFINx and what it stands on come from the environment, not from PyPI.
 OF_ENVIRONMENT = {"dolfinx", "ufl", "basix", "petsc4py", "slepc4py", "mpi4py"}
-IMPORTED_AS = {"vtkmodules": "vtk", "PIL": "pillow"}
+IMPORTED_AS = {"vtkmodules": "vtk", "PIL": "pillow", "markdown_it": "markdown-it-py", "mpl_toolkits": "matplotlib"}
 OPTIONAL = {"imageio_ffmpeg"}
 BY_NAME = {"h5netcdf"}  # asked for by its name, as the engine of xarray
 

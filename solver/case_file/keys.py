@@ -1,7 +1,11 @@
-"""The tables and keys that a case file may hold, read off the models in `solver.case`."""
+"""The tables and keys that a case file, or a file like one, may hold: read off its models.
+
+The root is the model of the whole file, by default `solver.case.Case`.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple, get_args, get_origin
@@ -25,16 +29,16 @@ class Table(NamedTuple):
 
 
 @cache
-def tables() -> tuple[Table, ...]:
-    """Return all tables in the order of the case file, those inside another table right after it."""
-    return tuple(_tables_in(Case, ()))
+def tables(root: type[BaseModel] = Case) -> tuple[Table, ...]:
+    """Return all tables in the order of the file, those inside another table right after it."""
+    return tuple(_tables_in(root, (), root))
 
 
-def _tables_in(model: type[BaseModel], inside: Key) -> Iterator[Table]:
+def _tables_in(model: type[BaseModel], inside: Key, root: type[BaseModel]) -> Iterator[Table]:
     for name, field in model.model_fields.items():
         for inner in models_in(field.annotation):
-            yield Table(header((*inside, name), {}), inner, type_name(inner))
-            yield from _tables_in(inner, (*inside, name))
+            yield Table(header((*inside, name), {}, root), inner, type_name(inner))
+            yield from _tables_in(inner, (*inside, name), root)
 
 
 def models_in(annotation: object) -> list[type[BaseModel]]:
@@ -49,9 +53,9 @@ def type_name(model: type[BaseModel]) -> str:
     return str(get_args(model.model_fields["type"].annotation)[0]) if "type" in model.model_fields else ""
 
 
-def is_array(name: object) -> bool:
+def is_array(name: object, root: type[BaseModel] = Case) -> bool:
     """Whether a name is that of an array of tables, [[load]] or [[probe]]."""
-    return name in Case.model_fields and get_origin(Case.model_fields[str(name)].annotation) is tuple
+    return name in root.model_fields and get_origin(root.model_fields[str(name)].annotation) is tuple
 
 
 def numbered(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -59,14 +63,15 @@ def numbered(tables: Mapping[str, Any]) -> dict[str, Any]:
     return {name: dict(enumerate(t)) if isinstance(t, tuple) else t for name, t in tables.items()}
 
 
-def candidates(key: Key, data: object) -> list[type[BaseModel]]:
+def candidates(key: Key, data: object, root: type[BaseModel] = Case) -> list[type[BaseModel]]:
     """Return the models that the table at a key may have: several where the type in a union is not known.
 
     Args:
         key: The way to the table; () is the whole case.
         data: The case file as read: it says of what type a load or scheme is.
+        root: Model of the whole file.
     """
-    models: list[type[BaseModel]] = [Case]
+    models: list[type[BaseModel]] = [root]
     for part in key:
         data = _inside(data, part)
         if isinstance(part, str):
@@ -92,25 +97,39 @@ def _inside(data: object, part: str | int) -> object:
     return None
 
 
-def label(key: Key, data: object) -> str:
+def flat(value: Any, key: str = "") -> dict[str, Any]:
+    """Return a nested table, such as a case as plain data, as dotted keys; entries of arrays by names or numbers."""
+    if isinstance(value, dict):
+        entries = ((name, inner) for name, inner in value.items())
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        entries = ((str(entry.get("name", place)), entry) for place, entry in enumerate(value))
+    else:
+        return {key: value if not (isinstance(value, float) and not math.isfinite(value)) else repr(value)}
+    found: dict[str, Any] = {}
+    for name, inner in entries:
+        found |= flat(inner, f"{key}.{name}" if key else name)
+    return found
+
+
+def label(key: Key, data: object, root: type[BaseModel] = Case) -> str:
     """Return a key as a person names it: [support] clearance, [[load]] number 2 (name "shaker") amplitude."""
     if not key:
         return "the whole case"
     value = value_at(key, data)
-    is_table = isinstance(value, Mapping) or (value is None and bool(candidates(key, data)))
+    is_table = isinstance(value, Mapping) or (value is None and bool(candidates(key, data, root)))
     if is_table or isinstance(key[-1], int):
-        return header(key, data)
+        return header(key, data, root)
     if isinstance(value, list) and value and all(isinstance(item, Mapping) for item in value):
         return f"[[{printable(key[-1])}]]"
-    return f"{header(key[:-1], data)} {printable(key[-1])}".strip()
+    return f"{header(key[:-1], data, root)} {printable(key[-1])}".strip()
 
 
-def header(key: Key, data: object) -> str:
+def header(key: Key, data: object, root: type[BaseModel] = Case) -> str:
     """Return the header of the table at a key, with the number and name of an entry of an array of tables."""
     if not key:
         return ""
     if len(key) == 1:
-        return f"[[{key[0]}]]" if is_array(key[0]) else f"[{printable(key[0])}]"
+        return f"[[{key[0]}]]" if is_array(key[0], root) else f"[{printable(key[0])}]"
     if isinstance(key[1], int):
         name = value_at((*key[:2], "name"), data)
         named = f' (name "{printable(name)}")' if isinstance(name, str) else ""

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pydantic import BaseModel
 
 from solver.case import Case
-from solver.case_file.keys import header, tables
+from solver.case_file.keys import header, models_in, tables
 from solver.case_file.words import either
 
 SYNONYMS = {
@@ -55,23 +55,25 @@ def near(word: object, known: Iterable[str]) -> str | None:
     return _same(word, names) or _close(word, names)
 
 
-def meant(name: str, model: type[BaseModel]) -> str:
+def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case) -> str:
     """Return a hint for an unknown key: a near miss in its table, or the table where it belongs; "" if none.
 
     Args:
         name: The key as written.
         model: The table it was found in.
+        root: Model of the whole file.
     """
     own = list(model.model_fields)
-    every = sorted({key for table in tables() for key in table.model.model_fields})
+    every = sorted({key for table in tables(root) for key in table.model.model_fields})
     word = _same(name, own) or (None if _same(name, every) else _close(name, own))
     if word:
-        return f"did you mean {header((word,), {}) if model is Case and word != 'title' else f'`{word}`'}?"
+        is_table = model is root and models_in(model.model_fields[word].annotation)
+        return f"did you mean {header((word,), {}, root) if is_table else f'`{word}`'}?"
     word = near(name, every)
     if not word:
         return ""
-    homes = [table for table in tables() if word in table.model.model_fields]
-    here = {table.header for table in tables() if table.model is model}
+    homes = [table for table in tables(root) if word in table.model.model_fields]
+    here = {table.header for table in tables(root) if table.model is model}
     homes = [table for table in homes if table.header in here] or homes  # another type of the same table is nearest
     places = dict.fromkeys(str(home) if len(homes) < 4 else home.header for home in homes)
     if word == name:

@@ -3,9 +3,12 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
+
+from pydantic import BaseModel
 
 from solver.case import Case
 from solver.case_file.consistency import contradictions
@@ -20,7 +23,9 @@ from solver.case_file.warnings import warnings
 from solver.case_file.words import printable
 from solver.case_file.writer import case_to_toml
 
-__all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "schema", "warnings"]
+__all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "read_tables", "schema", "warnings"]
+
+Root = TypeVar("Root", bound=BaseModel)
 
 
 def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
@@ -45,11 +50,34 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
     tables, wrong = check_types(data)
     wrong += contradictions(tables)
     if wrong:
-        places = _Places(path, data, key_lines(text), typed)
-        faults += sorted((places.put(fault) for fault in wrong), key=places.order)
+        faults += Places(path, data, key_lines(text), typed).put_in_order(wrong)
     if faults:
         raise CaseError(str(path), faults)
     return Case.model_validate(data)
+
+
+def read_tables(
+    path: Path | str, root: type[Root], check: Callable[[Mapping[str, Any]], Sequence[Fault]] = lambda _: ()
+) -> Root:
+    """Read another file of tables, with faults told as those of case files are.
+
+    Args:
+        path: The file.
+        root: Model of the whole file.
+        check: Returns the contradictions in its tables as far as they are intact, arrays of tables as
+            {number: entry}.
+
+    Raises:
+        CaseError: The file cannot be read or has faults: all of them.
+    """
+    path = Path(path)
+    text = read_text(path)
+    data = parse(text, str(path))
+    tables, wrong = check_types(data, root)
+    wrong += check(tables)
+    if wrong:
+        raise CaseError(str(path), Places(path, data, key_lines(text), {}, root).put_in_order(wrong))
+    return root.model_validate(data)
 
 
 def _find_mesh_file(data: dict[str, Any], path: Path) -> None:
@@ -60,13 +88,18 @@ def _find_mesh_file(data: dict[str, Any], path: Path) -> None:
 
 
 @dataclass(frozen=True)
-class _Places:
+class Places:
     """Where the keys of a case stand: on which line of the file, or on the command line."""
 
     path: Path
     data: dict[str, Any]
     lines: dict[Key, int]
     typed: dict[Key, str]
+    root: type[BaseModel] = Case
+
+    def put_in_order(self, faults: Sequence[Fault]) -> list[Fault]:
+        """Return faults with their places, those from the command line first."""
+        return sorted((self.put(fault) for fault in faults), key=self.order)
 
     def order(self, fault: Fault) -> int:
         """Return the line of a fault, 0 for one from the command line."""
@@ -79,7 +112,7 @@ class _Places:
         if own:
             place = f"--set {printable(own)}"
         else:
-            place = f"{self.path}{f':{line}' if line else ''}: {label(fault.key, self.data)}"
+            place = f"{self.path}{f':{line}' if line else ''}: {label(fault.key, self.data, self.root)}"
         others = dict.fromkeys(self._typed(key) for key in fault.related)
         places = [place, *(f"--set {printable(name)}" for name in others if name and name != own)]
         return replace(fault, where=" with ".join(places))

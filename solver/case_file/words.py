@@ -127,6 +127,8 @@ def in_words(schema: Mapping[str, Any]) -> str:
             return f"a list of at most {schema['maxItems']} items, each {each}"
         case "array":
             return "a list of tables"
+        case "object" if "properties" not in schema:
+            return "a table of keys and values"
         case _:
             return _table_in_words(schema)
 

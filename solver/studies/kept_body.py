@@ -15,6 +15,8 @@ from solver.variants import body_key
 class KeptBody:
     """Sets up models one after the other, each body once.
 
+    The body is that of `body_key(case)`, so that a model has the same bits whatever case came before it.
+
     Attributes:
         seconds: What the body that is kept has cost, s.
     """
@@ -29,6 +31,6 @@ class KeptBody:
         if self._kept is None or self._kept[0] != key:
             self._kept = None  # frees the memory of the old body before the new one takes its own
             clock = time.perf_counter()
-            self._kept = key, build_body(case, MPI.COMM_SELF)
+            self._kept = key, build_body(key, MPI.COMM_SELF)
             self.seconds = time.perf_counter() - clock
         return model_of(case, self._kept[1])

@@ -1,0 +1,1 @@
+"""The paper that gapbeam grew from, computed again."""

@@ -1,0 +1,1 @@
+"""Reports: one page of words, numbers and figures, as HTML and as PDF."""

@@ -1,0 +1,229 @@
+"""What reports are made of: frozen blocks that say what is shown, and nothing of how.
+
+Charts are in `postprocess.report.charts`. A section is built anywhere from plain numbers; `postprocess.report.html`
+turns a report into a page. Blocks check themselves when they are made: shapes that differ, anchors and choices that
+do not exist.
+
+Texts of `Words`, of captions, notes and verdicts may hold a little Markdown: `code`, *emphasis*, **strong**,
+[links](https://...), lists, and paragraphs between empty lines. Everything else is shown as it is written.
+"""
+
+from __future__ import annotations
+
+import math
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Literal
+
+from postprocess.errors import BlockError
+from postprocess.report.charts import Chart, Surface
+
+Cell = str | float | int | None
+Level = Literal["passed", "note", "warning", "error"]
+
+_ANCHOR = re.compile(r"[a-z][a-z0-9-]*")
+
+
+@dataclass(frozen=True)
+class Words:
+    """Paragraphs.
+
+    Attributes:
+        text: With a little Markdown.
+    """
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """What a reader has to know before the numbers: shown in a frame, in red where it is an error.
+
+    Attributes:
+        level: "passed", "note", "warning" or "error".
+        text: With a little Markdown.
+    """
+
+    level: Level
+    text: str
+
+
+@dataclass(frozen=True)
+class Command:
+    """A command that a reader can copy.
+
+    Attributes:
+        text: One or more lines.
+    """
+
+    text: str
+
+
+@dataclass(frozen=True)
+class Listing:
+    """A text shown as it is, such as a case file, folded away until it is asked for.
+
+    Attributes:
+        caption: What it is.
+        text: Any.
+    """
+
+    caption: str
+    text: str
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A picture file, put into the page.
+
+    Attributes:
+        path: PNG, JPEG, SVG or GIF.
+        caption: What it shows; also what is read to those who cannot see it.
+        command: That makes it.
+    """
+
+    path: Path
+    caption: str
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Table:
+    """Numbers and words in rows.
+
+    Attributes:
+        caption: What it tells.
+        columns: Heads, with the unit in parentheses.
+        rows: A cell a column: words, numbers (shown to `digits` significant digits, integers whole) or None.
+        notes: Below the table.
+        digits: Significant digits of numbers.
+        command: That makes the numbers.
+
+    Raises:
+        BlockError: A row with more or fewer cells than there are columns.
+    """
+
+    caption: str
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
+    notes: Sequence[str] = ()
+    digits: int = 4
+    command: str = ""
+
+    def __post_init__(self) -> None:
+        for number, row in enumerate(self.rows, start=1):
+            if len(row) != len(self.columns):
+                raise BlockError(f"{self.caption}: row {number} has {len(row)} cells, there are {self.columns}")
+
+
+@dataclass(frozen=True)
+class Compared:
+    """One number beside the one it is held against.
+
+    Attributes:
+        what: Name of the number.
+        reference: Printed or measured elsewhere, in `unit`; None where there is none.
+        here: Computed here, in `unit`; None where it was not.
+        unit: Of both; empty where there is none.
+        note: What to know of this row.
+        uncertainty: Of `here`, in `unit`.
+    """
+
+    what: str
+    reference: float | None
+    here: float | None
+    unit: str = ""
+    note: str = ""
+    uncertainty: float | None = None
+
+    @property
+    def deviation(self) -> float | None:
+        """(here - reference)/|reference|; None where one is missing, not finite, or the reference is zero."""
+        if self.reference is None or self.here is None or self.reference == 0.0:
+            return None
+        relative = (self.here - self.reference) / abs(self.reference)
+        return relative if math.isfinite(relative) else None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """Numbers beside those of a paper or another reference, with the deviation of each.
+
+    Attributes:
+        caption: What it tells.
+        rows: One a number.
+        reference: What the other numbers are: "paper", "measured", "closed form".
+        here: What ours are called.
+        notes: Below the table.
+        digits: Significant digits.
+        command: That makes our numbers.
+    """
+
+    caption: str
+    rows: Sequence[Compared]
+    reference: str = "paper"
+    here: str = "gapbeam"
+    notes: Sequence[str] = ()
+    digits: int = 4
+    command: str = ""
+
+
+@dataclass(frozen=True)
+class Section:
+    """Blocks under a heading; a section in a section gets the smaller heading.
+
+    Attributes:
+        title: The heading.
+        anchor: Its address in the page: lower-case letters, digits and hyphens.
+        blocks: In reading order.
+
+    Raises:
+        BlockError: An anchor that is none.
+    """
+
+    title: str
+    anchor: str
+    blocks: Sequence[Block]
+
+    def __post_init__(self) -> None:
+        if not _ANCHOR.fullmatch(self.anchor):
+            raise BlockError(f"{self.title}: anchor {self.anchor!r}; expected lower-case letters, digits and hyphens")
+
+
+Block = Words | Verdict | Command | Listing | Picture | Table | Comparison | Chart | Surface | Section
+
+
+@dataclass(frozen=True)
+class Report:
+    """A whole page.
+
+    Attributes:
+        title: Of the page.
+        subtitle: Below it; may be empty.
+        sections: In reading order.
+        meta: What the report was made from and with: names and values, at its end.
+
+    Raises:
+        BlockError: Two sections with one anchor.
+    """
+
+    title: str
+    subtitle: str
+    sections: Sequence[Section]
+    meta: Mapping[str, str] = field(default_factory=dict)
+
+    def __post_init__(self) -> None:
+        anchors = [section.anchor for section in sections_of(self.sections)]
+        twice = sorted({anchor for anchor in anchors if anchors.count(anchor) > 1})
+        if twice:
+            raise BlockError(f"{self.title}: more than one section has the anchor {', '.join(twice)}")
+
+
+def sections_of(blocks: Sequence[Block]) -> Iterator[Section]:
+    """Yield every section among blocks, and those in them, in reading order."""
+    for block in blocks:
+        if isinstance(block, Section):
+            yield block
+            yield from sections_of(block.blocks)

@@ -1,0 +1,128 @@
+"""The charts of reports: curves over axes, with choices, and surfaces."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from postprocess.errors import BlockError
+
+FloatArray = np.ndarray
+Mode = Literal["lines", "markers", "lines+markers", "stems", "bars"]
+
+
+@dataclass(frozen=True)
+class Curve:
+    """One line, or one cloud of points, of a chart.
+
+    Attributes:
+        name: In the legend; curves of one name in several choices look the same.
+        x: (n,); not-a-number breaks a line.
+        y: (n,).
+        mode: "lines", "markers", "lines+markers", "stems" (spectral lines from the foot of the chart) or "bars".
+        choice: The choice with which it is shown; None: always.
+        dashed: Whether the line is dashed, as for unstable branches and references.
+        texts: What is told of each point when it is pointed at, (n,); empty: its coordinates only.
+
+    Raises:
+        BlockError: Shapes that differ.
+    """
+
+    name: str
+    x: FloatArray | Sequence[float]
+    y: FloatArray | Sequence[float]
+    mode: Mode = "lines"
+    choice: str | None = None
+    dashed: bool = False
+    texts: Sequence[str] = ()
+
+    def __post_init__(self) -> None:
+        shapes = np.shape(self.x), np.shape(self.y)
+        if shapes[0] != shapes[1] or len(shapes[0]) != 1:
+            raise BlockError(f"{self.name}: x has shape {shapes[0]} and y {shapes[1]}; expected (n,) twice")
+        if self.texts and len(self.texts) != len(self.x):
+            raise BlockError(f"{self.name}: {len(self.texts)} texts for {len(self.x)} points")
+
+
+@dataclass(frozen=True)
+class Chart:
+    """Curves over one pair of axes.
+
+    Attributes:
+        caption: What it shows.
+        x: Name of the horizontal axis with its unit in parentheses.
+        y: Name of the vertical axis with its unit in parentheses.
+        curves: Drawn in this order.
+        command: That makes it.
+        log_x: Whether the horizontal axis is logarithmic.
+        log_y: Whether the vertical axis is logarithmic.
+        choices: Names of buttons in their order, such as clearances: pressed, one shows its curves and those without
+            a choice; the first is pressed at the start. On paper there is one panel a choice.
+        choice: What is chosen, with its unit: "clearance (mm)".
+        x_range: Ends of the horizontal axis; None: of the curves.
+        y_range: Ends of the vertical axis; None: of the curves.
+        equal: Whether a unit is as long on both axes.
+
+    Raises:
+        BlockError: A curve of a choice that does not exist, a choice named twice or without a curve.
+    """
+
+    caption: str
+    x: str
+    y: str
+    curves: Sequence[Curve]
+    command: str = ""
+    log_x: bool = False
+    log_y: bool = False
+    choices: Sequence[str] = ()
+    choice: str = ""
+    x_range: tuple[float, float] | None = None
+    y_range: tuple[float, float] | None = None
+    equal: bool = False
+
+    def __post_init__(self) -> None:
+        used = {curve.choice for curve in self.curves} - {None}
+        if len(set(self.choices)) != len(self.choices) or used != set(self.choices):
+            raise BlockError(
+                f"{self.caption}: the choices are {list(self.choices)}, those of the curves {sorted(map(str, used))}"
+            )
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Heights over a grid: turned with a finger where the browser has WebGL, a picture elsewhere and on paper.
+
+    Attributes:
+        caption: What it shows.
+        x: Name of the first axis with its unit in parentheses.
+        y: Name of the second axis.
+        z: Name of the heights.
+        along: (n,), values on the first axis.
+        across: (m,), values on the second axis.
+        heights: (m, n); not-a-number leaves a hole.
+        command: That makes it.
+        log_x: Whether the first axis is logarithmic.
+        log_y: Whether the second axis is logarithmic.
+
+    Raises:
+        BlockError: Shapes that differ.
+    """
+
+    caption: str
+    x: str
+    y: str
+    z: str
+    along: FloatArray | Sequence[float]
+    across: FloatArray | Sequence[float]
+    heights: FloatArray
+    command: str = ""
+    log_x: bool = False
+    log_y: bool = False
+
+    def __post_init__(self) -> None:
+        expected = (len(self.across), len(self.along))
+        if np.shape(self.heights) != expected:
+            raise BlockError(f"{self.caption}: heights of shape {np.shape(self.heights)}; expected {expected}")

@@ -1,0 +1,166 @@
+"""Vibration modes of a beam as contact holds it: seated, free, and with both faces closed.
+
+    (K + G^T (w kappa) G) x = (2 pi f)^2 M x
+
+kappa is the slope of the contact law where a point is closed, 0 where it is open: small vibrations about a state in
+which no point opens or closes. By SLEPc for finite elements, by LAPACK for reduced models and beam elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from solver.analyses.sections import SectionMotion, Sections
+from solver.analyses.static import find_seat
+from solver.contact_scales import compared_depth
+from solver.defaults import overhang_frequency
+from solver.dense import DenseOperators
+from solver.errors import UserError
+from solver.model import Model
+from solver.operators import Array, Springs
+from solver.petsc_operators import PetscOperators
+from solver.reduction.modes import lowest_modes
+
+SEATED, FREE, CLOSED = "seated", "free", "closed"
+KINDS_PER_BENDING = {2: 2, 3: 4}  # modes of all kinds to look at for one of bending
+BESIDES = 8
+RIGID = 2  # bending modes of the free beam that are rigid motions
+SLICES_A_HALF_WAVE = 2
+GROWTH = 2
+
+
+@dataclass(frozen=True)
+class HeldModes:
+    """Modes of a beam in one state of contact.
+
+    Attributes:
+        name: "seated", "free" or "closed".
+        closed: Contact points that are closed.
+        points: Contact points.
+        frequencies: Of all modes that were found, ascending, (k,), Hz.
+        motions: What their sections do, (k,).
+        places: Where these are, (slices,), m.
+        masses: Theirs, (slices,), kg.
+    """
+
+    name: str
+    closed: int
+    points: int
+    frequencies: Array
+    motions: tuple[SectionMotion, ...]
+    places: Array
+    masses: Array
+
+    def bending(self) -> tuple[Array, Array]:
+        """Return frequencies (b,), Hz, and motions of sections (b, slices) of the bending modes, ascending."""
+        chosen = [number for number, motion in enumerate(self.motions) if motion.kind == "bending"]
+        return self.frequencies[chosen], np.array([self.motions[number].bending for number in chosen])
+
+
+def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldModes]:
+    """Return the modes of a beam seated under its static loads, free of contact, and with both faces closed.
+
+    Args:
+        model: The model; its contact has to be symmetric (H = G).
+        count: How many bending modes are wanted of each; of the free beam two more, which are rigid.
+
+    Raises:
+        UserError: The contact is not symmetric, or the model has fewer bending modes.
+        NotConverged: No seat was found.
+        RunError: The modes could not be found.
+
+    Collective.
+    """
+    contact, law = model.system.contact, model.law
+    if not contact.symmetric:
+        raise UserError(
+            'contact.formulation = "nitsche" with theta other than 1: its tangent is not symmetric, so that it has no '
+            "modes of vibration; take theta = 1"
+        )
+    sections = Sections(model)
+    most = most_bending_modes(model, sections)
+    if count > most:
+        raise UserError(
+            f"{count} bending modes were asked for; expected 1 to {most}: half a wave of more would be shorter than two "
+            "distances between the nodes of the mesh or than the thickness of the beam; ask for fewer, or refine the mesh"
+        )
+    seat = find_seat(model.system, law, model.seat_springs)
+    everywhere = np.full(contact.size, compared_depth(model.case))
+    states = {
+        SEATED: law.static(seat.state.depth).slope,
+        FREE: np.zeros(contact.size),
+        CLOSED: law.static(everywhere).slope,
+    }
+    seated, free, closed = (
+        _modes(model, sections, name, np.asarray(slopes), count + (RIGID if name == FREE else 0))
+        for name, slopes in states.items()
+    )
+    return seated, free, closed
+
+
+def most_bending_modes(model: Model, sections: Sections) -> int:
+    """Return how many bending modes a mesh shows, and a beam has: half waves of two slices and of a thickness."""
+    beam = model.case.beam
+    return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(beam.length / beam.thickness))
+
+
+def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: int) -> HeldModes:
+    """Return the modes for contact slopes kappa, (m,), Pa/m: as many as hold `count` bending modes. Collective."""
+    contact, dimension = model.system.contact, model.case.mesh.dimension
+    gap = contact.gap_matrix
+    springs = Springs(contact.interface, csr_matrix(gap.T @ gap.multiply((contact.weights * slopes)[:, None])))
+    wanted = KINDS_PER_BENDING[dimension] * count + BESIDES
+    while True:
+        frequencies, shapes = _lowest(model, springs, wanted)
+        motions = tuple(sections.motion(model.expand(shape)) for shape in shapes.T)
+        found = sum(motion.kind == "bending" for motion in motions)
+        if found >= count:
+            _refuse_beyond_basis(model, frequencies, motions, count)
+            break
+        if len(frequencies) < wanted:
+            raise UserError(
+                f"{count} bending modes were asked for; the model {model.case.model.type} with {model.dofs} DOFs has "
+                f"{found} ({name}); ask for fewer, or take more model.modes, more elements or a finer mesh"
+            )
+        wanted *= GROWTH
+    closed = int(np.count_nonzero(slopes > 0.0))
+    return HeldModes(name, closed, contact.size, frequencies, motions, sections.places, sections.masses)
+
+
+def _refuse_beyond_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> None:
+    """Refuse modes above those that a reduced basis was made of.
+
+    Raises:
+        UserError: There are some among those wanted.
+    """
+    basis = model.body.basis
+    if basis is None:
+        return
+    bending = [number for number, motion in enumerate(motions) if motion.kind == "bending"]
+    highest = frequencies[bending[count - 1]]
+    if highest > basis.highest_mode:
+        raise UserError(
+            f"{count} bending modes reach to {highest:.4g} Hz, the modes of the reduced basis only to "
+            f"{basis.highest_mode:.4g} Hz; take more model.modes, or ask for fewer"
+        )
+
+
+def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:
+    """Return the lowest frequencies, (k,), Hz, and shapes, (n, k); fewer than asked for where there are fewer."""
+    operators = model.system.operators
+    if isinstance(operators, PetscOperators):
+        mass, _ = operators.matrices
+        shift = (2.0 * pi * overhang_frequency(model.case)) ** 2
+        modes = lowest_modes(mass, operators.stiffened(springs), shift, count)
+        return modes.frequencies, modes.shapes
+    assert isinstance(operators, DenseOperators)
+    owned, slots = springs.interface.owned, springs.interface.slots
+    stiffness = operators.stiffness.copy()
+    stiffness[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]
+    squares, shapes = DenseOperators(operators.mass, stiffness).modes
+    order = np.argsort(squares)[:count]
+    return np.sqrt(np.maximum(squares[order], 0.0)) / (2.0 * pi), shapes[:, order]

@@ -128,4 +128,3 @@ class Sections:
             widest = float(np.max(np.diff(np.unique(np.concatenate(gathered)))))
         widest = self._comm.bcast(widest)
         return int(np.clip(np.floor(1.0 / widest), 4, MOST_SLICES))
-

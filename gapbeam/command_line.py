@@ -20,6 +20,7 @@ from rich.logging import RichHandler
 
 from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
+from gapbeam.modes import modes
 from gapbeam.ranks import abort_together, first_rank
 from gapbeam.stability import stability
 from gapbeam.sweep import sweep
@@ -101,6 +102,7 @@ app.command()(stability)
 app.command()(compare)
 app.command()(sweep)
 app.command()(tradeoff)
+app.command()(modes)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

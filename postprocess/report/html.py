@@ -20,7 +20,13 @@ from postprocess.report.markup import inline, paragraphs
 from postprocess.report.numbers import cell, percent
 from postprocess.report.surface_picture import surface_picture
 
-IMAGES = {".png": "image/png", ".jpg": "image/jpeg", ".jpeg": "image/jpeg", ".svg": "image/svg+xml", ".gif": "image/gif"}
+IMAGES = {
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
+    ".svg": "image/svg+xml",
+    ".gif": "image/gif",
+}
 
 
 def html_of(report: Report) -> str:

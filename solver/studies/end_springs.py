@@ -123,7 +123,6 @@ def identify_end_springs(
     Raises:
         ValueError: Fewer frequencies than unknowns, modes that are not different, or frequencies not positive.
     """
-    problem = _Problem(beam, np.array(modes), np.log(np.array(frequencies, dtype=float)), lengths)
     unknowns = 2 if lengths is None else 3
     if len(set(modes)) != len(frequencies) or len(modes) != len(frequencies):
         raise ValueError("each frequency needs a mode of its own")
@@ -131,6 +130,7 @@ def identify_end_springs(
         raise ValueError("a frequency is not positive")
     if len(frequencies) < unknowns:
         raise ValueError(f"{len(frequencies)} frequencies cannot tell {unknowns} unknowns")
+    problem = _Problem(beam, np.array(modes), np.log(np.array(frequencies, dtype=float)), lengths)
     results = sorted((problem.search(start) for start in problem.starts()), key=lambda result: result.cost)
     best, left = results[0], len(frequencies) - unknowns
     scatter = sqrt(2.0 * best.cost / left) if left > 0 else 0.0
@@ -191,7 +191,8 @@ class _Problem:
 
     def jacobian(self, x: Array, found: Array) -> Array:
         """Return their slopes, (modes, unknowns); d ln f / d ln l = 3 d ln f / d ln k1 + d ln f / d ln k2 - 2."""
-        slopes = self.beam_of(x).sensitivities(self.modes, *np.exp(x[:2]), known=found)
+        draught, torsion = np.exp(x[:2])
+        slopes = self.beam_of(x).sensitivities(self.modes, draught, torsion, found)
         if self.lengths is None:
             return slopes
         return np.column_stack([slopes, slopes @ np.array([3.0, 1.0]) - 2.0])

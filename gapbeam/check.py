@@ -15,7 +15,7 @@ from gapbeam.large_prediction import LARGEST, predict_large
 from gapbeam.prediction import Prediction, predict
 from solver.analyses.resolution import RESOLVING_SHARE
 from solver.body import MeshedBeam, mesh_beam, mesh_dofs
-from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case import Case, Ramped
 from solver.case_file.warnings import warnings
 from solver.case_tables.analysis import Periodic
 from solver.defaults import Default, overhang_frequency, stiffness_unit
@@ -141,7 +141,7 @@ def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
         )
     )
     for load in case.load:
-        if isinstance(load, HarmonicForce | BaseMotion):
+        if isinstance(load, Ramped):
             steps = 1.0 / (load.frequency * model.step)
             rows.append((load.name, f"{load.frequency:g} Hz", f"{steps:.4g} steps per period"))
     return rows
@@ -177,7 +177,7 @@ def _warnings(model: Model) -> list[str]:
 
 def _restraint_warnings(model: Model) -> list[str]:
     case = model.case
-    wanted = [load.frequency for load in case.load if isinstance(load, HarmonicForce | BaseMotion)]
+    wanted = [load.frequency for load in case.load if isinstance(load, Ramped)]
     lowest = min([overhang_frequency(case), *wanted])
     names = ("axial", "lateral")[: case.mesh.dimension - 1]
     return [

@@ -21,7 +21,7 @@ from mpi4py import MPI
 from meshes.rank_zero import on_rank_zero
 from solver.analyses.static import Seat, find_seat
 from solver.analyses.transient import March
-from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case import Case, Ramped
 from solver.errors import Interrupted, RunError
 from solver.integrators.schemes import make_integrator
 from solver.march_of_model import march_of_model
@@ -123,10 +123,7 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
 
 def at_full_amplitude(case: Case) -> Case:
     """Return the case with loads that do not rise smoothly but act at once: a trial shall meet them as they will be."""
-    loads = tuple(
-        load.model_copy(update={"ramp": 0.0}) if isinstance(load, HarmonicForce | BaseMotion) else load
-        for load in case.load
-    )
+    loads = tuple(load.model_copy(update={"ramp": 0.0}) if isinstance(load, Ramped) else load for load in case.load)
     return case.model_copy(update={"load": loads})
 
 

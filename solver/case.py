@@ -124,15 +124,46 @@ class Ramped(Table):
     )
 
 
-class HarmonicForce(Ramped):
+class PointForce(Ramped):
     """A harmonic force at a point."""
 
-    type: Literal["harmonic_force"] = Field(description="kind of load")
-    name: Name = Field(default="force", description="name in results and messages, different for every load")
     amplitude: Number = Field(description="amplitude of the force, N", examples=[20.0])
     point: Number | Vector = Field(
         description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.15]
     )
+
+
+class HarmonicForce(PointForce):
+    """A harmonic force at a point."""
+
+    type: Literal["harmonic_force"] = Field(description="kind of load")
+    name: Name = Field(default="force", description="name in results and messages, different for every load")
+
+
+class Exciter(PointForce):
+    """A harmonic force at a point from a modal exciter: a mass on a spring and a damper, fixed to the beam there.
+
+    The suspension stands on the frame of the support and carries the weight of the moving mass: gravity does not act on
+    it, base motion does. It is relaxed in the undeformed pose of the beam, but for the preload.
+    """
+
+    type: Literal["exciter"] = Field(description="kind of load")
+    name: Name = Field(default="exciter", description="name in results and messages, different for every load")
+    mass: NonNegative = Field(default=0.0, description="moving mass, which goes with the beam, kg", examples=[0.1])
+    stiffness: NonNegative = Field(
+        default=0.0, description="stiffness of the suspension along the direction, N/m", examples=[1.0e4]
+    )
+    damping: NonNegative = Field(
+        default=0.0, description="damping of the suspension along the direction, N s/m", examples=[2.0]
+    )
+    preload: Number = Field(
+        default=0.0, description="static force on the beam along the direction, also in the seat, N", examples=[-5.0]
+    )
+
+    @property
+    def preload_name(self) -> str:
+        """Name of the preload in results, where it is a load of its own."""
+        return f"{self.name} preload"
 
 
 class BaseMotion(Ramped):
@@ -146,7 +177,7 @@ class BaseMotion(Ramped):
     )
 
 
-Load = Annotated[Gravity | HarmonicForce | BaseMotion, Field(discriminator="type")]
+Load = Annotated[Gravity | HarmonicForce | Exciter | BaseMotion, Field(discriminator="type")]
 
 
 class Probe(Table):

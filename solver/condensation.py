@@ -1,8 +1,8 @@
 """Exact condensation of a linear step onto the contact points.
 
-With A = c_m M + c_k K factored once, the step A x = r + H^T f has x = A^-1 r + A^-1 H^T f, and the gap needs only
-the Delassus operator D = G A^-1 H^T (m x m). Full accuracy, one back-substitution per step. Friction adds T^T h to the
-right side, and T A^-1 [H^T T^T] to what a step needs.
+With A = c_m M + c_k K + c_d sum_j c_j b_j b_j^T (dashpots) factored once, the step A x = r + H^T f has
+x = A^-1 r + A^-1 H^T f, and the gap needs only the Delassus operator D = G A^-1 H^T (m x m). Full accuracy, one
+back-substitution per step. Friction adds T^T h to the right side, and T A^-1 [H^T T^T] to what a step needs.
 
 A^-1 is kept on columns that span H^T and T^T: the interface DOFs, or the contact points where these are fewer.
 """
@@ -20,13 +20,14 @@ from solver.system import SemiDiscreteSystem
 
 
 class CondensedOperator:
-    """A = c_m M + c_k K (+ springs), factored, with its Delassus operator.
+    """A = c_m M + c_k K + c_d dashpots (+ springs), factored, with its Delassus operator.
 
     Collective to make and to use.
 
     Attributes:
         mass: c_m.
         stiffness: c_k.
+        dashpots: c_d times the dashpots of the system; None: it has none.
         delassus: D = G A^-1 H^T, (m, m); symmetric where H = G.
         symmetric: Whether it is.
         largest_compliance: The largest entry of its diagonal.
@@ -35,13 +36,19 @@ class CondensedOperator:
     """
 
     def __init__(
-        self, system: SemiDiscreteSystem, mass: float, stiffness: float, springs: Springs | None = None
+        self,
+        system: SemiDiscreteSystem,
+        mass: float,
+        stiffness: float,
+        dashpots: float = 0.0,
+        springs: Springs | None = None,
     ) -> None:
         self.mass, self.stiffness = mass, stiffness
+        self.dashpots = None if system.dashpots is None or dashpots == 0.0 else system.dashpots.times(dashpots)
         contact = self._contact = system.contact
         self.symmetric = contact.symmetric
         started = time.perf_counter()
-        self._factor = system.operators.factor(mass, stiffness, springs)
+        self._factor = system.operators.factor(mass, stiffness, springs, self.dashpots)
         factored = time.perf_counter()
         interface = contact.interface
         tangents, forces = contact.tangents, csr_matrix(hstack([contact.resultants, contact.friction_resultants]))

@@ -5,7 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import log, pi, sqrt
 
-from solver.case import BaseMotion, Case, Gravity, HarmonicForce
+from solver.case import BaseMotion, Case, Exciter, Gravity, PointForce, Ramped
 from solver.case_tables.contact import AugmentedLagrangian, Friction, KelvinVoigt, Unilateral
 from solver.contact.restitution import kelvin_voigt_ratio, kelvin_voigt_restitution
 
@@ -58,9 +58,10 @@ def support_reaction(case: Case) -> float:
     for load in case.load:
         if isinstance(load, Gravity):
             moment += mass * load.acceleration * lever
-        elif isinstance(load, HarmonicForce):
+        elif isinstance(load, PointForce):
             x = load.point if isinstance(load.point, float | int) else load.point[0]
-            moment += abs(load.amplitude) * abs(float(x) - edge)
+            force = abs(load.amplitude) + (abs(load.preload) if isinstance(load, Exciter) else 0.0)
+            moment += force * abs(float(x) - edge)
         elif isinstance(load, BaseMotion):
             power = {"acceleration": 0, "velocity": 1, "displacement": 2}[load.quantity]
             moment += mass * abs(load.amplitude) * (2.0 * pi * load.frequency) ** power * lever
@@ -219,7 +220,7 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
     name, unit = "contact.friction.slip_velocity", "m/s"
     if friction.slip_velocity != "auto":
         return Default(name, friction.slip_velocity, unit, "given in the case")
-    frequencies = [load.frequency for load in case.load if isinstance(load, HarmonicForce | BaseMotion)]
+    frequencies = [load.frequency for load in case.load if isinstance(load, Ramped)]
     frequency = max(frequencies, default=overhang_frequency(case))
     angle = abs(case.support.clearance) / case.support.length
     sliding = pi * frequency * case.beam.thickness * angle

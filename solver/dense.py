@@ -9,7 +9,8 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse import csr_matrix
 
-from solver.operators import Array, Factor, Interface, Springs
+from solver.operators import Array, Factor, Interface, RankOnes, Springs
+from solver.refined_modes import refined_modes
 
 ROUND_OFF = 8.0 * np.finfo(float).eps
 WIDE = 1.0e6  # between the squares of the lowest and the highest frequency
@@ -55,7 +56,7 @@ class DenseOperators:
 
         A system that is in modal coordinates stays as it is. Of one whose frequencies lie far apart the eigenvalues
         found are 1 / (s + sigma), of M against K + sigma M, with sigma at the lowest elastic frequency: the high
-        frequencies would leave their round-off in the low ones, which matter.
+        frequencies would leave their round-off in the low ones. What the shift costs the high ones is mended then.
         """
         diagonal = np.diagonal(self.stiffness)
         coupling = np.abs(self.stiffness - np.diag(diagonal))
@@ -71,7 +72,7 @@ class DenseOperators:
         compliances, shapes = eigh(self.mass, self.stiffness + shift * self.mass)
         order = np.argsort(-compliances)
         compliances, shapes = compliances[order], shapes[:, order]
-        return 1.0 / compliances - shift, shapes / np.sqrt(compliances)
+        return refined_modes(self.mass, self.stiffness, shapes / np.sqrt(compliances), shift)
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x."""
@@ -89,8 +90,10 @@ class DenseOperators:
         """Return the part of K x that the restraint adds."""
         return np.asarray(self.restraint @ x)
 
-    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
-        """Factor mass M + stiffness K + springs, which must be positive definite; massless rows as in `Operators`."""
+    def factor(
+        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    ) -> Factor:
+        """Factor mass M + stiffness K + springs + added, positive definite; massless rows as in `Operators`."""
         effective = mass * self.mass + stiffness * self.stiffness
         if stiffness == 0.0:
             block = np.ix_(self.massless, self.massless)
@@ -98,6 +101,8 @@ class DenseOperators:
         if springs is not None:
             owned, slots = springs.interface.owned, springs.interface.slots
             effective[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]
+        if added is not None:
+            effective += added.matrix
         return DenseFactor(cho_factor(effective))
 
     def sum(self, local: Array) -> Array:

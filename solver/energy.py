@@ -27,11 +27,11 @@ class Ledger:
 
     Attributes:
         kinetic: T = v M v / 2, relative to the support.
-        strain: V = u K u / 2, with the energy of the restraint.
+        strain: V = u K u / 2, with the energy of the restraint and of springs attached to the body.
         contact: Psi, the potential of the contact stiffness.
         start: T + V + Psi at t = 0.
         load_work: Work of each load.
-        structural: Loss in Rayleigh damping.
+        structural: Loss in Rayleigh damping and in dashpots.
         contact_loss: Loss in contact damping.
         friction_loss: Loss in friction.
         algorithmic: Loss by the scheme; negative: created.
@@ -94,11 +94,10 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
     """Return the ledger after a step. Collective."""
     old, new, stage = step.old, step.new, step.stage
     moved = new.u[VALUE] - old.u[VALUE]
-    damping_force = system.mass_damping * stage.velocity[MASS] + system.stiffness_damping * stage.velocity[STIFFNESS]
     pairs = [
         (new.v[VALUE], new.v[MASS]),
         (new.u[VALUE], new.u[STIFFNESS]),
-        (moved, damping_force),
+        (moved, system.damping_force(stage.velocity)),
         (moved, stage.inertia_and_elastic),
         *((moved, load.pattern) for load in system.loads),
     ]

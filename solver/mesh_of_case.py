@@ -12,13 +12,13 @@ from meshes.files import read_mesh
 from meshes.geometry import BeamGeometry
 from meshes.sizing import BeamSizing
 from meshes.tagged import TaggedMesh
-from solver.case import Case, HarmonicForce
+from solver.case import Case, PointForce
 
 
 def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
     """Mesh a case with gmsh, or read the mesh file that it names. Collective."""
     mesh, beam = case.mesh, case.beam
-    points = [load.point for load in case.load if isinstance(load, HarmonicForce)]
+    points = [load.point for load in case.load if isinstance(load, PointForce)]
     points += [probe.point for probe in case.probe]
     geometry = BeamGeometry(
         dimension=mesh.dimension,

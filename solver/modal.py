@@ -1,8 +1,9 @@
 """A dense system in its own modal coordinates, where M = 1 and K is diagonal: what compiled loops march.
 
-    q'' + (c_M + c_K s) q' + s q = sum_k s_k(t) L_k + Phi^T f,    d = -(g0 + Phi q),    x = X q,    Phi = G X
+    q'' + C q' + s q = sum_k s_k(t) L_k + Phi^T f,    d = -(g0 + Phi q),    x = X q,    Phi = G X
 
-with X^T M X = 1 and X^T K X = diag(s). A time step without contact is then a handful of products per DOF.
+with X^T M X = 1, X^T K X = diag(s) and C = diag(c_M + c_K s) + sum_j c_j beta_j beta_j^T, the dashpots. A time step
+without contact is then a handful of products per DOF.
 """
 
 from __future__ import annotations
@@ -12,13 +13,13 @@ from dataclasses import dataclass
 import numpy as np
 
 from solver.dense import DenseOperators
-from solver.operators import Array
+from solver.operators import Array, RankOnes
 from solver.system import SemiDiscreteSystem
 
 
 @dataclass(frozen=True)
 class ModalSystem:
-    """A system with M = 1, K = diag(s), C = c_M + c_K s.
+    """A system with M = 1, K = diag(s), C = c_M + c_K s and dashpots.
 
     Attributes:
         system: The dense system that this is.
@@ -26,6 +27,7 @@ class ModalSystem:
         squares: s, squares of the angular frequencies, (n,), 1/s^2.
         gaps: Phi, (m, n).
         loads: L_k = X^T f_k, (loads, n).
+        dashpots: beta_j = X^T b_j and c_j, (k, n) and (k,); k = 0 without dashpots.
         restraint: X^T K_restraint X, (n, n), 1/s^2: what of K is the weak restraint.
     """
 
@@ -34,12 +36,18 @@ class ModalSystem:
     squares: Array
     gaps: Array
     loads: Array
+    dashpots: RankOnes
     restraint: Array
 
     @property
     def damping(self) -> Array:
-        """C, (n,), 1/s."""
+        """C without the dashpots, (n,), 1/s."""
         return np.asarray(self.system.mass_damping + self.system.stiffness_damping * self.squares)
+
+    @property
+    def damping_matrix(self) -> Array:
+        """C, (n, n), 1/s."""
+        return np.asarray(np.diag(self.damping) + self.dashpots.matrix)
 
     def coordinates(self, x: Array) -> Array:
         """Return q = X^T M x, (n,), of DOFs x, (n,)."""
@@ -57,6 +65,7 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
         return None
     squares, shapes = operators.modes
     interface = contact.interface
+    dashpots = system.dashpots or RankOnes(np.zeros((0, operators.size)), np.zeros(0))
     traced = np.zeros((interface.size, operators.size))
     traced[interface.slots] = shapes[interface.owned]
     return ModalSystem(
@@ -65,5 +74,6 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
         np.maximum(squares, 0.0),
         np.ascontiguousarray(contact.gap_matrix @ traced),
         np.array([load.pattern @ shapes for load in system.loads]).reshape(len(system.loads), operators.size),
+        RankOnes(np.ascontiguousarray(dashpots.patterns @ shapes), dashpots.coefficients),
         shapes.T @ operators.restraint @ shapes,
     )

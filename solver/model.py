@@ -31,7 +31,7 @@ from solver.defaults import (
     touch_depth,
 )
 from solver.face_points import PointRule
-from solver.loads.patterns import make_loads
+from solver.loads.exciter import assembled_system
 from solver.operators import Array
 from solver.reduction.reduced_body import reduced_body
 from solver.stable_step import stable_step
@@ -188,8 +188,8 @@ def model_of(case: Case, body: Body) -> Model:
         creep = slip_velocity(case, case.contact.rubs)
         law = replace(law, friction=CoulombFriction(case.contact.rubs.coefficient, creep.value))
         defaults = (*defaults, creep)
-    loads = make_loads(case, body.patterns, body.meshed.space.mesh.geometry.dim)
-    system = SemiDiscreteSystem(body.operators, contact, loads, *rayleigh(case))
+    dimension = body.meshed.space.mesh.geometry.dim
+    system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
     if isinstance(case.time.scheme, CentralDifference):
         case, computed = with_stable_step(asked, case, computed, stable_step(system, law))
     springs = tangent_stiffness(case, setting.face_stiffness) / (0.5 * area)

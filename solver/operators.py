@@ -14,7 +14,7 @@ Indices = NDArray[np.integer[Any]]
 
 
 class Factor(Protocol):
-    """A factored effective operator A = c_m M + c_k K."""
+    """A factored effective operator."""
 
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b; both arrays hold the owned part (n,). Collective."""
@@ -46,8 +46,10 @@ class Operators(Protocol):
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the weak restraint adds (n,). Collective."""
 
-    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
-        """Factor A = mass M + stiffness K + springs; if stiffness = 0, massless rows are those of K. Collective."""
+    def factor(
+        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    ) -> Factor:
+        """Factor mass M + stiffness K + springs + added; if stiffness = 0, massless rows are those of K. Collective."""
 
     def sum(self, local: Array) -> Array:
         """Sum a small array over all ranks. Collective."""
@@ -84,3 +86,37 @@ class Springs:
 
     interface: Interface
     matrix: csr_matrix
+
+
+@dataclass(frozen=True)
+class RankOnes:
+    """A sum of terms a_j b_j b_j^T: what springs, dampers or masses at places of a body add to its operators.
+
+    Attributes:
+        patterns: b_j on the DOFs of this rank, (k, n).
+        coefficients: a_j, (k,).
+    """
+
+    patterns: Array
+    coefficients: Array
+
+    def apply(self, x: Array, operators: Operators) -> Array:
+        """Return sum_j a_j b_j (b_j . x), (n,). Collective."""
+        return np.asarray((self.coefficients * operators.sum(self.patterns @ x)) @ self.patterns)
+
+    def times(self, factor: float) -> RankOnes:
+        """Return the sum times a factor."""
+        return RankOnes(self.patterns, factor * self.coefficients)
+
+    def and_also(self, other: RankOnes | None) -> RankOnes:
+        """Return both sums together."""
+        if other is None:
+            return self
+        return RankOnes(
+            np.concatenate([self.patterns, other.patterns]), np.concatenate([self.coefficients, other.coefficients])
+        )
+
+    @property
+    def matrix(self) -> Array:
+        """The sum as an array, (n, n), on one rank."""
+        return np.asarray(self.patterns.T @ (self.coefficients[:, None] * self.patterns))

@@ -11,9 +11,10 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
+from solver.attached import updated
 from solver.elasticity import ElasticForms
 from solver.errors import RunError, UserError
-from solver.operators import Array, Factor, Interface, Springs
+from solver.operators import Array, Factor, Interface, RankOnes, Springs
 from solver.rigid_motions import rigid_motions
 
 SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
@@ -154,8 +155,10 @@ class PetscOperators:
         """Return the part of K x that the restraint adds. Collective."""
         return self._product(self._restraint, x)
 
-    def factor(self, mass: float, stiffness: float, springs: Springs | None = None) -> Factor:
-        """Factor mass M + stiffness K + springs by MUMPS (options prefix gapbeam_effective_).
+    def factor(
+        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    ) -> Factor:
+        """Factor mass M + stiffness K + springs + added by MUMPS (options prefix gapbeam_effective_).
 
         Where M alone is asked for, rows of massless DOFs are those of K, which hold them in static equilibrium.
 
@@ -176,12 +179,13 @@ class PetscOperators:
             self._add_springs(effective, springs)
         effective.setOption(PETSc.Mat.Option.SPD, True)
         try:
-            return PetscFactor.of(effective, "gapbeam_effective_")
+            factor = PetscFactor.of(effective, "gapbeam_effective_")
         except PETSc.Error as error:
             raise RunError(
                 f"the effective operator with {effective.getSize()[0]} DOFs could not be factored ({error}); "
                 "a coarser mesh needs less memory"
             ) from error
+        return updated(factor, self, added)
 
     def sum(self, local: Array) -> Array:
         """Sum a small array over all ranks, to the same bits on every rank. Collective."""

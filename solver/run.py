@@ -16,7 +16,7 @@ from meshes.rank_zero import on_rank_zero
 from solver.accounts import Accounts
 from solver.analyses.static import find_seat
 from solver.analyses.transient import March
-from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case import Case, Ramped
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
 from solver.case_tables.analysis import Periodic
@@ -272,7 +272,7 @@ class Course:
 
 
 def _forcing(case: Case) -> dict[str, float | None]:
-    frequencies = {load.frequency for load in case.load if isinstance(load, HarmonicForce | BaseMotion)}
+    frequencies = {load.frequency for load in case.load if isinstance(load, Ramped)}
     frequency = frequencies.pop() if len(frequencies) == 1 else None
     return {"frequency": frequency, "period": 1.0 / frequency if frequency else None}
 

@@ -4,7 +4,8 @@
     delta = lambda_max(M^-1 (c_K K + G^T w c G))
 
 with stiffness k and damping c of the contact law, closed everywhere. Massless contact nodes are held by the contact:
-they do not take part, and k and c play no role.
+they do not take part, and k and c play no role. M is that of the body alone: masses attached to it lower its
+frequencies, so that the step is on the safe side. Dashpots are implicit.
 
 Source: Belytschko, Liu, Moran and Elkhodary (2014), ch. 6; Lanczos (1950) for the largest eigenvalue.
 """
@@ -18,6 +19,7 @@ from math import floor, inf, log10, sqrt
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
 
+from solver.attached import AttachedOperators
 from solver.contact.law import ContactLaw
 from solver.operators import Array
 from solver.system import SemiDiscreteSystem
@@ -41,12 +43,14 @@ class StableStep:
 def stable_step(system: SemiDiscreteSystem, law: ContactLaw) -> StableStep:
     """Return the largest step that the explicit scheme is given.
 
-    M has to be diagonal. The step is rounded down to two digits, so that it does not depend on the number of ranks.
+    M of the body has to be diagonal. The step is rounded down to two digits, so that it does not depend on the number
+    of ranks.
 
     Collective.
     """
     operators, contact = system.operators, system.contact
-    masses = operators.apply_mass(np.ones(operators.size))
+    body = operators.body if isinstance(operators, AttachedOperators) else operators
+    masses = body.apply_mass(np.ones(operators.size))
     scale = np.where(operators.massless, 0.0, 1.0 / np.sqrt(np.where(operators.massless, 1.0, masses)))
     touched = np.full(contact.size, TYPICAL_DEPTH)
     stiffness, damping = law.spring.slope(touched), law.damper.value(touched)

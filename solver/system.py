@@ -1,6 +1,6 @@
 """The semi-discrete system, the one noun of gapbeam.
 
-    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p) + T^T (w t),    C = c_M M + c_K K,    g = g0 + G u
+    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p) + T^T (w t),    C = c_M M + c_K K + dashpots,    g = g0 + G u
 
 G (m x n) takes degrees of freedom to the gap at m contact points, H puts pressures back as forces, w (m) are areas, p
 the contact pressure. H = G but for Nitsche's method, where both contain the stress (`solver.nitsche`). With friction,
@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from solver.operators import Array, Indices, Interface, Operators, Springs
+from solver.operators import Array, Indices, Interface, Operators, RankOnes, Springs
 
 
 @dataclass(frozen=True)
@@ -158,13 +158,14 @@ class Load:
 
 @dataclass(frozen=True)
 class SemiDiscreteSystem:
-    """M a + C v + K u = f(t) + H^T (w p) + T^T (w t), with C = mass_damping M + stiffness_damping K."""
+    """M a + C v + K u = f(t) + H^T (w p) + T^T (w t), with C = mass_damping M + stiffness_damping K + dashpots."""
 
     operators: Operators
     contact: ContactOperator
     loads: tuple[Load, ...] = ()
     mass_damping: float = 0.0
     stiffness_damping: float = 0.0
+    dashpots: RankOnes | None = None
 
     @cached_property
     def contact_is_massless(self) -> bool:
@@ -190,6 +191,13 @@ class SemiDiscreteSystem:
             if factor != 0.0:
                 total += factor * load.pattern
         return total
+
+    def damping_force(self, velocity: Imaged) -> Array:
+        """Return C v, (n,), N, of a velocity with its images, (3, n). Collective."""
+        force = self.mass_damping * velocity[MASS] + self.stiffness_damping * velocity[STIFFNESS]
+        if self.dashpots is not None:
+            force += self.dashpots.apply(velocity[VALUE], self.operators)
+        return np.asarray(force)
 
     def dots(self, pairs: Sequence[tuple[Array, Array]]) -> Array:
         """Return several scalar products with a single reduction. Collective."""

@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
-from math import ceil, gcd, pi
+from math import ceil, gcd, pi, sqrt
 
-from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case import Case, Exciter, Ramped
 from solver.case_file.consistency import contradictions_in
 from solver.case_file.faults import CaseError
 from solver.contact_scales import contact_duration
@@ -18,27 +18,37 @@ PERIOD_ERROR = (2.0 * pi / STEPS_PER_PERIOD) ** 2 / 12.0  # of the midpoint rule
 STEPS_PER_CONTACT = 20  # for peak forces
 RIGID_RATIO = 10.0  # of contact frequency to frequency of interest; a stiffer contact is rigid on that time scale
 FORCING_HARMONICS = 5.0  # of the forcing that are of interest
+MODAL_SHARE = 0.25  # of the mass of a beam, that its bending modes have at its tip
 SHORTEST_SHARE = 0.25  # of the step that would do; what would ask for a shorter one is not made a whole number of steps
 
 
 def forcing_frequencies(case: Case) -> list[float]:
     """Return the frequencies of all harmonic loads, Hz, each once, in ascending order."""
-    return sorted({load.frequency for load in case.load if isinstance(load, HarmonicForce | BaseMotion)})
+    return sorted({load.frequency for load in case.load if isinstance(load, Ramped)})
 
 
 def frequency_of_interest(case: Case) -> tuple[float, str]:
     """Return the highest frequency of interest, Hz, and where it comes from.
 
-    `time.frequency`, or the larger of 5 times the highest forcing frequency and the second bending frequency of the
-    overhang clamped at the support.
+    `time.frequency`, or the largest of 5 times the highest forcing frequency, the second bending frequency of the
+    overhang clamped at the support, and the frequency of an exciter with a quarter of the beam on its spring: the mass
+    of a bending mode of a cantilever at its tip.
     """
     if case.time.frequency is not None:
         return case.time.frequency, "time.frequency"
     bending = overhang_frequency(case, 2)
     forcing = FORCING_HARMONICS * max(forcing_frequencies(case), default=0.0)
-    if forcing > bending:
+    shaken = max((_exciter_frequency(case, load) for load in case.load if isinstance(load, Exciter)), default=0.0)
+    if forcing > max(bending, shaken):
         return forcing, f"{FORCING_HARMONICS:g} times the highest forcing frequency"
+    if shaken > bending:
+        return shaken, "an exciter and a quarter of the beam on its spring"
     return bending, "the second bending frequency of the clamped overhang"
+
+
+def _exciter_frequency(case: Case, exciter: Exciter) -> float:
+    mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
+    return sqrt(exciter.stiffness / (exciter.mass + MODAL_SHARE * mass)) / (2.0 * pi)
 
 
 def time_step(case: Case, stiffness: float) -> Default:

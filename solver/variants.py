@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from solver.case import BaseMotion, Case, Damping, Gates, Gravity, Output
+from solver.case import BaseMotion, Case, Damping, Exciter, Gates, Gravity, Output
 from solver.case import Load as CaseLoad
 from solver.case_tables.analysis import Transient
 from solver.case_tables.contact import Contact, Friction, KelvinVoigt
@@ -13,7 +13,7 @@ def body_key(case: Case) -> Case:
     """Return a case with everything taken out that a body does not depend on; equal for cases that share a body.
 
     Clearance, law, stiffness and damping of the contact, structural damping, amplitudes, frequencies, phases and ramps
-    of the loads, time, analysis, gates and output are cheap to change.
+    of the loads, mass, suspension and preload of exciters, time, analysis, gates and output are cheap to change.
     """
     return case.model_copy(
         update={
@@ -49,6 +49,8 @@ def _load(load: CaseLoad) -> CaseLoad:
     cheap: dict[str, object] = {"amplitude": 0.0, "frequency": 1.0, "phase": 0.0, "ramp": 0.0}
     if isinstance(load, BaseMotion):
         cheap["quantity"] = "acceleration"
+    if isinstance(load, Exciter):
+        cheap |= {"mass": 0.0, "stiffness": 0.0, "damping": 0.0, "preload": 0.0}
     return load.model_copy(update=cheap)
 
 

@@ -100,7 +100,7 @@ def compliance(patch: float, cell: float, layers: int = 12) -> float:
     """Mean sinking of the patch at x = 12.5 mm under a unit resultant there, times E b; soft springs hold the beam."""
     mesh = {"support_size": cell, "edge_size": cell, "cells_through_thickness": layers}
     system = held([0.0125, 0.0375], mesh, patch=patch).system
-    condensed = CondensedOperator(system, 0.0, 1.0, system.contact.springs(1.0e11))
+    condensed = CondensedOperator(system, 0.0, 1.0, springs=system.contact.springs(1.0e11))
     return float(condensed.delassus[0, 0]) * E * WIDTH
 
 

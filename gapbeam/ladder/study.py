@@ -12,7 +12,7 @@ from typing import Any
 from gapbeam.ladder.judgement import GROUPS, Judged, choice, differences, foretold, front, judged, uncertainty
 from gapbeam.ladder.measure import Job, Measured, measure
 from gapbeam.ladder.rungs import FINEST, REFINEMENT, Ladder, Rung, ladder_of
-from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case import Case, Ramped
 from solver.case_file.overrides import parse_value
 from solver.case_file.reader import read_case
 from solver.errors import UserError
@@ -97,7 +97,7 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     notes = list(ladder.notes)
     for note in notes:
         tell(note)
-    ramps = [load.ramp for load in read.load if isinstance(load, HarmonicForce | BaseMotion)]
+    ramps = [load.ramp for load in read.load if isinstance(load, Ramped)]
     ramp = ceil(max(ramps, default=0.0) * frequency - 1e-9)
     most = ramp + FOLLOWED
 

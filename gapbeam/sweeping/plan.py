@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import hashlib
 import json
-import math
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
@@ -13,6 +12,7 @@ from typing import Any, NamedTuple
 
 from solver.case import Case
 from solver.case_file.faults import CaseError
+from solver.case_file.keys import flat
 from solver.case_file.reader import read_case
 from solver.case_tables.analysis import Periodic
 from solver.errors import UserError
@@ -149,7 +149,7 @@ def _check_carry(sweep: Sweep, cases: Mapping[tuple[str, ...], Case | CaseError]
     for line in lines.values():
         keys = [body_key(case) for case in line]
         if any(key != keys[0] for key in keys):
-            tables = [_flat(key.model_dump(mode="json")) for key in keys]
+            tables = [flat(key.model_dump(mode="json")) for key in keys]
             name = next(name for name in tables[0] if any(table.get(name) != tables[0][name] for table in tables))
             raise UserError(
                 f"--carry: {name} changes along {sweep.axes[-1].key}, so a state does not fit the next point; expected "
@@ -214,7 +214,7 @@ def _plan(sweep: Sweep, cases: Sequence[Case]) -> dict[str, Any]:
     """Return what a sweep depends on, key by key."""
     swept = {axis.key for axis in sweep.axes}
     plan: dict[str, Any] = {"format": FORMAT}
-    tables = [_flat(case.model_dump(mode="json")) for case in cases]
+    tables = [flat(case.model_dump(mode="json")) for case in cases]
     plan |= {key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)}
     if cases[0].mesh.file is not None:
         content = Path(cases[0].mesh.file)
@@ -233,17 +233,3 @@ _OPTIONS = {
     "transient": "transient",
     "tolerance": "tolerance",
 }
-
-
-def _flat(value: Any, key: str = "") -> dict[str, Any]:
-    """Return a nested table as dotted keys; entries of arrays by their names or numbers."""
-    if isinstance(value, dict):
-        entries = ((name, inner) for name, inner in value.items())
-    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
-        entries = ((str(entry.get("name", place)), entry) for place, entry in enumerate(value))
-    else:
-        return {key: value if not (isinstance(value, float) and not math.isfinite(value)) else repr(value)}
-    found: dict[str, Any] = {}
-    for name, inner in entries:
-        found |= _flat(inner, f"{key}.{name}" if key else name)
-    return found

@@ -64,6 +64,7 @@ class Chart:
         choice: What is chosen, with its unit: "clearance (mm)".
         x_range: Ends of the horizontal axis; None: of the curves.
         y_range: Ends of the vertical axis; None: of the curves.
+        equal: Whether a unit is as long on both axes.
 
     Raises:
         BlockError: A curve of a choice that does not exist, a choice named twice or without a curve.
@@ -80,6 +81,7 @@ class Chart:
     choice: str = ""
     x_range: tuple[float, float] | None = None
     y_range: tuple[float, float] | None = None
+    equal: bool = False
 
     def __post_init__(self) -> None:
         used = {curve.choice for curve in self.curves} - {None}

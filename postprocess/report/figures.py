@@ -18,6 +18,8 @@ COLORS = (BLUE, VERMILION, GREEN, BLACK, PURPLE, SKY, GRAY)
 DASHES = ("solid", "solid", "solid", "solid", "solid", "solid", "solid", "dash", "dashdot", "dot")
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x")
 
+FEW_DECADES = 2.0  # of a logarithmic axis, which then has more labels than one a decade
+
 
 def chart_figure(chart: Chart) -> go.Figure:
     """Return a chart; the curves of choices other than the first are there, but not visible.
@@ -44,12 +46,16 @@ def surface_figure(surface: Surface) -> go.Figure:
         )
     )  # fmt: skip
     axes = {
-        f"{name}axis": {"title": {"text": html.escape(title, quote=False)}, "type": "log" if logarithmic else "linear", "exponentformat": "power"}
-        for name, title, logarithmic in (
-            ("x", surface.x, surface.log_x), ("y", surface.y, surface.log_y), ("z", surface.z, False),
+        f"{name}axis": {
+            "title": {"text": html.escape(title, quote=False)},
+            "type": "log" if logarithmic else "linear",
+            "exponentformat": "power",
+        }
+        for name, title, logarithmic in zip(
+            "xyz", (surface.x, surface.y, surface.z), (surface.log_x, surface.log_y, False), strict=True
         )
-    }  # fmt: skip
-    camera = {"eye": {"x": -1.5, "y": -1.5, "z": 0.9}}
+    }
+    camera = {"eye": {"x": -1.65, "y": -1.65, "z": 0.95}, "center": {"x": 0, "y": 0, "z": -0.12}}
     return figure.update_layout(template={}, scene={**axes, "camera": camera}, margin={"l": 0, "r": 0, "t": 0, "b": 0})
 
 
@@ -62,7 +68,7 @@ def _traces(curve: Curve, place: int, chart: Chart) -> list[go.Scatter | go.Bar]
         shared |= {"text": texts, "hovertemplate": f"%{{text}}<extra>{name}</extra>"}
     if curve.mode == "bars":
         return [go.Bar(x=x, y=y, marker={"color": color}, **shared)]
-    mark = {"color": color, "symbol": SYMBOLS[place % len(SYMBOLS)], "size": 7}
+    mark: dict[str, Any] = {"color": color, "symbol": SYMBOLS[place % len(SYMBOLS)], "size": 7}
     if curve.mode == "stems":
         stem_x, stem_y = _stems(x, y, _foot(chart))
         line = {"color": color, "width": 1.4}
@@ -96,10 +102,11 @@ def _foot(chart: Chart) -> float:
 
 
 def _layout(chart: Chart) -> dict[str, Any]:
+    upward = _axis(chart.y, chart.log_y, chart.y_range, [curve.y for curve in chart.curves])
     return {
         "template": {},
-        "xaxis": _axis(chart.x, chart.log_x, chart.x_range),
-        "yaxis": _axis(chart.y, chart.log_y, chart.y_range),
+        "xaxis": _axis(chart.x, chart.log_x, chart.x_range, [curve.x for curve in chart.curves]),
+        "yaxis": upward | ({"scaleanchor": "x"} if chart.equal else {}),
         "barmode": "group",
         "showlegend": len({curve.name for curve in chart.curves}) > 1,
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"},
@@ -108,7 +115,9 @@ def _layout(chart: Chart) -> dict[str, Any]:
     }
 
 
-def _axis(title: str, logarithmic: bool, limits: tuple[float, float] | None) -> dict[str, Any]:
+def _axis(
+    title: str, logarithmic: bool, limits: tuple[float, float] | None, values: Sequence[FloatArray | Sequence[float]]
+) -> dict[str, Any]:
     axis: dict[str, Any] = {
         "title": {"text": html.escape(title, quote=False), "standoff": 8},
         "type": "log" if logarithmic else "linear",
@@ -119,9 +128,17 @@ def _axis(title: str, logarithmic: bool, limits: tuple[float, float] | None) -> 
         "ticks": "outside",
         "showline": True,
     }
+    if logarithmic and _decades(limits, values) > FEW_DECADES:
+        axis["dtick"] = 1
     if limits is not None:
         axis["range"] = [float(np.log10(end)) if logarithmic else float(end) for end in limits]
     return axis
+
+
+def _decades(limits: tuple[float, float] | None, values: Sequence[FloatArray | Sequence[float]]) -> float:
+    ends = np.concatenate([np.asarray(part, dtype=float) for part in values] if limits is None else [limits])
+    positive = ends[np.isfinite(ends) & (ends > 0.0)]
+    return float(np.log10(positive.max() / positive.min())) if positive.size else 0.0
 
 
 def _single(values: FloatArray | Sequence[float]) -> FloatArray:

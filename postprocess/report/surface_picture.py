@@ -20,7 +20,8 @@ def surface_picture(surface: Surface) -> bytes:
     across = np.asarray(surface.across, dtype=float)
     x, y = np.meshgrid(np.log10(along) if surface.log_x else along, np.log10(across) if surface.log_y else across)
     with journal_style():
-        figure = Figure(figsize=(5.6, 4.0), layout=None)
+        figure = Figure(figsize=(5.6, 4.0))
+        figure.set_layout_engine("none")
         axes = figure.add_subplot(projection="3d")
         assert isinstance(axes, Axes3D)
         axes.plot_surface(

@@ -64,7 +64,7 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     """
     system = replace(system, contact=replace(system.contact, tangents=None))
     contact, operators = system.contact, system.operators
-    condensed = CondensedOperator(system, 0.0, 1.0, contact.springs(springs))
+    condensed = CondensedOperator(system, 0.0, 1.0, springs=contact.springs(springs))
     force = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))
     u: Imaged = np.zeros((3, operators.size))
     depth = contact.depth(np.zeros(contact.interface.size))

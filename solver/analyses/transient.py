@@ -16,7 +16,7 @@ from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.errors import NotConverged
 from solver.integrators.schemes import Integrator
-from solver.system import MASS, STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, Step, imaged
+from solver.system import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, Step, imaged
 
 REFRESH_INTERVAL = 50  # steps; keeps the round-off in the images K u and K v from adding up
 
@@ -174,7 +174,7 @@ def with_acceleration(plan: March, state: State) -> State:
         state = replace(state, traction=plan.law.friction.traction(state.pressure, slip))
     friction = None if state.traction is None else contact.weights[:, None] * state.traction
     force = system.combine_loads(system.load_factors(state.time))
-    force -= system.mass_damping * state.v[MASS] + system.stiffness_damping * state.v[STIFFNESS]
+    force -= system.damping_force(state.v)
     static = force - state.u[STIFFNESS]
     contact.interface.add(static, contact.resultant(contact.weights * state.pressure, friction))
     unbalanced, applied = (float(x) for x in system.dots([(static, static), (force, force)]))

@@ -21,6 +21,7 @@ from solver.case_file.contact_fits import (
     law_fits_the_formulation,
     scheme_fits_the_formulation,
 )
+from solver.case_file.exciters import exciters_sit_on_mass, preload_names_differ
 from solver.case_file.faults import Fault, Key
 from solver.case_file.geometry import (
     cells_fit_the_beam,
@@ -166,7 +167,9 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     loads_lie_in_the_beam,
     loads_have_a_node,
     directions_point_somewhere,
+    exciters_sit_on_mass,
     load_names_differ,
+    preload_names_differ,
     probes_lie_in_the_beam,
     probes_have_a_node,
     probe_names_differ,

@@ -5,6 +5,7 @@ The root is the model of the whole file, by default `solver.case.Case`.
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Any, NamedTuple, get_args, get_origin
@@ -94,6 +95,20 @@ def _inside(data: object, part: str | int) -> object:
     if isinstance(data, list | tuple) and isinstance(part, int) and 0 <= part < len(data):
         return data[part]
     return None
+
+
+def flat(value: Any, key: str = "") -> dict[str, Any]:
+    """Return a nested table, such as a case as plain data, as dotted keys; entries of arrays by names or numbers."""
+    if isinstance(value, dict):
+        entries = ((name, inner) for name, inner in value.items())
+    elif isinstance(value, list) and any(isinstance(entry, dict) for entry in value):
+        entries = ((str(entry.get("name", place)), entry) for place, entry in enumerate(value))
+    else:
+        return {key: value if not (isinstance(value, float) and not math.isfinite(value)) else repr(value)}
+    found: dict[str, Any] = {}
+    for name, inner in entries:
+        found |= flat(inner, f"{key}.{name}" if key else name)
+    return found
 
 
 def label(key: Key, data: object, root: type[BaseModel] = Case) -> str:

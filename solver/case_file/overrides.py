@@ -27,7 +27,7 @@ def override(data: dict[str, Any], overrides: Overrides) -> tuple[dict[Key, str]
     """
     typed: dict[Key, str] = {}
     faults: list[Fault] = []
-    for entry in _pairs(overrides):
+    for entry in pairs(overrides):
         if isinstance(entry, Fault):
             faults.append(entry)
             continue
@@ -46,7 +46,8 @@ def override(data: dict[str, Any], overrides: Overrides) -> tuple[dict[Key, str]
     return typed, faults
 
 
-def _pairs(overrides: Overrides) -> Iterator[tuple[str, object] | Fault]:
+def pairs(overrides: Overrides) -> Iterator[tuple[str, object] | Fault]:
+    """Yield dotted keys with their values, and a fault for a text that is no KEY=VALUE."""
     if isinstance(overrides, Mapping):
         yield from overrides.items()
         return

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
-from solver.case import BaseMotion, HarmonicForce, Support
+from solver.case import Exciter, Ramped, Support
 from solver.case_file.faults import Fault, Key
 from solver.case_file.places import Loads
 from solver.case_file.words import either
@@ -15,6 +15,8 @@ from solver.case_tables.time import DiscreteGradient, ImplicitMidpoint, Time
 
 Analysis = Transient | Periodic
 TYPE: Key = ("analysis", "type")
+FORCING_FIELDS = ("frequency", "amplitude")
+EXCITER_FIELDS = ("mass", "stiffness", "damping", "preload")
 VARIED = ("support.clearance", "contact.stiffness", "contact.damping")
 
 
@@ -22,7 +24,7 @@ def forcing_is_periodic(analysis: Analysis, load: Loads) -> Iterator[Fault]:
     """A periodic response has one forcing frequency."""
     if not isinstance(analysis, Periodic):
         return
-    frequencies = {n: entry.frequency for n, entry in load.items() if isinstance(entry, HarmonicForce | BaseMotion)}
+    frequencies = {n: entry.frequency for n, entry in load.items() if isinstance(entry, Ramped)}
     known = sorted(set(frequencies.values()))
     if len(known) == 1:
         return
@@ -124,7 +126,7 @@ def march_reaches_the_amplitude(analysis: Analysis, time: Time, load: Loads) -> 
     if not isinstance(analysis, Periodic) or analysis.start != "march":
         return
     for number, entry in load.items():
-        if isinstance(entry, HarmonicForce | BaseMotion) and entry.ramp > time.end:
+        if isinstance(entry, Ramped) and entry.ramp > time.end:
             yield Fault(
                 ("time", "end"),
                 f"{time.end:g} s, within the ramp of {entry.ramp:g} s of a load",
@@ -172,7 +174,8 @@ def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | Non
     """Return the value of what a curve may vary, None where it may not: for keys that a case is remade for cheaply.
 
     Args:
-        key: "support.clearance", "contact.stiffness", "contact.damping", "load.NAME.frequency", "load.NAME.amplitude".
+        key: "support.clearance", "contact.stiffness", "contact.damping", "load.NAME.frequency", "load.NAME.amplitude",
+            or what an exciter adds to the beam: "load.NAME.mass", "load.NAME.stiffness", and so on.
         tables: The tables support and contact, by name.
         load: The loads.
     """
@@ -187,5 +190,8 @@ def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | Non
 
 
 def _of_loads(load: Loads) -> list[str]:
-    shaken = [entry.name for entry in load.values() if isinstance(entry, HarmonicForce | BaseMotion)]
-    return [f"load.{name}.{field}" for name in shaken for field in ("frequency", "amplitude")]
+    known = []
+    for entry in load.values():
+        fields = FORCING_FIELDS * isinstance(entry, Ramped) + EXCITER_FIELDS * isinstance(entry, Exciter)
+        known += [f"load.{entry.name}.{field}" for field in fields]
+    return known

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from solver.case import BaseMotion, HarmonicForce, Output
+from solver.case import Output, Ramped
 from solver.case_file.faults import Fault
 from solver.case_file.places import Loads
 from solver.case_tables.time import MoreauJean, Time
@@ -42,7 +42,7 @@ def step_follows_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
     if time.step == "auto":
         return
     for number, entry in load.items():
-        if isinstance(entry, HarmonicForce | BaseMotion) and time.step >= 0.5 / entry.frequency:
+        if isinstance(entry, Ramped) and time.step >= 0.5 / entry.frequency:
             yield Fault(
                 ("time", "step"),
                 f"{time.step:g} s, with a load of {entry.frequency:g} Hz",
@@ -55,7 +55,7 @@ def step_follows_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
 def interest_covers_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
     """The highest frequency of interest is not below that of a load."""
     for number, entry in load.items():
-        if time.frequency and isinstance(entry, HarmonicForce | BaseMotion) and entry.frequency > time.frequency:
+        if time.frequency and isinstance(entry, Ramped) and entry.frequency > time.frequency:
             yield Fault(
                 ("time", "frequency"),
                 f"{time.frequency:g} Hz, with a load of {entry.frequency:g} Hz",

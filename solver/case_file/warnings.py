@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from solver.case import BaseMotion, Case, Gravity, HarmonicForce, Restraint
+from solver.case import BaseMotion, Case, Exciter, Gravity, Ramped, Restraint
 from solver.case_file.timing import MULTIPLE_TOLERANCE
 from solver.case_tables.contact import Contact
 from solver.case_tables.model import BeamModel
@@ -24,6 +24,7 @@ USUAL = (
 )
 """Table, key, least and most that is usual, unit."""
 
+ACTS = ("amplitude", "mass", "stiffness", "damping", "preload")  # of a load that shakes
 FEWEST_ELEMENTS = 5  # of a beam in its support
 MOST_UNKNOWNS = 1e6
 MOST_STEPS = 1e7
@@ -59,7 +60,7 @@ def unusual_values(case: Case) -> Iterator[str]:
         if isinstance(load, Gravity):
             if load.acceleration > 100:
                 yield f"{place} acceleration = {load.acceleration:g} is unusual; the unit is m/s^2"
-        elif load.amplitude == 0:
+        elif not any(getattr(load, key, 0.0) for key in ACTS):
             yield f"{place} amplitude = 0: it does nothing"
         elif isinstance(load, BaseMotion) and (peak := peak_acceleration(load)) > 1e4:
             yield f"{place} shakes the support with {peak:.3g} m/s^2, over 1000 g: is the amplitude in mm?"
@@ -93,8 +94,9 @@ def motion(case: Case) -> Iterator[str]:
         yield "no load but gravity: nothing sets the beam in motion"
     if weight_pressure(case) == 0 and case.support.clearance >= 0:
         yield "no gravity: nothing seats the beam on the base before it moves"
-    damping = case.damping
-    if not any([*(damping.ratios or ()), damping.mass, damping.stiffness]) and not contact_damps(case.contact):
+    damping, exciters = case.damping, [load.damping for load in case.load if isinstance(load, Exciter)]
+    given = [*(damping.ratios or ()), damping.mass, damping.stiffness, *exciters]
+    if not any(given) and not contact_damps(case.contact):
         yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
     if not case.probe:
         yield "no [[probe]]: no motion of any point is recorded"
@@ -205,7 +207,7 @@ def output(case: Case) -> Iterator[str]:
     step = 0.0 if case.time.step == "auto" else case.time.step
     interval = case.output.history_interval or step
     for load in case.load:
-        if isinstance(load, HarmonicForce | BaseMotion) and interval > 0.1 / load.frequency >= step:
+        if isinstance(load, Ramped) and interval > 0.1 / load.frequency >= step:
             yield (
                 f"[output] history_interval = {interval:g} keeps {1 / load.frequency / interval:.3g} records "
                 f"in a period of the load {load.name}; its waveform is lost"

@@ -21,8 +21,9 @@ class Continuation(Table):
     key: str = Field(
         min_length=1,
         max_length=100,
-        description="what varies: support.clearance, contact.stiffness, contact.damping, load.NAME.amplitude, or "
-        "load.NAME.frequency, which is that of all loads",
+        description="what varies: support.clearance, contact.stiffness, contact.damping, load.NAME.amplitude, "
+        "load.NAME.frequency, which is that of all loads, or of an exciter load.NAME.mass, .stiffness, .damping, "
+        ".preload",
         examples=["load.shaker.frequency"],
     )
     low: Number = Field(description="least value, in the unit of the key", examples=[15.0])

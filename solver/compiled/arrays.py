@@ -13,20 +13,26 @@ from solver.compiled.tables import Modal, Motion, Records, Room, Scheme
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.modal import ModalSystem
-from solver.operators import Array
+from solver.operators import Array, RankOnes
 from solver.system import VALUE, Imaged, State, imaged
 
 
 def modal_table(plan: March, modal: ModalSystem) -> Modal:
     """Return the system of a plan with its effective and Delassus operators, D = Phi A^-1 Phi^T."""
     system, contact = plan.system, plan.system.contact
-    mass, stiffness = plan.scheme.coefficients(system, plan.dt)
+    mass, stiffness, dashpots = plan.scheme.coefficients(system, plan.dt)
     inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares))
-    delassus = (modal.gaps * inverse) @ modal.gaps.T
+    updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
+    updated = modal.gaps @ updates.T
+    delassus = (modal.gaps * inverse) @ modal.gaps.T - (updated * update_factors) @ updated.T
     return Modal(
         squares=_packed(modal.squares),
         damping=_packed(modal.damping),
+        dashpots=_packed(modal.dashpots.patterns),
+        dashpot_factors=_packed(modal.dashpots.coefficients),
         inverse=inverse,
+        updates=updates,
+        update_factors=update_factors,
         gaps=_packed(modal.gaps),
         initial_gap=_packed(contact.initial_gap),
         weights=_packed(contact.weights),
@@ -37,6 +43,20 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         delassus=_packed(0.5 * (delassus + delassus.T)),
         largest=float(np.max(np.diagonal(delassus), initial=0.0)),
     )
+
+
+def inverse_updates(inverse: Array, added: RankOnes) -> tuple[Array, Array]:
+    """Return omega, (k, n), and rho, (k,), with (D + B^T diag(a) B)^-1 = D^-1 - sum_j rho_j omega_j omega_j^T.
+
+    Args:
+        inverse: The diagonal of D^-1, (n,).
+        added: B and a.
+    """
+    responses = added.patterns * inverse
+    scaled = added.coefficients[:, None] * (responses @ added.patterns.T)
+    inner = np.linalg.solve(np.eye(len(scaled)) + scaled, np.diag(added.coefficients))
+    factors, turn = np.linalg.eigh(0.5 * (inner + inner.T))
+    return np.ascontiguousarray(turn.T @ responses), factors
 
 
 def scheme_table(plan: March) -> Scheme:

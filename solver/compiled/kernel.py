@@ -113,6 +113,10 @@ def _enter(
         strain += modal.squares[j] * room.new_q[j] * room.new_q[j]
         structural += moved * modal.damping[j] * room.stage_velocity[j]
         inner += moved * room.inner[j]
+    for k in range(len(modal.dashpot_factors)):
+        pull = modal.dashpot_factors[k] * inner_product(modal.dashpots[k], room.stage_velocity)
+        for j in range(len(motion.q)):
+            structural += pull * modal.dashpots[k, j] * (room.new_q[j] - motion.q[j])
     for load in range(len(factors)):
         work = 0.0
         for j in range(len(motion.q)):

@@ -21,8 +21,7 @@ def midpoint_step(
     for j in range(n):
         right[j] = (2.0 / dt) * v[j] - modal.squares[j] * q[j]
     _add_loads_and_held(modal, motion, room, factors)
-    for j in range(n):
-        free[j] = modal.inverse[j] * right[j]
+    _solve(modal, right, free)
     for i in range(m):
         room.held_depth[i] = motion.depth[i] - dt * inner_product(modal.gaps[i], free)
     balance = Balance(dt, modal.delassus, modal.largest, modal.weights, room.held_depth, room.held)
@@ -32,8 +31,9 @@ def midpoint_step(
     if iterations < 0:
         return -1
     add_rows(modal.gaps, room.solution.change, 1.0, right)
+    _solve(modal, right, free)
     for j in range(n):
-        middle = modal.inverse[j] * right[j]
+        middle = free[j]
         new_q, new_v = q[j] + dt * middle, 2.0 * middle - v[j]
         room.inner[j] = (new_v - v[j]) / dt + 0.5 * modal.squares[j] * (new_q + q[j])
         room.stage_velocity[j], room.new_q[j], room.new_v[j] = middle, new_q, new_v
@@ -55,10 +55,13 @@ def alpha_step(
         v_guess = v[j] + dt * (1.0 - scheme.gamma) * a[j]
         u_stage, v_stage = new_share * u_guess + old_share * q[j], new_share * v_guess + old_share * v[j]
         right[j] = -scheme.alpha_m * a[j] - modal.damping[j] * v_stage - modal.squares[j] * u_stage
-        room.u_guess[j], room.v_guess[j] = u_guess, v_guess
+        room.u_guess[j], room.v_guess[j], room.stage_velocity[j] = u_guess, v_guess, v_stage
+    for k in range(len(modal.dashpot_factors)):
+        pull = modal.dashpot_factors[k] * inner_product(modal.dashpots[k], room.stage_velocity)
+        for j in range(n):
+            right[j] -= pull * modal.dashpots[k, j]
     _add_loads_and_held(modal, motion, room, factors)
-    for j in range(n):
-        free[j] = modal.inverse[j] * right[j]
+    _solve(modal, right, free)
     for i in range(m):
         room.guess_depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], room.u_guess)
         room.guess_rate[i] = -inner_product(modal.gaps[i], room.v_guess)
@@ -70,14 +73,26 @@ def alpha_step(
     if iterations < 0:
         return -1
     add_rows(modal.gaps, room.solution.change, 1.0, right)
+    _solve(modal, right, free)
     for j in range(n):
-        new_a = modal.inverse[j] * right[j]
+        new_a = free[j]
         new_q, new_v = room.u_guess[j] + scale * new_a, room.v_guess[j] + scheme.gamma * dt * new_a
         elastic = modal.squares[j] * (new_share * new_q + old_share * q[j])
         room.inner[j] = (1.0 - scheme.alpha_m) * new_a + scheme.alpha_m * a[j] + elastic
         room.stage_velocity[j] = new_share * new_v + old_share * v[j]
         room.new_q[j], room.new_v[j], a[j] = new_q, new_v, new_a
     return iterations
+
+
+@compiled
+def _solve(modal: Modal, right: Array, x: Array) -> None:
+    """Set x to A^-1 r."""
+    for j in range(len(x)):
+        x[j] = modal.inverse[j] * right[j]
+    for k in range(len(modal.update_factors)):
+        change = modal.update_factors[k] * inner_product(modal.updates[k], right)
+        for j in range(len(x)):
+            x[j] -= change * modal.updates[k, j]
 
 
 @compiled

@@ -13,8 +13,12 @@ class Modal(NamedTuple):
 
     Attributes:
         squares: s, (n,), 1/s^2.
-        damping: C, (n,), 1/s.
-        inverse: 1 / A, (n,).
+        damping: C without the dashpots, (n,), 1/s.
+        dashpots: beta, (k, n).
+        dashpot_factors: c, (k,), 1/s.
+        inverse: 1 / A without the dashpots, (n,).
+        updates: omega, which with rho take the dashpots into A^-1 = inverse - sum_j rho_j omega_j omega_j^T, (k, n).
+        update_factors: rho, (k,).
         gaps: Phi, (m, n).
         initial_gap: g0, (m,), m.
         weights: w, (m,), m^2.
@@ -28,7 +32,11 @@ class Modal(NamedTuple):
 
     squares: Array
     damping: Array
+    dashpots: Array
+    dashpot_factors: Array
     inverse: Array
+    updates: Array
+    update_factors: Array
     gaps: Array
     initial_gap: Array
     weights: Array

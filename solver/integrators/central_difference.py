@@ -1,7 +1,7 @@
 """Central difference in the form of velocity Verlet: explicit, with a lumped mass matrix.
 
     v_h = v0 + dt/2 a0,   u1 = u0 + dt v_h,   v1 = v_h + dt/2 a1,
-    M a1 + c_M M v1 + c_K K v_h + K u1 = f(t1) + H^T (w p1)
+    M a1 + c_M M v1 + c_K K v_h + dashpots v1 + K u1 = f(t1) + H^T (w p1)
 
 The contact pressure is the law at d1 with the gap rate over the step. Stable up to a step that depends on mesh, damping
 and contact stiffness (`solver.stable_step`).
@@ -29,13 +29,13 @@ from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, Sta
 
 @dataclass(frozen=True)
 class CentralDifference:
-    """The scheme; M has to be diagonal, and massless DOFs, if any, have to be all that gaps depend on."""
+    """The scheme; M of the body has to be diagonal; massless DOFs, if any, have to be all that gaps depend on."""
 
     carries_acceleration = True
 
-    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
-        """Return (c_m, 0): the operator is M, with K on the massless DOFs."""
-        return 1.0 + 0.5 * dt * system.mass_damping, 0.0
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
+        """Return (c_m, 0, c_d): the operator is M with dashpots, and K on the massless DOFs."""
+        return 1.0 + 0.5 * dt * system.mass_damping, 0.0, 0.5 * dt
 
     def advance(
         self,
@@ -55,6 +55,8 @@ class CentralDifference:
         lag = system.stiffness_damping
         factors = system.load_factors(old.time + dt)
         force = system.combine_loads(factors) - system.mass_damping * middle[MASS]
+        if system.dashpots is not None:
+            force -= system.dashpots.apply(middle[VALUE], operators)
         depth = contact.depth(contact.interface.trace(u[VALUE], operators))
         seconds, iterations, unresolved = 0.0, 0, 0.0
         if system.contact_is_massless:
@@ -102,9 +104,7 @@ class CentralDifference:
         stage = Stage(
             load_factors=0.5 * (system.load_factors(old.time) + factors),
             inertia_and_elastic=0.5 * (old.a[MASS] + acceleration[MASS] + old.u[STIFFNESS] + u[STIFFNESS]),
-            velocity=np.stack(
-                [middle[VALUE], 0.5 * (old.v[MASS] + new.v[MASS]), 0.5 * (old_lagged + middle[STIFFNESS])]
-            ),
+            velocity=np.stack([*(0.5 * (old.v + new.v))[:STIFFNESS], 0.5 * (old_lagged + middle[STIFFNESS])]),
             pressure=0.5 * (old.pressure + pressure),
             elastic_pressure=0.5 * (law.spring.pressure(old.depth) + closed.elastic),
             unresolved=unresolved,

@@ -31,8 +31,8 @@ def image_of_solution(
 ) -> Imaged:
     """Return x = A^-1 (r + H^T f + T^T h) with its images M x and K x, (3, n).
 
-    M x costs one product with the (small) mass matrix; K x then follows from A x = c_m M x + c_k K x, the right side,
-    which spares the product with K in every step.
+    M x costs one product with the (small) mass matrix; K x then follows from the right side,
+    A x = c_m M x + c_k K x + c_d dashpots, which spares the product with K in every step.
 
     Args:
         system: The system.
@@ -47,5 +47,8 @@ def image_of_solution(
     x = condensed.correct(free, forces, friction)
     system.contact.interface.add(right_side, system.contact.resultant(forces, friction))
     mass_image = system.operators.apply_mass(x)
-    stiffness_image = (right_side - condensed.mass * mass_image) / condensed.stiffness
+    elastic = right_side - condensed.mass * mass_image
+    if condensed.dashpots is not None:
+        elastic -= condensed.dashpots.apply(x, system.operators)
+    stiffness_image = elastic / condensed.stiffness
     return np.stack([x, mass_image, stiffness_image])

@@ -51,11 +51,12 @@ class GeneralizedAlpha:
         """Return Hilber, Hughes and Taylor's scheme (1977), alpha in [0, 1/3] (theirs is negative)."""
         return cls(0.0, alpha, 0.25 * (1.0 + alpha) ** 2, 0.5 + alpha)
 
-    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
-        """Return (c_m, c_k) of the effective operator."""
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
+        """Return (c_m, c_k, c_d) of the effective operator."""
         new = 1.0 - self.alpha_f
         mass = (1.0 - self.alpha_m) + new * self.gamma * dt * system.mass_damping
-        return mass, new * (self.beta * dt * dt + self.gamma * dt * system.stiffness_damping)
+        stiffness = new * (self.beta * dt * dt + self.gamma * dt * system.stiffness_damping)
+        return mass, stiffness, new * self.gamma * dt
 
     def advance(
         self,
@@ -79,8 +80,7 @@ class GeneralizedAlpha:
         right_side = (
             system.combine_loads(factors)
             - self.alpha_m * old.a[MASS]
-            - system.mass_damping * v_stage[MASS]
-            - system.stiffness_damping * v_stage[STIFFNESS]
+            - system.damping_force(v_stage)
             - u_stage[STIFFNESS]
         )
         held = hold(system, right_side, old.pressure)

@@ -36,9 +36,9 @@ class Midpoint:
     implicit: bool = False
     carries_acceleration = False
 
-    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
-        """Return (c_m, c_k) of the effective operator."""
-        return 2.0 / dt + system.mass_damping, 0.5 * dt + system.stiffness_damping
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
+        """Return (c_m, c_k, c_d) of the effective operator."""
+        return 2.0 / dt + system.mass_damping, 0.5 * dt + system.stiffness_damping, 1.0
 
     def advance(
         self,

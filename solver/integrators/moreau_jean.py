@@ -40,9 +40,9 @@ class MoreauJean:
     restitution: float = 0.0
     carries_acceleration = False
 
-    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
-        """Return (c_m, c_k) of the effective operator."""
-        return 1.0 / (self.theta * dt) + system.mass_damping, self.theta * dt + system.stiffness_damping
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
+        """Return (c_m, c_k, c_d) of the effective operator."""
+        return 1.0 / (self.theta * dt) + system.mass_damping, self.theta * dt + system.stiffness_damping, 1.0
 
     def advance(
         self,

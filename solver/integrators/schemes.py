@@ -23,8 +23,8 @@ class Integrator(Protocol):
     def carries_acceleration(self) -> bool:
         """Whether its state holds an acceleration."""
 
-    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float]:
-        """Return (c_m, c_k) of the effective operator c_m M + c_k K."""
+    def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
+        """Return (c_m, c_k, c_d) of the effective operator c_m M + c_k K + c_d dashpots."""
 
     def advance(
         self,

@@ -2,6 +2,7 @@
 
 * gravity: f = M g e, with the consistent mass matrix; it also acts on the seat.
 * harmonic_force: f = N(x_p)^T e s(t), s in N.
+* exciter: the same, and its preload; what it adds to M, C and K is in `solver.loads.exciter`.
 * base_motion: the equations are solved in the frame of the support, where f = -M e a_b(t); a_b is the given
   acceleration, or the first or second derivative of the given velocity or displacement, ramp included.
 """
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from solver.case import BaseMotion, Case, Gravity, HarmonicForce
+from solver.case import BaseMotion, Case, Exciter, Gravity, PointForce
 from solver.case import Load as CaseLoad
 from solver.loads.harmonic import Harmonic
 from solver.operators import Array, Operators
@@ -31,7 +32,7 @@ def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, 
 
 def _pattern(load: CaseLoad, dimension: int, space: Any, operators: Operators) -> Array:
     direction = load_direction(load, dimension)
-    if isinstance(load, HarmonicForce):
+    if isinstance(load, PointForce):
         row = point_row(space, axis_point(load.point), f"[[load]] {load.name}")
         return row.force(direction, operators.size)
     return _inertia(operators, direction)
@@ -46,15 +47,19 @@ def load_direction(load: CaseLoad, dimension: int) -> Array:
 
 
 def make_loads(case: Case, patterns: Sequence[Array], dimension: int) -> tuple[Load, ...]:
-    """Return the loads of a case from their patterns."""
-    return tuple(_make(load, pattern, dimension) for load, pattern in zip(case.load, patterns, strict=True))
+    """Return the loads of a case from their patterns, and after them the preloads of exciters."""
+    made = [_make(load, pattern, dimension) for load, pattern in zip(case.load, patterns, strict=True)]
+    for load, pattern in zip(case.load, patterns, strict=True):
+        if isinstance(load, Exciter) and load.preload != 0.0:
+            made.append(Load(load.preload_name, pattern, _constant(load.preload), static=True, of_arrays=True))
+    return tuple(made)
 
 
 def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
     if isinstance(load, Gravity):
         return Load(load.name, pattern, _constant(load.acceleration), static=True, of_arrays=True)
     harmonic = Harmonic(load.amplitude, load.frequency, load.phase, load.ramp)
-    if isinstance(load, HarmonicForce):
+    if isinstance(load, PointForce):
         return Load(load.name, pattern, harmonic.value, of_arrays=True)
     derivative = DERIVATIVES[load.quantity]
 

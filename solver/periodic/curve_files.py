@@ -16,6 +16,7 @@ from solver.periodic.continuation import Curve, CurvePoint
 from solver.periodic.steady import SteadyModel
 
 UNITS = {"frequency": "Hz", "clearance": "m"}
+EXCITER_UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m", "preload": "N"}
 
 
 def curve_rows(curve: Curve, model_at: Callable[[float], SteadyModel]) -> list[dict[str, Any]]:
@@ -75,6 +76,8 @@ def write_curve(folder: Path, key: str, unit: str, periods: int, curve: Curve, r
 def unit_of(key: str, steady: SteadyModel) -> str:
     """Return the unit of what varies along a curve."""
     case, field = steady.model.case, key.rsplit(".", 1)[1]
+    if key.startswith("load.") and field in EXCITER_UNITS:
+        return EXCITER_UNITS[field]
     if field in ("stiffness", "damping"):
         return case.contact.stiffness_unit if field == "stiffness" else case.contact.damping_unit
     if field != "amplitude":

@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from math import ceil, pi
 
 from solver.analyses.transient import March
-from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case import Case, Ramped
 from solver.case_tables.analysis import Periodic
 from solver.integrators.midpoint import Midpoint
 from solver.march_of_model import march_of_model
@@ -79,10 +79,7 @@ def steady(model: Model, analysis: Periodic) -> SteadyModel:
     """
     model, count = with_whole_steps(model)
     case = frozen(model)
-    loads = tuple(
-        load.model_copy(update={"ramp": 0.0}) if isinstance(load, HarmonicForce | BaseMotion) else load
-        for load in case.load
-    )
+    loads = tuple(load.model_copy(update={"ramp": 0.0}) if isinstance(load, Ramped) else load for load in case.load)
     period = analysis.periods / forcing_frequencies(case)[0]
     timed = case.time.model_copy(update={"end": period})
     case = case.model_copy(update={"load": loads, "time": timed})
@@ -116,7 +113,7 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
     table, _, rest = key.partition(".")
     if table == "load":
         name, field = rest.split(".")
-        shaken = (load for load in case.load if isinstance(load, HarmonicForce | BaseMotion))
+        shaken = (load for load in case.load if isinstance(load, Ramped))
         meant = {load.name for load in shaken if field == "frequency" or load.name == name}
         loads = tuple(load.model_copy(update={field: value}) if load.name in meant else load for load in case.load)
         case = case.model_copy(update={"load": loads})

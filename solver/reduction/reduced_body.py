@@ -19,7 +19,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix, identity
 
 from solver.body import Body, ProbeRow
-from solver.case import Case, HarmonicForce
+from solver.case import Case, PointForce
 from solver.case_tables.model import ReducedModel
 from solver.defaults import overhang_frequency
 from solver.dense import DenseOperators
@@ -114,7 +114,7 @@ def is_symmetric(case: Case) -> bool:
         return False
     if case.contact.rubs is not None or case.contact.points is not None:
         return False
-    points = [load.point for load in case.load if isinstance(load, HarmonicForce)]
+    points = [load.point for load in case.load if isinstance(load, PointForce)]
     directions = [load.direction for load in case.load if load.direction is not None]
     return not any(isinstance(vector, tuple) and len(vector) > 1 and vector[1] != 0.0 for vector in points + directions)
 

@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import linprog
 
 from solver.analyses.static import find_seat
-from solver.case import BaseMotion, Case, HarmonicForce
+from solver.case import Case, Ramped
 from solver.integrators.schemes import make_integrator
 from solver.model import Model
 from solver.operators import Array
@@ -69,7 +69,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     generator = np.random.default_rng([seed, number])
     seat, operators, case = seated(model).state, model.system.operators, model.case
     omega = 2.0 * pi * max(forcing_frequencies(case), default=1.0)
-    amplitudes = {load.name: load.amplitude for load in case.load if isinstance(load, HarmonicForce | BaseMotion)}
+    amplitudes = {load.name: load.amplitude for load in case.load if isinstance(load, Ramped)}
     forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in model.system.loads if not load.static]
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
@@ -81,7 +81,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
         velocity += generator.standard_normal() * shape / np.sqrt(size)
     kinetic = 0.5 * float(model.system.dots([(velocity, operators.apply_mass(velocity))])[0])
     velocity *= np.sqrt(generator.uniform(0.0, KICK) * energy / kinetic)
-    ramps = [load.ramp for load in case.load if isinstance(load, HarmonicForce | BaseMotion)]
+    ramps = [load.ramp for load in case.load if isinstance(load, Ramped)]
     frequencies = forcing_frequencies(case)
     period = 1.0 / frequencies[0] if frequencies else 0.0
     steps = ceil(max(ramps, default=0.0) / model.step - _WHOLE) + floor(generator.uniform() * period / model.step)
@@ -125,7 +125,7 @@ def _time(model: Model, end: State, before: Case) -> tuple[float, list[str]]:
     if len(old) != 1 or len(new) != 1:
         return round(end.time / step) * step, []
     phase = end.time * old[0]
-    ramps = [load.ramp for load in model.case.load if isinstance(load, HarmonicForce | BaseMotion)]
+    ramps = [load.ramp for load in model.case.load if isinstance(load, Ramped)]
     phase += ceil(max(ramps, default=0.0) * new[0] - phase - _WHOLE) if phase < max(ramps, default=0.0) * new[0] else 0
     number = round(phase / (new[0] * step))
     jump = abs(number * step * new[0] - phase)

@@ -4,8 +4,8 @@
   const root = document.documentElement;
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const coarse = window.matchMedia("(pointer: coarse)").matches;
-  // On paper: A4 between its margins, 178 mm at 96 dots per inch; two panels side by side.
-  const PAPER = { whole: 672, half: 330 };
+  // On paper: A4 between its margins, 178 mm at 96 dots per inch; up to three panels side by side.
+  const PAPER = { 1: { width: 672, height: 290 }, 2: { width: 330, height: 215 }, 3: { width: 216, height: 170 } };
   // Colors that would not be seen on a dark page.
   const BRIGHTER = { "#000000": "#eceff1", "#0072B2": "#56B4E9", "#56B4E9": "#9ad7ff", "#D55E00": "#ff8d3b",
                      "#009E73": "#35c99b", "#9A9A9A": "#a8b0b8" };
@@ -34,11 +34,14 @@
     const style = getComputedStyle(root);
     const of = (name) => style.getPropertyValue(name).trim();
     const font = { family: of("--sans"), size: size || (window.innerWidth < 560 ? 12 : 13), color: of("--ink") };
+    const title = { size: font.size };
     const axis = { gridcolor: of("--grid"), linecolor: of("--rule"), tickcolor: of("--rule") };
     Object.assign(layout, { font, paper_bgcolor: "rgba(0,0,0,0)", plot_bgcolor: "rgba(0,0,0,0)", autosize: true,
                             dragmode: coarse ? false : "zoom" });
     layout.hoverlabel = { bgcolor: of("--raised"), bordercolor: of("--rule"), font };
-    for (const name of ["xaxis", "yaxis"]) if (layout[name]) Object.assign(layout[name], axis);
+    for (const name of ["xaxis", "yaxis"]) {
+      if (layout[name]) Object.assign(layout[name], axis).title.font = title;
+    }
     if (layout.scene) {
       layout.dragmode = "orbit";
       for (const name of ["xaxis", "yaxis", "zaxis"]) {
@@ -52,7 +55,10 @@
     const traces = tinted(copy(spec.data));
     for (const trace of traces) trace.visible = trace.meta == null || trace.meta === choice;
     const layout = themed(copy(spec.layout), size && size.font);
-    if (size) Object.assign(layout, { width: size.width, height: size.height, autosize: false });
+    if (size) {
+      Object.assign(layout, { width: size.width, height: size.height, autosize: false });
+      layout.showlegend = layout.showlegend && size.legend;
+    }
     const still = onPaper();
     Plotly.react(plot, still ? traces.filter((trace) => trace.visible) : traces, layout, {
       responsive: !still, staticPlot: still, displaylogo: false, displayModeBar: coarse ? false : "hover",
@@ -89,24 +95,46 @@
     const spec = specs[figure.dataset.figure];
     const buttons = [...figure.querySelectorAll(".choices button")];
     plot.style.display = "none";
-    const panels = document.createElement("div");
-    panels.className = "panels";
-    figure.prepend(panels);
-    const width = buttons.length > 1 ? PAPER.half : PAPER.whole;
+    const panels = made("div", "panels");
+    const columns = Math.min(3, Math.max(1, Math.ceil(Math.sqrt(buttons.length))));
+    if (buttons.length && spec.layout.showlegend) panels.append(legendOf(spec));
     for (const button of buttons.length ? buttons : [null]) {
-      const panel = document.createElement("div");
-      panel.className = "panel";
+      const panel = made("div", "panel");
       if (button) {
-        const head = document.createElement("p");
-        head.className = "head";
-        head.textContent = [figure.querySelector(".choices .of")?.textContent, button.textContent].filter(Boolean).join(": ");
-        panel.append(head);
+        const of = figure.querySelector(".choices .of");
+        panel.append(made("p", "head", [of && of.textContent, button.textContent].filter(Boolean).join(": ")));
       }
-      const place = document.createElement("div");
+      const place = made("div", "");
       panel.append(place);
       panels.append(panel);
-      drawChart(place, spec, button ? button.dataset.choice : null, { width, height: buttons.length > 1 ? 225 : 300, font: 11 });
+      drawChart(place, spec, button ? button.dataset.choice : null, { ...PAPER[columns], font: columns > 2 ? 10 : 11, legend: !button });
     }
+    figure.prepend(panels);
+  }
+
+  function made(element, name, text) {
+    const one = document.createElement(element);
+    one.className = name;
+    if (text) one.textContent = text;
+    return one;
+  }
+
+  // One legend for all panels of a figure on paper.
+  function legendOf(spec) {
+    const legend = made("p", "legend");
+    const told = new Set();
+    for (const trace of spec.data) {
+      if (trace.showlegend === false || told.has(trace.legendgroup)) continue;
+      told.add(trace.legendgroup);
+      const key = made("span", `key ${trace.mode || "bars"}`);
+      key.style.setProperty("--color", trace.mode === "lines" ? trace.line.color : trace.marker.color);
+      key.style.setProperty("--stroke", (trace.line && trace.line.dash !== "solid" && trace.line.dash) ? "dashed" : "solid");
+      const entry = made("span", "entry");
+      entry.append(key);
+      entry.insertAdjacentHTML("beforeend", trace.name);
+      legend.append(entry);
+    }
+    return legend;
   }
 
   const charts = [...document.querySelectorAll("[data-figure]")];

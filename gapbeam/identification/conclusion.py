@@ -1,0 +1,264 @@
+"""What an identification has found: the best values, how well they are known, what they predict."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gapbeam.identification.evaluations import Evaluations, failed, mean
+from gapbeam.identification.identifiability import (
+    Identifiability,
+    bound_of_misfit,
+    identifiability,
+    spread_of,
+)
+from gapbeam.identification.misfit import BudgetSpentError, Misfit, scales_of
+from gapbeam.identification.problem import FloatArray, Problem, Values
+from gapbeam.identification.search import difference_places, differences, polish
+from gapbeam.identification.trial import Record
+
+BETTER = 0.99  # of the sum of squares: worth another round
+ROUNDS = 3
+PROFILE = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)  # of the half-width of an interval
+ANOTHER = 0.05  # relative difference of a figure from another start that is told
+REFIT_STEPS = 4  # Gauss-Newton steps of a fit without one measurement
+
+
+@dataclass(frozen=True)
+class Row:
+    """What became of a measurement.
+
+    Attributes:
+        number: Of the measurement.
+        computed: Figure at the best values, SI; not a number where the experiment failed.
+        scatter: Standard deviation of its windows.
+        residual: Plain residual, as asked for, not divided by a standard error.
+        log10: log10(computed/measured); not a number where that has none.
+        response: "period 1", "no cycle", ... or the verdict of an experiment that failed.
+        uncertainty: Standard deviation of the computed figure by that of the unknowns; not a number without a fit.
+        others: The figure from other starts, where it is another response.
+        left_out: log10 (or the residual asked for) of its prediction from all the others; None where not asked for.
+    """
+
+    number: int
+    computed: float
+    scatter: float
+    residual: float
+    log10: float
+    response: str
+    uncertainty: float
+    others: tuple[float, ...]
+    left_out: float | None = None
+
+
+@dataclass(frozen=True)
+class Conclusion:
+    """All that was found.
+
+    Attributes:
+        problem: The identification.
+        values: The best ones.
+        cost: Their sum of squares.
+        rows: One for each measurement.
+        known: Identifiability.
+        sensitivity: d ln(figure) / d ln(unknown), (measurements, unknowns).
+        intervals: Ends of the interval of each unknown by the Jacobian, within its bounds, in its unit.
+        profiles: Ends of the range of each unknown among all evaluations that are as good, in its unit.
+        tried: Sets of values that the search tried.
+        cloud: Values and sum of squares of all evaluations that passed.
+        failures: Records of those that did not.
+    """
+
+    problem: Problem
+    values: Values
+    cost: float
+    rows: tuple[Row, ...]
+    known: Identifiability
+    sensitivity: FloatArray
+    intervals: tuple[tuple[float, float], ...]
+    profiles: tuple[tuple[float, float], ...]
+    tried: int
+    cloud: list[tuple[Values, float]]
+    failures: list[Record]
+
+    def rms(self, use: str, name: str = "residual") -> float:
+        """Return the rms of the residuals ("residual" or "log10") of what was fitted ("fit") or held out ("predict").
+
+        Not a number where there are none, or one of them failed.
+        """
+        found = [getattr(row, name) for row in self.rows if self.problem.measurements[row.number].use == use]
+        return float(np.sqrt(np.mean(np.square(found)))) if found else math.nan
+
+    @property
+    def passed(self) -> bool:
+        """Whether every experiment passed its gates at the best values."""
+        return all(math.isfinite(row.computed) for row in self.rows)
+
+
+def conclude(
+    problem: Problem, evaluations: Evaluations, tried: int, leave_one_out: bool, told: Callable[[str], None]
+) -> Conclusion | None:
+    """Look at the best of all evaluations; None where none passed.
+
+    Args:
+        problem: The identification.
+        evaluations: What the search has left, and what adds to it.
+        tried: Sets of values that the search tried.
+        leave_one_out: Predict each fitted measurement from the others too.
+        told: Hears what is done next.
+    """
+    settings = problem.file.search
+    misfit = Misfit(problem, evaluations, budget=10**9)
+    for _ in range(ROUNDS):
+        found = misfit.best()
+        if found is None:
+            return None
+        told("the surroundings of the best values")
+        values, cost = found
+        _, _, known = _slopes(problem, evaluations, values)
+        if settings.profile:
+            _profile(misfit, values, known)
+        better = misfit.best()
+        assert better is not None
+        if better[1] >= BETTER * cost or cost == 0.0:
+            break
+        with_budget = Misfit(problem, evaluations, budget=REFIT_STEPS * (2 * len(values) + 2))
+        _refit(with_budget, problem.scaled(better[0]))
+    values, cost = better
+    figures, slopes, known = _slopes(problem, evaluations, values)
+    told("responses from other starts")
+    rows = _rows(problem, evaluations, values, slopes, known)
+    if leave_one_out:
+        told("each measurement from the others")
+        rows = [_without(problem, evaluations, values, row) for row in rows]
+    cloud = misfit.cloud()
+    bound = bound_of_misfit(cost, known.spread, len(misfit.fitted), len(values), settings.confidence)
+    profiles = np.array([entry for entry, misfits in cloud if misfits <= bound] or [values])
+    return Conclusion(
+        problem=problem,
+        values=values,
+        cost=cost,
+        rows=tuple(rows),
+        known=known,
+        sensitivity=_sensitivity(problem, values, figures, slopes),
+        intervals=_intervals(problem, values, known),
+        profiles=tuple((float(column.min()), float(column.max())) for column in profiles.T),
+        tried=tried,
+        cloud=cloud,
+        failures=misfit.failures(),
+    )
+
+
+def _slopes(
+    problem: Problem, evaluations: Evaluations, values: Values
+) -> tuple[FloatArray, FloatArray, Identifiability]:
+    """Return all figures, (m,), their derivatives by the coordinates, (m, n), and what the fitted ones tell."""
+    settings, z = problem.file.search, problem.scaled(values)
+    pairs = difference_places(z, settings.difference)
+    points = [values, *(problem.values(row) for pair in pairs for row in pair)]
+    records = evaluations.of(points, problem.experiments_of(fitted_only=False))
+    figures = np.array([_figures(problem, row) for row in records])
+    slopes = differences(
+        z, [np.array([problem.scaled(problem.values(row)) for row in pair]) for pair in pairs], figures
+    )
+    fitted, scales = list(problem.fitted), scales_of(problem)
+    residuals = np.array([scales[number](figures[0, number]) for number in fitted])
+    per_logarithm = np.array([scales[number].per_logarithm for number in fitted])
+    given = all(scales[number].sigma is not None for number in fitted)
+    spread = spread_of(residuals, len(values), per_logarithm, given, settings.confidence)
+    jacobian = np.array([scales[number].slope(figures[0, number]) * slopes[number] for number in fitted])
+    return figures[0], slopes, identifiability(jacobian, spread, [one.unknown.key for one in problem.coordinates])
+
+
+def _figures(problem: Problem, records: Sequence[Record]) -> list[float]:
+    """Return the figure of each measurement."""
+    return [mean(records[place], one.figure) for one, place in zip(problem.measurements, problem.places, strict=True)]
+
+
+def _profile(misfit: Misfit, values: Values, known: Identifiability) -> None:
+    """Evaluate places along the way on which the misfit grows least as one unknown moves: z + d C_j / C_jj."""
+    z = misfit.problem.scaled(values)
+    places = []
+    for number, finding in enumerate(known.findings):
+        column = known.covariance[:, number]
+        way = np.eye(len(z))[number]
+        if np.all(np.isfinite(column)) and column[number] > 0.0:
+            way = column / column[number]
+        reach = min(finding.half_width, 1.0)
+        places += [np.clip(z + share * reach * way, 0.0, 1.0) for share in PROFILE]
+    misfit(np.array(places))
+
+
+def _refit(misfit: Misfit, z: FloatArray) -> None:
+    """Spend the budget of a misfit on least squares from a place."""
+    with suppress(BudgetSpentError):
+        polish(misfit, z, misfit.problem.file.search.difference)
+
+
+def _rows(
+    problem: Problem, evaluations: Evaluations, values: Values, slopes: FloatArray, known: Identifiability
+) -> list[Row]:
+    numbers = problem.experiments_of(fitted_only=False)
+    starts = range(1 + problem.file.search.coexisting)
+    by_start = [evaluations.of([values], numbers, start)[0] for start in starts]
+    scales, rows = scales_of(problem), []
+    for number, (one, place) in enumerate(zip(problem.measurements, problem.places, strict=True)):
+        record = by_start[0][place]
+        computed = mean(record, one.figure)
+        scatter = math.nan if failed(record) else float(record["figures"][one.figure]["scatter"])
+        others = [mean(entry[place], one.figure) for entry in by_start[1:] if not failed(entry[place])]
+        told = tuple(other for other in others if abs(other - computed) > ANOTHER * abs(computed) + 2.0 * scatter)
+        ratio = computed / one.value if one.value else math.nan
+        variance = float(slopes[number] @ known.covariance @ slopes[number])
+        rows.append(
+            Row(
+                number,
+                computed,
+                scatter,
+                scales[number].plain(computed),
+                math.log10(ratio) if ratio > 0.0 else math.nan,
+                str(record["verdict"]) if failed(record) else str(record["response"]),
+                math.sqrt(variance) if variance >= 0.0 else math.inf,
+                told,
+            )  # fmt: skip
+        )
+    return rows
+
+
+def _without(problem: Problem, evaluations: Evaluations, values: Values, row: Row) -> Row:
+    """Return the row of a measurement with its prediction by a fit to all the others, from the best of all places."""
+    one = problem.measurements[row.number]
+    rest = [number for number in problem.fitted if number != row.number]
+    if one.use != "fit" or not rest:
+        return row
+    misfit = Misfit(problem, evaluations, rest, REFIT_STEPS * (2 * len(values) + 2))
+    begin = misfit.best()
+    assert begin is not None
+    _refit(misfit, problem.scaled(begin[0]))
+    found = misfit.best()
+    assert found is not None
+    place = problem.places[row.number]
+    record = evaluations.of([found[0]], [place])[0][0]
+    return replace(row, left_out=scales_of(problem)[row.number].plain(mean(record, one.figure)))
+
+
+def _sensitivity(problem: Problem, values: Values, figures: FloatArray, slopes: FloatArray) -> FloatArray:
+    """Return d ln(figure) / d ln(unknown), (measurements, unknowns); not numbers where one of them is 0 or failed."""
+    powers = np.array([
+        one.elasticity(float(z)) for one, z in zip(problem.coordinates, problem.scaled(values), strict=True)
+    ])  # fmt: skip
+    with np.errstate(divide="ignore", invalid="ignore"):
+        found = slopes / figures[:, None] / powers
+    return np.where(np.isfinite(found), found, np.nan)
+
+
+def _intervals(problem: Problem, values: Values, known: Identifiability) -> tuple[tuple[float, float], ...]:
+    z = problem.scaled(values)
+    return tuple(
+        (one.value(place - finding.half_width), one.value(place + finding.half_width))
+        for one, place, finding in zip(problem.coordinates, z.tolist(), known.findings, strict=True)
+    )

@@ -1,0 +1,112 @@
+"""One experiment with one set of values, in a process of its own: march, windows, figures."""
+
+from __future__ import annotations
+
+import time
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gapbeam.identification.figures import read_figure, record_of, steps_between_records
+from gapbeam.identification.problem import Problem, Values
+from gapbeam.identification.tables import Figure, MotionFigure
+from gapbeam.sweeping.point import span
+from postprocess.records_in_memory import as_history
+from postprocess.signals import SignalError
+from postprocess.windows import settled_windows
+from solver.case_file.faults import CaseError
+from solver.case_file.reader import read_case
+from solver.errors import RunError
+from solver.output.summary import finite
+from solver.studies.kept_body import KeptBody
+from solver.studies.respond import VERDICTS, Response, respond
+from solver.studies.starts import kicked, seated
+
+BODY = KeptBody()  # of this process
+CYCLE_TOLERANCE = 0.01  # of the range: a response that repeats within it is called periodic
+PASSED, NO_FIGURES = "passed", "no figures"
+NOT_CONVERGED = 4
+KICK_SEED = 0  # a kick is told by its number
+
+Record = dict[str, Any]
+
+
+class Piece(NamedTuple):
+    """One experiment with one set of values.
+
+    Attributes:
+        values: Of the unknowns.
+        experiment: Its number.
+        start: 0 the seat, else the number of a random kick.
+    """
+
+    values: Values
+    experiment: int
+    start: int = 0
+
+
+class Job(NamedTuple):
+    """Pieces that one process computes one after the other."""
+
+    problem: Problem
+    case: Path
+    pieces: tuple[Piece, ...]
+
+
+def compute(job: Job) -> list[Record]:
+    """Return the record of each piece: its verdict and, where it passed, its figures with their scatter."""
+    return [finite(_record(job, piece)) for piece in job.pieces]
+
+
+def _record(job: Job, piece: Piece) -> Record:
+    clock, problem = time.perf_counter(), job.problem
+    experiment = problem.experiments[piece.experiment]
+    record: Record = {
+        "values": list(piece.values),
+        "experiment": piece.experiment,
+        "start": piece.start,
+        "verdict": PASSED,
+        "exit_status": 0,
+        "message": "",
+    }
+    try:
+        case = read_case(job.case, {**experiment.settings, **problem.settings(piece.values)})
+        model = BODY.model(case)
+        begin = kicked(model, piece.start, KICK_SEED) if piece.start else seated(model)
+    except (CaseError, RunError) as error:
+        verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
+        return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}
+    set_up = time.perf_counter() - clock
+    every = steps_between_records(experiment.figures, model.step, case.output.history_interval)
+    steps, frequency = span(model)
+    assert frequency is not None
+    response = respond(model, begin.state, steps, every * model.step)
+    record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "created")}
+    if response.verdict == PASSED:
+        record |= _figures(response, experiment.figures, frequency, problem.file.transient)
+    return record | {"seconds": {"set_up": set_up, "march": response.seconds, "all": time.perf_counter() - clock}}
+
+
+def _figures(response: Response, figures: tuple[Figure, ...], frequency: float, transient: float | None) -> Record:
+    """Return kind of response and figures; the records that they do not need are left alone."""
+    probes = [figure.probe for figure in figures if isinstance(figure, MotionFigure)]
+    wanted = {"time", "displacement", "velocity", *map(record_of, figures)}
+    history = as_history({name: response.history[name] for name in wanted}, response.labels)
+    try:
+        cycle, windows, notes = settled_windows(
+            history, frequency, transient, CYCLE_TOLERANCE, list(dict.fromkeys(probes)) or None
+        )
+        found = {figure.name: read_figure(figure, history, windows) for figure in figures}
+    except SignalError as fault:
+        return {"verdict": NO_FIGURES, "exit_status": NOT_CONVERGED, "message": str(fault)}
+    word = f"period {cycle.period}" if cycle.period is not None else "no cycle"
+    if cycle.period is None and cycle.residual <= cycle.tolerance:
+        word = "not settled"
+    return {
+        "response": word,
+        "windows": [windows.periods, windows.count],
+        "notes": notes,
+        "figures": {
+            name: {"mean": one.mean, "scatter": one.scatter, "error": one.uncertainty, "unit": one.unit}
+            for name, one in found.items()
+        },
+    }

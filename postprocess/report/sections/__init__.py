@@ -1,0 +1,1 @@
+"""Sections of reports on results folders, one kind of finding a file."""

@@ -1,0 +1,68 @@
+"""Contact forces, gaps and penetrations of the faces of a run."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+
+from postprocess.report.blocks import Block, Section, Table
+from postprocess.report.charts import Chart, Curve
+from postprocess.report.envelope import envelope, thinning_words
+from postprocess.signals import Signal, face_signal
+
+ZOOM = 3  # forcing periods
+_MICRO = 1.0e6
+
+
+def contact_section(history: xr.Dataset, frequency: float | None, command: str, anchor: str = "contact") -> Section:
+    """Return force, gap and penetration of every face over the record and over its end.
+
+    Args:
+        history: `Results.history`, with contact_force and penetration.
+        frequency: Of the forcing, Hz; None shows the last tenth of the record.
+        command: That makes the figures.
+        anchor: Of the section.
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    faces = [str(name) for name in history["face"].values]
+    force = {face: face_signal(history, "contact_force", face) for face in faces}
+    depth = {face: face_signal(history, "penetration", face) for face in faces}
+    end = f"the last {ZOOM} forcing periods" if frequency is not None else "the last tenth of the record"
+    size = max(one.time.size for one in force.values())
+    whole = [Curve(face, *envelope(one.time, one.values)) for face, one in force.items()]
+    last = [Curve(face, *_end(one, frequency)) for face, one in force.items()]
+    gaps = [Curve(face, *_end(one, frequency, -_MICRO)) for face, one in depth.items()]
+    rows = []
+    for face in faces:
+        pressed = force[face].values > 0.0
+        impulse = face_signal(history, "impulse", face).values[-1] if "impulse" in history else None
+        rows.append(
+            (
+                face, float(force[face].values.max()), float(force[face].values.mean()), 100.0 * float(pressed.mean()),
+                _MICRO * float(max(depth[face].values.max(), 0.0)), _MICRO * float(max(-depth[face].values.min(), 0.0)),
+                None if impulse is None else float(impulse),
+            )
+        )  # fmt: skip
+    heads = ("face", "largest force (N)", "mean force (N)", "in contact (% of the records)",
+             "largest penetration (µm)", "largest gap (µm)", "impulse (N s)")  # fmt: skip
+    blocks: list[Block] = [
+        Chart(
+            f"Normal force on the beam, the whole record.{thinning_words(size)}",
+            "time (s)", "contact force (N)", whole, command,
+        ),
+        Chart(f"Normal force on the beam, {end}.", "time (ms)", "contact force (N)", last, command),
+        Chart(
+            f"Smallest gap of each face, {end}; below zero the largest penetration.",
+            "time (ms)", "gap (µm)", gaps, command,
+        ),
+        Table("The faces over the whole record, at the recorded instants", heads, rows),
+    ]  # fmt: skip
+    return Section("Contact", anchor, blocks)
+
+
+def _end(one: Signal, frequency: float | None, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+    span = float(np.ptp(one.time))
+    part = one.since(float(one.time[-1]) - min(span, 0.1 * span if frequency is None else ZOOM / frequency))
+    return envelope(1e3 * part.time, factor * part.values)

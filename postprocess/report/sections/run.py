@@ -1,0 +1,139 @@
+"""The report on one run."""
+
+from __future__ import annotations
+
+import json
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from postprocess.analysis import Analysis, Options, analyze
+from postprocess.errors import ResultsError
+from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict
+from postprocess.report.sections.contact import contact_section
+from postprocess.report.sections.curve import curve_section, periodic_section
+from postprocess.report.sections.energy import energy_section
+from postprocess.report.sections.motion import motion_section, periodicity_section
+from postprocess.report.sections.spectra import spectra_section
+from postprocess.report.sections.verdicts import summary_section
+from postprocess.results import Results
+from postprocess.signals import SignalError
+from solver.output.records import CASE_FILE, CURVE_FILE, HISTORY_FILE
+
+PICTURES = "pictures"
+PICTURE_WORDS = {
+    "largest_contact_force": "The beam in its support at the field with the largest contact force.",
+    "largest_displacement": "The beam in its support at the field with the largest displacement of the free end.",
+}
+
+
+def run_report(results: Results, command: str) -> Report:
+    """Return the report on a run: verdicts and figures first, then motion, spectra, contact, energy, the case.
+
+    What the results do not allow is left out, or told where it would stand.
+
+    Args:
+        results: Of a run, finished or not.
+        command: That makes the report.
+
+    Raises:
+        ResultsError: A file of the results cannot be read.
+    """
+    sections = [summary_section(results)]
+    if (results.folder / HISTORY_FILE).is_file():
+        sections += _of_history(results, command)
+    else:
+        sections.append(Section("Motion", "motion", [Verdict("warning", f"There is no `{HISTORY_FILE}`.")]))
+    curve = results.folder / CURVE_FILE
+    if curve.is_file():
+        sections.append(curve_section(read_json(curve), command))
+    sections += [section for section in (_pictures(results.folder), case_section(results)) if section is not None]
+    return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
+
+
+def meta_of(results: Results, command: str) -> dict[str, str]:
+    """Return what a report on results is made from: folder, command, versions."""
+    versions = results.summary.get("versions") or {}
+    told = ", ".join(f"{name} {version}" for name, version in versions.items())
+    return {"results": str(results.folder), "made by": command} | ({"computed with": told} if told else {})
+
+
+def case_section(results: Results, anchor: str = "case") -> Section | None:
+    """Return the case as it was run, and how to run it again; None where it is not there."""
+    path = results.folder / CASE_FILE
+    if not path.is_file():
+        return None
+    text = path.read_text(encoding="utf-8", errors="replace")
+    blocks: list[Block] = [
+        Command(f"gapbeam run {path} --output {results.folder}-again"),
+        Listing(f"`{CASE_FILE}`, with every default", text),
+    ]
+    return Section("The case", anchor, blocks)
+
+
+def probe_analyses(results: Results) -> dict[str, Analysis]:
+    """Return what the history of every probe shows.
+
+    Raises:
+        ResultsError: The history cannot be read.
+        SignalError: Values that are not finite.
+    """
+    history = results.history
+    probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
+    found = {probe: analyze(results, Options(probe=probe)) for probe in probes}
+    return {probe: one for probe, one in found.items() if one.displacement is not None}
+
+
+def read_json(path: Path) -> dict[str, object]:
+    """Read an object from a JSON file.
+
+    Raises:
+        ResultsError: It cannot be read, or is no object.
+    """
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError) as fault:
+        raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON object", "repeat the study") from fault
+    if not isinstance(found, dict):
+        raise ResultsError(path, type(found).__name__, "a JSON object", "repeat the study")
+    return found
+
+
+def _of_history(results: Results, command: str) -> list[Section]:
+    history, frequency = results.history, results.forcing_frequency
+    periodic = results.summary.get("periodic")
+    makers: list[tuple[str, str, Callable[[], Sequence[Section | None]]]] = [
+        ("Motion", "motion", lambda: _of_probes(results, command))
+    ]
+    if periodic:
+        makers.append(("Periodic response", "periodic", lambda: [periodic_section(periodic, command)]))
+    if "contact_force" in history and "penetration" in history:
+        makers.append(("Contact", "contact", lambda: [contact_section(history, frequency, command)]))
+    makers.append(("Energy", "energy", lambda: [energy_section(history, results.summary, command)]))
+    found: list[Section] = []
+    for title, anchor, make in makers:
+        try:
+            found += [section for section in make() if section is not None]
+        except SignalError as fault:
+            found.append(Section(title, anchor, [Verdict("error", str(fault))]))
+    return found
+
+
+def _of_probes(results: Results, command: str) -> list[Section | None]:
+    analyses = probe_analyses(results)
+    if not analyses:
+        words = "The run recorded no motion of a probe: add `[[probe]]` to the case."
+        return [Section("Motion", "motion", [Verdict("note", words)])]
+    notes = dict.fromkeys(text for one in analyses.values() for text in one.warnings)
+    motion = motion_section(analyses, command)
+    motion = Section(motion.title, motion.anchor, [*(Verdict("warning", text) for text in notes), *motion.blocks])
+    return [motion, spectra_section(analyses, command), periodicity_section(analyses, command)]
+
+
+def _pictures(folder: Path) -> Section | None:
+    """Return the pictures that `gapbeam render` left; None where there are none."""
+    paths = sorted((folder / PICTURES).glob("*.png"))
+    if not paths:
+        return None
+    blocks = [Picture(path, PICTURE_WORDS.get(path.stem, path.stem.replace("_", " ")), f"gapbeam render {folder}")
+              for path in paths]  # fmt: skip
+    return Section("Pictures", "pictures", blocks)

@@ -21,6 +21,7 @@ from rich.logging import RichHandler
 from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
 from gapbeam.identify import identify
+from gapbeam.modes import modes
 from gapbeam.ranks import abort_together, first_rank
 from gapbeam.report import report
 from gapbeam.stability import stability
@@ -105,6 +106,7 @@ app.command()(compare)
 app.command()(sweep)
 app.command()(identify)
 app.command()(tradeoff)
+app.command()(modes)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

@@ -140,7 +140,10 @@ def test_the_beam_of_adams_agrees_with_two_equations_of_motion() -> None:
 @alone
 def test_ranks_agree_on_a_solid(tmp_path: Path) -> None:
     """A tetrahedral mesh keeps its six motions; a run on two ranks writes what one writes."""
-    text = GOOD.replace("dimension = 2\ndegree = 2", 'dimension = 3\ndegree = 1\ncell = "tetrahedron"\nsize = 0.06\nsupport_size = 0.0125')
+    text = GOOD.replace(
+        "dimension = 2\ndegree = 2",
+        'dimension = 3\ndegree = 1\ncell = "tetrahedron"\nsize = 0.06\nsupport_size = 0.0125',
+    )
     text = text.replace("end = 0.6", "end = 0.01").replace('stiffness = "auto"', "stiffness = 1e9")
     case = written(tmp_path, text.replace("[time]", '[model]\ntype = "rigid"\n\n[time]'))
     for count in (1, 2):

@@ -18,6 +18,7 @@ from solver.operators import Array
 
 STEPS = 2
 EQUAL = 1.0e-8  # of the sum of two squares of frequencies: below it their shapes mix freely
+SAFETY = 10.0  # times the round-off of X^T K X: modes that differ by less, such as rigid motions, are equal
 
 
 def refined_modes(mass: Array, stiffness: Array, shapes: Array, scale: float) -> tuple[Array, Array]:
@@ -35,7 +36,8 @@ def refined_modes(mass: Array, stiffness: Array, shapes: Array, scale: float) ->
         squares = np.diagonal(projected) / (1.0 - np.diagonal(defect))
         apart = squares[None, :] - squares[:, None]
         sizes = np.abs(squares)[None, :] + np.abs(squares)[:, None]
-        equal = np.abs(apart) <= EQUAL * (sizes + EQUAL * scale)
+        noise = np.finfo(float).eps * (np.abs(shapes).T @ np.abs(stiffness) @ np.abs(shapes))
+        equal = np.abs(apart) <= EQUAL * (sizes + EQUAL * scale) + SAFETY * noise
         change = (projected + squares[None, :] * defect) / np.where(equal, 1.0, apart)
         shapes = shapes + shapes @ np.where(equal, 0.5 * defect, change)
     projected = shapes.T @ stiffness @ shapes

@@ -77,7 +77,18 @@ class ForceFigure(Table):
     )
 
 
-Figure = Annotated[MotionFigure | ForceFigure, Field(discriminator="type")]
+class FrequencyFigure(Table):
+    """A natural frequency of small vibrations about a state of contact; nothing is marched for it."""
+
+    type: Literal["frequency"] = Field(description="kind of figure", examples=["frequency"])
+    name: Name = Field(description="name in measurements and results, different for every figure", examples=["first"])
+    held: Literal["seated", "free", "closed"] = Field(
+        default="seated", description="contact points that are closed: those of the static seat, none, or all"
+    )
+    mode: Whole = Field(default=1, ge=1, le=100, description="number of the bending mode, rigid motions left out")
+
+
+Figure = Annotated[MotionFigure | ForceFigure | FrequencyFigure, Field(discriminator="type")]
 
 
 class Measurement(Table):

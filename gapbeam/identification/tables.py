@@ -97,7 +97,7 @@ class Measurement(Table):
     figure: Name = Field(description="name of the [[figure]]", examples=["peak"])
     value: Number = Field(description="measured value, in SI units", examples=[3.27])
     set: dict[str, Any] = Field(
-        default={}, description="what differs in this experiment: keys of the case in quotes, and their values"
+        default={}, description="what differs in this experiment: keys of the case and their values"
     )
     sigma: Positive | None = Field(
         default=None, description="standard error of the value, in its unit; default none: found from the misfit"
@@ -152,7 +152,7 @@ class Identification(Table):
         default=None, description="time before a response counts, s; default found in it"
     )
     set: dict[str, Any] = Field(
-        default={}, description="what differs from the case file: keys of the case in quotes, and their values"
+        default={}, description="what differs from the case file: keys of the case and their values"
     )
     unknown: tuple[Unknown, ...] = Field(description="keys to be found")
     figure: tuple[Figure, ...] = Field(description="what is taken of a response")

@@ -10,6 +10,7 @@ from gapbeam.identification.figures import natural_frequency, read_figure, recor
 from gapbeam.identification.problem import Problem, Values
 from gapbeam.identification.tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
 from gapbeam.sweeping.point import span
+from postprocess.census import CREEPING
 from postprocess.records_in_memory import as_history
 from postprocess.signals import SignalError
 from postprocess.steady import Quantity
@@ -127,5 +128,5 @@ def _figures(
         return {"verdict": NO_FIGURES, "exit_status": NOT_CONVERGED, "message": str(fault)}
     word = f"period {cycle.period}" if cycle.period is not None else "no cycle"
     if cycle.period is None and cycle.residual <= cycle.tolerance:
-        word = "not settled"
+        word = CREEPING
     return {"response": word, "windows": [windows.periods, windows.count], "notes": notes, "figures": found}

@@ -35,7 +35,7 @@ def only(section: Section, kind: type, caption: str = "") -> object:
 
 
 def test_plateaus_are_those_of_textbooks() -> None:
-    """Four of the five printed values are limits of that root; for pinned ends the paper prints those of sliding ones."""
+    """Printed values are limits of their root; but for pinned ends the paper prints those of sliding ones."""
     whole, overhang = paper_beams()
     for plateau in printed_plateaus():
         expected = TEXTBOOK[plateau.name][plateau.mode - 1]

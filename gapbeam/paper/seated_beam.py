@@ -12,11 +12,12 @@ from mpi4py import MPI
 from gapbeam.modal.comparison import OVERHANG, ModesComparison, beams_of, compare_modes
 from gapbeam.modal.told import as_data
 from gapbeam.paper.printed import printed
-from postprocess.report.blocks import Block, Table, Words
+from postprocess.report.blocks import Block, Cell, Table, Words
 from postprocess.report.charts import Chart, Curve
 from solver.analyses.modes import SEATED, held_modes
 from solver.case import Case
 from solver.model import build_model
+from solver.operators import Array
 from solver.output.folder import write_beside
 from solver.output.summary import finite
 
@@ -30,8 +31,7 @@ COMMANDS = (COMMAND, f"{COMMAND} --set support.clearance=-0.006e-3")
 
 
 def paper_case(clearance: float) -> Case:
-    """Return the paper's beam at rest on its support, as a slice in plane stress; its mesh is that of "
-    "li2013-2d.toml."""
+    """Return the paper's beam at rest on its support, a slice in plane stress with the mesh of li2013-2d.toml."""
     beam = printed()["beam"]
     return Case.model_validate(
         {
@@ -73,9 +73,9 @@ def seated_blocks(folder: Path) -> list[Block]:
 def _frequencies(found: dict[str, ModesComparison], stiffness: float) -> Table:
     overhang = beams_of(paper_case(0.0))[OVERHANG]
     modes = np.arange(1, COUNT + 1)
-    columns: list[tuple[str, Sequence[float]]] = [
-        ("clamped, theory (Hz)", overhang.frequencies(modes, np.inf, np.inf).tolist()),
-        ("on its edges, theory (Hz)", overhang.frequencies(modes, np.inf, stiffness).tolist()),
+    columns: list[tuple[str, Sequence[float] | Array]] = [
+        ("clamped, theory (Hz)", overhang.frequencies(modes, np.inf, np.inf)),
+        ("on its edges, theory (Hz)", overhang.frequencies(modes, np.inf, stiffness)),
     ]
     edges = columns[-1][1]
     seated = found[PLAY].states[SEATED].bending()[0][:COUNT]
@@ -83,12 +83,12 @@ def _frequencies(found: dict[str, ModesComparison], stiffness: float) -> Table:
     for name, one in found.items():
         best = one.best(SEATED)
         assert best is not None
-        columns.append((f"{name}, finite elements (Hz)", one.states[SEATED].bending()[0][:COUNT].tolist()))
+        columns.append((f"{name}, finite elements (Hz)", one.states[SEATED].bending()[0][:COUNT]))
         columns.append((f"{name}, on identified springs (Hz)", [mode.frequency for mode in best.modes]))
     return Table(
         "Bending frequencies of the seated beam",
         ("mode", *(heading for heading, _ in columns)),
-        tuple((int(mode), *(values[row] for _, values in columns)) for row, mode in enumerate(modes)),
+        tuple((int(mode), *(float(values[row]) for _, values in columns)) for row, mode in enumerate(modes)),
         notes=(
             "Springs are identified from modes 1 to 3; mode 4 is predicted.",
             "Finite elements give way to shear and at their edges, which the theory of Euler and Bernoulli does "
@@ -100,7 +100,7 @@ def _frequencies(found: dict[str, ModesComparison], stiffness: float) -> Table:
 
 
 def _springs(found: dict[str, ModesComparison]) -> Table:
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for name, one in found.items():
         for each in one.fits:
             fit = each.fit
@@ -133,7 +133,7 @@ def _shapes(found: dict[str, ModesComparison]) -> Chart:
     assert best is not None
     beam, springs = best.fit.beam, best.fit.springs
     start = seated.length - beam.length
-    xi = np.linspace(0.0, 1.0, 121)
+    xi = np.asarray(np.linspace(0.0, 1.0, 121), dtype=np.float64)
     curves, choices = [], [f"mode {mode}" for mode in range(1, COUNT + 1)]
     for number, choice in enumerate(choices):
         motion = seated.bending()[1][number]

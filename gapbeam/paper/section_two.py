@@ -11,7 +11,7 @@ import numpy as np
 from gapbeam.paper.plateaus import Plateau, printed_plateaus
 from gapbeam.paper.printed import printed
 from gapbeam.paper.seated_beam import seated_blocks
-from postprocess.report.blocks import Block, Compared, Comparison, Section, Table, Verdict, Words
+from postprocess.report.blocks import Block, Cell, Compared, Comparison, Section, Table, Verdict, Words
 from postprocess.report.charts import Chart, Curve, Surface
 from solver.beam_theory.beam import SpringBeam
 from solver.operators import Array
@@ -20,6 +20,7 @@ COMMAND = "environment/run gapbeam paper"
 GRID_COMMAND = "environment/run python3 -m benchmarks.roots"
 POINTS = 61
 DRAUGHT, TORSION = (1e0, 1e10), (1e-1, 1e8)  # of the figures, N/m and N m/rad
+SPRINGS = (("k1", "N/m"), ("k2", "N m/rad"))
 SLICES = (0.0, 1e2, 1e3, 1e4, 1e5, np.inf)  # k2 of the curves, N m/rad
 CLOSE, CLOSER = 0.01, 0.001  # of a plateau
 SMALLEST, WITHIN = 0.3, 1e-9  # roots that double precision resolves in Eq. 9 as it is printed, and how well
@@ -126,7 +127,7 @@ def _errata(beam: SpringBeam) -> str:
 
 
 def _thresholds(whole: SpringBeam, overhang: SpringBeam) -> Table:
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for plateau in printed_plateaus():
         for beam in (whole, overhang):
             off = 100.0 * (plateau.at_threshold(beam) / plateau.value(beam) - 1.0)
@@ -137,7 +138,7 @@ def _thresholds(whole: SpringBeam, overhang: SpringBeam) -> Table:
         "From which springs on the plateaus are reached",
         (
             "root", "l (m)", "printed thresholds", "off the plateau there (%)",
-            *(f"{spring} within {share} ({unit})" for share in shares for spring, unit in (("k1", "N/m"), ("k2", "N m/rad"))),
+            *(f"{name} within {share} ({unit})" for share in shares for name, unit in SPRINGS),
         ),
         rows,
         notes=(
@@ -152,7 +153,7 @@ def _thresholds(whole: SpringBeam, overhang: SpringBeam) -> Table:
 def _figures(beam: SpringBeam) -> list[Block]:
     """Return Figs. 4 to 6 as surfaces, and curves through them."""
     started = time.perf_counter()
-    draught, torsion = np.geomspace(*DRAUGHT, POINTS), np.geomspace(*TORSION, POINTS)
+    draught, torsion = (np.asarray(np.geomspace(*ends, POINTS), dtype=np.float64) for ends in (DRAUGHT, TORSION))
     heights: Array = beam.roots(np.arange(1, 4)[:, None, None], draught, torsion[:, None])
     seconds = time.perf_counter() - started
     surfaces = [

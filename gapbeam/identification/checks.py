@@ -23,9 +23,6 @@ def contradictions(tables: Mapping[str, Any]) -> list[Fault]:
         *_errors(measurements),
         *_settings(measurements, unknowns),
     ]
-    for name, entries in (("unknown", unknowns), ("figure", figures), ("measurement", measurements)):
-        if name in tables and not entries:
-            faults.append(Fault((name,), f"no [[{name}]]", "at least one", f"add [[{name}]]"))
     fitted = [one for one in measurements.values() if one.use == "fit"]
     if measurements and not fitted:
         faults.append(Fault(("measurement",), 'use = "predict" everywhere', 'a measurement with use = "fit"'))
@@ -79,7 +76,7 @@ def _measurements(
             yield Fault((*key, "relative_sigma"), "sigma and relative_sigma", "one of the two", "remove one",
                         ((*key, "sigma"),))  # fmt: skip
         if (one.figure, one.set) in seen:
-            yield Fault((*key, "figure"), f'"{one.figure}" twice with the same set', "each figure of an experiment once",
+            yield Fault((*key, "figure"), f'"{one.figure}" twice with the same set', "each figure of it once",
                         "give the mean of repeated measurements, and their scatter as sigma")  # fmt: skip
         seen.append((one.figure, one.set))
 

@@ -63,6 +63,7 @@ class Conclusion:
         problem: The identification.
         values: The best ones.
         cost: Their sum of squares.
+        bound: Sum of squares up to which others cannot be told from them.
         rows: One for each measurement.
         known: Identifiability.
         sensitivity: d ln(figure) / d ln(unknown), (measurements, unknowns).
@@ -76,6 +77,7 @@ class Conclusion:
     problem: Problem
     values: Values
     cost: float
+    bound: float
     rows: tuple[Row, ...]
     known: Identifiability
     sensitivity: FloatArray
@@ -91,6 +93,12 @@ class Conclusion:
         Not a number where there are none, or one of them failed.
         """
         found = [getattr(row, name) for row in self.rows if self.problem.measurements[row.number].use == use]
+        return float(np.sqrt(np.mean(np.square(found)))) if found else math.nan
+
+    @property
+    def rms_left_out(self) -> float:
+        """Return the rms of the residuals of measurements that the others predict; not a number where not asked for."""
+        found = [row.left_out for row in self.rows if row.left_out is not None]
         return float(np.sqrt(np.mean(np.square(found)))) if found else math.nan
 
     @property
@@ -113,22 +121,22 @@ def conclude(
     """
     settings = problem.file.search
     misfit = Misfit(problem, evaluations, budget=10**9)
+    found = misfit.best()
+    if found is None:
+        return None
     for _ in range(ROUNDS):
-        found = misfit.best()
-        if found is None:
-            return None
         told("the surroundings of the best values")
         values, cost = found
         _, _, known = _slopes(problem, evaluations, values)
         if settings.profile:
             _profile(misfit, values, known)
-        better = misfit.best()
-        assert better is not None
-        if better[1] >= BETTER * cost or cost == 0.0:
+        found = misfit.best() or found
+        if found[1] >= BETTER * cost:
             break
         with_budget = Misfit(problem, evaluations, budget=REFIT_STEPS * (2 * len(values) + 2))
-        _refit(with_budget, problem.scaled(better[0]))
-    values, cost = better
+        _refit(with_budget, problem.scaled(found[0]))
+        found = misfit.best() or found
+    values, cost = found
     figures, slopes, known = _slopes(problem, evaluations, values)
     told("responses from other starts")
     rows = _rows(problem, evaluations, values, slopes, known)
@@ -142,6 +150,7 @@ def conclude(
         problem=problem,
         values=values,
         cost=cost,
+        bound=bound,
         rows=tuple(rows),
         known=known,
         sensitivity=_sensitivity(problem, values, figures, slopes),
@@ -224,7 +233,7 @@ def _rows(
                 str(record["verdict"]) if failed(record) else str(record["response"]),
                 math.sqrt(variance) if variance >= 0.0 else math.inf,
                 told,
-            )  # fmt: skip
+            )
         )
     return rows
 
@@ -260,5 +269,5 @@ def _intervals(problem: Problem, values: Values, known: Identifiability) -> tupl
     z = problem.scaled(values)
     return tuple(
         (one.value(place - finding.half_width), one.value(place + finding.half_width))
-        for one, place, finding in zip(problem.coordinates, z.tolist(), known.findings, strict=True)
+        for one, place, finding in zip(problem.coordinates, map(float, z), known.findings, strict=True)
     )

@@ -37,6 +37,12 @@ def read_identification(path: Path, overrides: Sequence[str] = ()) -> Problem:
         CaseError: A file cannot be read, or there are faults: all of those that can be told from each other.
     """
     file = read_tables(path, Identification, contradictions)
+    empty = [name for name in ("unknown", "figure", "measurement") if not getattr(file, name)]
+    if empty:
+        raise CaseError(
+            str(path),
+            [Fault((), f"{name} = []", f"at least one [[{name}]]", where=f"{path}: {name}") for name in empty],
+        )
     case = path.parent / file.case
     typed = list(pairs(overrides))
     if any(isinstance(entry, Fault) for entry in typed):

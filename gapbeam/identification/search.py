@@ -40,7 +40,7 @@ def search(residuals: Residuals, start: FloatArray, settings: Search, budget: in
             found = evolve(residuals, start, budget, settings.seed)
             polish(residuals, found, settings.difference)
             return
-        places = _starts(start, settings.starts, settings.seed)
+        places = _starts(start, min(settings.starts, budget), settings.seed)
         costs = _costs(residuals(places))
         for number in np.argsort(costs, kind="stable"):
             if isfinite(costs[number]):

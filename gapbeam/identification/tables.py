@@ -36,7 +36,7 @@ class Average(Table):
 class MotionFigure(Table):
     """A figure of the motion of a probe."""
 
-    type: Literal["motion"] = Field(description="kind of figure")
+    type: Literal["motion"] = Field(description="kind of figure", examples=["motion"])
     name: Name = Field(description="name in measurements and results, different for every figure", examples=["peak"])
     probe: Name = Field(description="name of the probe", examples=["test"])
     quantity: Literal["acceleration", "velocity", "displacement"] = Field(
@@ -66,7 +66,7 @@ class MotionFigure(Table):
 class ForceFigure(Table):
     """A figure of the contact force on a face."""
 
-    type: Literal["force"] = Field(description="kind of figure")
+    type: Literal["force"] = Field(description="kind of figure", examples=["force"])
     name: Name = Field(description="name in measurements and results, different for every figure", examples=["blow"])
     face: Literal["base", "gland"] = Field(description="which face", examples=["gland"])
     statistic: Literal["maximum", "impulse"] = Field(
@@ -143,7 +143,7 @@ class Identification(Table):
     set: dict[str, Any] = Field(
         default={}, description="what differs from the case file: keys of the case in quotes, and their values"
     )
-    unknown: tuple[Unknown, ...] = Field(default=(), description="keys to be found")
-    figure: tuple[Figure, ...] = Field(default=(), description="what is taken of a response")
-    measurement: tuple[Measurement, ...] = Field(default=(), description="measured values")
+    unknown: tuple[Unknown, ...] = Field(description="keys to be found")
+    figure: tuple[Figure, ...] = Field(description="what is taken of a response")
+    measurement: tuple[Measurement, ...] = Field(description="measured values")
     search: Search = Search()

@@ -72,7 +72,7 @@ def modes(
     given, deviation = measured_frequencies(measured, count), fraction(accuracy)
     from mpi4py import MPI
 
-    from gapbeam.modal.comparison import ModesComparison, compare_modes
+    from gapbeam.modal.comparison import FITTED, ModesComparison, compare_modes
     from gapbeam.modal.told import as_data, frequency_table, other_modes, remarks, spring_table
     from meshes.rank_zero import on_rank_zero
     from postprocess.figures.mode_shapes import draw_mode_shapes
@@ -87,7 +87,7 @@ def modes(
     folder = output if output is not None else Path("results") / f"{case.stem}-modes"
     on_rank_zero(comm, lambda: _made(folder))
     model = build_model(read, comm)
-    states = held_modes(model, count)
+    states = held_modes(model, max(count, FITTED))
     described = describe_model(model)
 
     def tell() -> int:

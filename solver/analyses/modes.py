@@ -122,7 +122,7 @@ def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: in
         motions = tuple(sections.motion(model.expand(shape)) for shape in shapes.T)
         found = sum(motion.kind == "bending" for motion in motions)
         if found >= count:
-            _refuse_beyond_basis(model, frequencies, motions, count)
+            kept = _of_basis(model, frequencies, motions, count)
             break
         if len(frequencies) < wanted:
             raise UserError(
@@ -131,18 +131,20 @@ def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: in
             )
         wanted *= GROWTH
     closed = int(np.count_nonzero(slopes > 0.0))
-    return HeldModes(name, closed, contact.size, frequencies, motions, sections.places, sections.masses, beam.length)
+    return HeldModes(
+        name, closed, contact.size, frequencies[:kept], motions[:kept], sections.places, sections.masses, beam.length
+    )
 
 
-def _refuse_beyond_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> None:
-    """Refuse modes above those that a reduced basis was made of.
+def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> int:
+    """Return how many modes lie below the highest that a reduced basis was made of; all for other models.
 
     Raises:
-        UserError: There are some among those wanted.
+        UserError: Not all of the bending modes wanted do.
     """
     basis = model.body.basis
     if basis is None:
-        return
+        return len(frequencies)
     bending = [number for number, motion in enumerate(motions) if motion.kind == "bending"]
     highest = frequencies[bending[count - 1]]
     if highest > basis.highest_mode:
@@ -150,6 +152,7 @@ def _refuse_beyond_basis(model: Model, frequencies: Array, motions: tuple[Sectio
             f"{count} bending modes reach to {highest:.4g} Hz, the modes of the reduced basis only to "
             f"{basis.highest_mode:.4g} Hz; take more model.modes, or ask for fewer"
         )
+    return int(np.count_nonzero(frequencies <= basis.highest_mode))
 
 
 def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:

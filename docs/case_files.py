@@ -1,4 +1,4 @@
-"""Write the tables of docs/case-files.md from the models of the case file: python3 docs/case_files.py."""
+"""Write the tables of case-files.md and identify.md from the models of these files: python3 docs/case_files.py."""
 
 from __future__ import annotations
 
@@ -6,23 +6,27 @@ import inspect
 import sys
 from pathlib import Path
 
+from pydantic import BaseModel
+
 sys.path.insert(0, str(Path(__file__).resolve().parents[1]))
 
+from gapbeam.identification.tables import Identification
 from solver.case import Case
 from solver.case_file.keys import Table, models_in, tables
 from solver.case_file.words import either, in_words, options, toml_value
 
-PAGE = Path(__file__).with_name("case-files.md")
+HERE = Path(__file__).resolve().parent
+PAGES: dict[str, type[BaseModel]] = {"case-files.md": Case, "identify.md": Identification}
 START, END = "<!-- tables: made by docs/case_files.py -->\n", "<!-- end of tables -->\n"
 HEAD = ("| key | value | default | meaning |", "|---|---|---|---|")
 
 
-def reference() -> str:
-    """Return a Markdown table for every table of the case file, and one for the keys above them."""
-    above = Table("title", Case, "")
-    loose = [key for key, field in Case.model_fields.items() if not models_in(field.annotation)]
+def reference(root: type[BaseModel]) -> str:
+    """Return a Markdown table for every table of a file, and one for the keys above them."""
+    above = Table("title", root, "")
+    loose = [key for key, field in root.model_fields.items() if not models_in(field.annotation)]
     rows = [_row(above, key) for key in loose]
-    return "\n".join(["### Above all tables", "", *HEAD, *rows, "", *(_section(table) for table in tables())])
+    return "\n".join(["### Above all tables", "", *HEAD, *rows, "", *(_section(table) for table in tables(root))])
 
 
 def _section(table: Table) -> str:
@@ -45,11 +49,12 @@ def _row(table: Table, key: str) -> str:
     return f"| `{key}` | {value} | {default} | {meaning} |"
 
 
-def page() -> str:
-    """Return the page with its tables made anew."""
-    before, _, rest = PAGE.read_text(encoding="utf-8").partition(START)
-    return f"{before}{START}\n{reference()}\n{END}{rest.partition(END)[2]}"
+def page(name: str = "case-files.md") -> str:
+    """Return a page with its tables made anew."""
+    before, _, rest = (HERE / name).read_text(encoding="utf-8").partition(START)
+    return f"{before}{START}\n{reference(PAGES[name])}\n{END}{rest.partition(END)[2]}"
 
 
 if __name__ == "__main__":
-    PAGE.write_text(page(), encoding="utf-8")
+    for page_name in PAGES:
+        (HERE / page_name).write_text(page(page_name), encoding="utf-8")

@@ -10,7 +10,9 @@ from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.lines import Line2D
+from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
 from postprocess.display_units import shown
 from postprocess.errors import ResultsError
@@ -66,40 +68,44 @@ def draw_identification(folder: Path) -> list[Path]:
 
 
 def abscissa(rows: Sequence[Mapping[str, Any]]) -> tuple[str, np.ndarray]:
-    """Return what measurements are drawn over: the one key that their experiments set, or their numbers."""
+    """Return what measurements are drawn over, with its unit as it is shown: the one key that they set, or a number."""
     keys = {key for row in rows for key in row["set"]}
     if len(keys) == 1:
         key = next(iter(keys))
         values = [row["set"].get(key) for row in rows]
         if all(isinstance(value, int | float) and not isinstance(value, bool) for value in values):
-            return key, np.array(values, dtype=float)
+            unit, factor = shown(next(row["set_units"][key] for row in rows))
+            return f"{key} ({unit})" if unit else key, factor * np.array(values, dtype=float)
     return "measurement", np.arange(1, len(rows) + 1, dtype=float)
 
 
 def _draw_figures(data: Mapping[str, Any], path: Path) -> None:
-    names = list(dict.fromkeys(row["figure"] for row in data["measurements"]))
+    rows = data["measurements"]
+    names = list(dict.fromkeys(row["figure"] for row in rows))
     columns = min(2, len(names))
+    entries = {
+        "fit": Line2D([], [], color=BLACK, marker="o", linestyle="", markersize=4.5, label="measured, fitted"),
+        "predict": Line2D([], [], color=BLACK, marker="o", mfc="none", linestyle="", markersize=4.5,
+                          label="measured, held out"),
+        "computed": Line2D([], [], color=VERMILION, marker="D", linestyle="-", lw=0.8, markersize=3.5,
+                           label="computed ± scatter"),
+        "other": Line2D([], [], color=GREEN, marker="x", linestyle="", markersize=4.0, label="from other starts"),
+    }  # fmt: skip
+    used = {row["use"] for row in rows} | {"computed"} | {"other" for row in rows if row["other_responses"]}
+    kept = [entry for name, entry in entries.items() if name in used]
     with journal_style():
-        figure, axes = panels(-(-len(names) // columns), columns, width=3.4 * columns, height=2.4)
+        figure, axes = panels(-(-len(names) // columns), columns, width=max(4.6, 3.4 * columns), height=2.6)
         for panel, name in zip(axes.flat, names, strict=False):
-            _figure_panel(panel, [row for row in data["measurements"] if row["figure"] == name])
-            panel.set_title(name)
+            mine = [row for row in rows if row["figure"] == name]
+            _figure_panel(panel, mine, data["residual"] == "log10")
+            panel.set_title(mine[0]["meaning"], fontsize=8.0)
         for panel in list(axes.flat)[len(names) :]:
             panel.set_axis_off()
-        entries = [
-            Line2D([], [], color=BLACK, marker="o", linestyle="", markersize=4.5, label="measured, fitted"),
-            Line2D(
-                [], [], color=BLACK, marker="o", mfc="none", linestyle="", markersize=4.5, label="measured, held out"
-            ),
-            Line2D([], [], color=VERMILION, marker="D", linestyle="-", lw=0.8, markersize=3.5, label="computed"),
-        ]
-        used = {row["use"] for row in data["measurements"]}
-        kept = [entries[0]] * ("fit" in used) + [entries[1]] * ("predict" in used) + [entries[2]]
-        figure.legend(handles=kept, loc="outside upper center", ncols=len(kept))
+        figure.legend(handles=kept, loc="outside upper center", ncols=2)
         figure.savefig(path)
 
 
-def _figure_panel(panel: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
+def _figure_panel(panel: Axes, rows: Sequence[Mapping[str, Any]], logarithmic: bool) -> None:
     label, places = abscissa(rows)
     unit, factor = shown(rows[0]["unit"])
     order = np.argsort(places, kind="stable")
@@ -112,9 +118,24 @@ def _figure_panel(panel: Axes, rows: Sequence[Mapping[str, Any]]) -> None:
         panel.plot(place, factor * row["measured"], "o", mfc=face, mec=BLACK, ms=5.0, zorder=3)
         for other in row["other_responses"]:
             panel.plot(place, factor * other, "x", color=GREEN, ms=4.0, zorder=1)
+    if logarithmic and min(row["measured"] for row in rows) > 0.0:
+        panel.set_yscale("log")
+        _plain_ticks(panel.yaxis)
     panel.margins(0.08, 0.1)
     panel.set_xlabel(label)
     panel.set_ylabel(unit)
+
+
+def _plain_ticks(axis: Axis) -> None:
+    """Label a logarithmic axis at 1, 2 and 5 of each decade, in plain numbers where they are short."""
+    low, high = axis.get_view_interval()
+    many = high > 1e3 * low
+    axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+    axis.set_minor_formatter(NullFormatter())
+    if low > 1e-3 and high < 1e4:
+        axis.set_major_formatter("{x:g}")
+    else:
+        axis.set_major_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf)))
 
 
 def _draw_misfit(data: Mapping[str, Any], names: Sequence[str], cloud: np.ndarray, path: Path) -> None:
@@ -135,6 +156,7 @@ def _draw_misfit(data: Mapping[str, Any], names: Sequence[str], cloud: np.ndarra
             panel.set_yscale("log")
             if one["scale"] == "log":
                 panel.set_xscale("log")
+                _plain_ticks(panel.xaxis)
             panel.set_ylim(0.5 * least, max(2.0 * bound, min(HIGHEST * bound, 2.0 * float(cloud[:, -1].max()))))
             panel.set_xlabel(f"{one['key']} ({one['unit']})" if one["unit"] else one["key"])
             panel.set_title(one["word"])

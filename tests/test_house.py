@@ -284,7 +284,8 @@ def test_cases_are_toml_that_introduces_itself() -> None:
         header = text.split("\n\n")[0].splitlines()
         assert len(header) >= 4, path
         assert all(line.startswith("#") for line in header), path
-        assert f"gapbeam run cases/{path.name}" in "\n".join(header)
+        command = "identify" if "measurement" in tomllib.loads(text) else "run"
+        assert f"gapbeam {command} {path.relative_to(PROJECT)}" in "\n".join(header)
 
 
 @pytest.mark.parametrize("path", sorted((PROJECT / "tests").glob("test_*.py")), ids=lambda path: path.stem)

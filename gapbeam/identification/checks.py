@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from gapbeam.identification.tables import Figure, ForceFigure, Measurement, MotionFigure, Search, Unknown
+from gapbeam.identification.tables import Figure, Measurement, MotionFigure, Search, Unknown
 from solver.case_file.faults import Fault
 from solver.case_file.near_misses import near
 from solver.case_file.words import either
@@ -87,7 +87,7 @@ def _value(key: tuple[str | int, ...], one: Measurement, figure: Figure, search:
         yield Fault(key, "0", f'a value that is not 0 with residual = "{search.residual}"', 'residual = "absolute"')
     signed = isinstance(figure, MotionFigure) and figure.statistic in ("maximum", "minimum")
     if one.value < 0.0 and not signed:
-        kind = f"{figure.face} force" if isinstance(figure, ForceFigure) else figure.statistic
+        kind = figure.statistic if isinstance(figure, MotionFigure) else figure.type
         yield Fault(key, f"{one.value:g}", f"not less than 0: a {kind} has no sign", "no minus sign")
 
 

@@ -3,27 +3,23 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gapbeam.identification.evaluations import Evaluations, failed, mean
-from gapbeam.identification.identifiability import (
-    Identifiability,
-    bound_of_misfit,
-    identifiability,
-    spread_of,
-)
+from gapbeam.identification.identifiability import Identifiability, bound_of_misfit
 from gapbeam.identification.misfit import BudgetSpentError, Misfit, scales_of
 from gapbeam.identification.problem import FloatArray, Problem, Values
-from gapbeam.identification.search import difference_places, differences, polish
+from gapbeam.identification.search import polish
+from gapbeam.identification.surroundings import Surroundings, evaluate_profile, surroundings
 from gapbeam.identification.trial import Record
+from postprocess.census import CREEPING
 
 BETTER = 0.99  # of the sum of squares: worth another round
 ROUNDS = 3
-PROFILE = (-1.5, -1.0, -0.5, 0.5, 1.0, 1.5)  # of the half-width of an interval
 ANOTHER = 0.05  # relative difference of a figure from another start that is told
 REFIT_STEPS = 4  # Gauss-Newton steps of a fit without one measurement
 
@@ -66,6 +62,7 @@ class Conclusion:
         bound: Sum of squares up to which others cannot be told from them.
         rows: One for each measurement.
         known: Identifiability.
+        drowned: Unknowns by which the derivatives are within the scatter of the responses.
         sensitivity: d ln(figure) / d ln(unknown), (measurements, unknowns).
         intervals: Ends of the interval of each unknown by the Jacobian, within its bounds, in its unit.
         profiles: Ends of the range of each unknown among all evaluations that are as good, in its unit.
@@ -80,6 +77,7 @@ class Conclusion:
     bound: float
     rows: tuple[Row, ...]
     known: Identifiability
+    drowned: tuple[str, ...]
     sensitivity: FloatArray
     intervals: tuple[tuple[float, float], ...]
     profiles: tuple[tuple[float, float], ...]
@@ -127,9 +125,9 @@ def conclude(
     for _ in range(ROUNDS):
         told("the surroundings of the best values")
         values, cost = found
-        _, _, known = _slopes(problem, evaluations, values)
+        around = surroundings(problem, evaluations, values)
         if settings.profile:
-            _profile(misfit, values, known)
+            evaluate_profile(misfit, values, around.known)
         found = misfit.best() or found
         if found[1] >= BETTER * cost:
             break
@@ -137,9 +135,10 @@ def conclude(
         _refit(with_budget, problem.scaled(found[0]))
         found = misfit.best() or found
     values, cost = found
-    figures, slopes, known = _slopes(problem, evaluations, values)
+    around = surroundings(problem, evaluations, values)
+    known = around.known
     told("responses from other starts")
-    rows = _rows(problem, evaluations, values, slopes, known)
+    rows = _rows(problem, evaluations, values, around)
     if leave_one_out:
         told("each measurement from the others")
         rows = [_without(problem, evaluations, values, row) for row in rows]
@@ -153,53 +152,14 @@ def conclude(
         bound=bound,
         rows=tuple(rows),
         known=known,
-        sensitivity=_sensitivity(problem, values, figures, slopes),
-        intervals=_intervals(problem, values, known),
+        drowned=around.drowned,
+        sensitivity=around.sensitivity(problem, values),
+        intervals=around.intervals(problem, values),
         profiles=tuple((float(column.min()), float(column.max())) for column in profiles.T),
         tried=tried,
         cloud=cloud,
         failures=misfit.failures(),
     )
-
-
-def _slopes(
-    problem: Problem, evaluations: Evaluations, values: Values
-) -> tuple[FloatArray, FloatArray, Identifiability]:
-    """Return all figures, (m,), their derivatives by the coordinates, (m, n), and what the fitted ones tell."""
-    settings, z = problem.file.search, problem.scaled(values)
-    pairs = difference_places(z, settings.difference)
-    points = [values, *(problem.values(row) for pair in pairs for row in pair)]
-    records = evaluations.of(points, problem.experiments_of(fitted_only=False))
-    figures = np.array([_figures(problem, row) for row in records])
-    slopes = differences(
-        z, [np.array([problem.scaled(problem.values(row)) for row in pair]) for pair in pairs], figures
-    )
-    fitted, scales = list(problem.fitted), scales_of(problem)
-    residuals = np.array([scales[number](figures[0, number]) for number in fitted])
-    per_logarithm = np.array([scales[number].per_logarithm for number in fitted])
-    given = all(scales[number].sigma is not None for number in fitted)
-    spread = spread_of(residuals, len(values), per_logarithm, given, settings.confidence)
-    jacobian = np.array([scales[number].slope(figures[0, number]) * slopes[number] for number in fitted])
-    return figures[0], slopes, identifiability(jacobian, spread, [one.unknown.key for one in problem.coordinates])
-
-
-def _figures(problem: Problem, records: Sequence[Record]) -> list[float]:
-    """Return the figure of each measurement."""
-    return [mean(records[place], one.figure) for one, place in zip(problem.measurements, problem.places, strict=True)]
-
-
-def _profile(misfit: Misfit, values: Values, known: Identifiability) -> None:
-    """Evaluate places along the way on which the misfit grows least as one unknown moves: z + d C_j / C_jj."""
-    z = misfit.problem.scaled(values)
-    places = []
-    for number, finding in enumerate(known.findings):
-        column = known.covariance[:, number]
-        way = np.eye(len(z))[number]
-        if np.all(np.isfinite(column)) and column[number] > 0.0:
-            way = column / column[number]
-        reach = min(finding.half_width, 1.0)
-        places += [np.clip(z + share * reach * way, 0.0, 1.0) for share in PROFILE]
-    misfit(np.array(places))
 
 
 def _refit(misfit: Misfit, z: FloatArray) -> None:
@@ -208,9 +168,7 @@ def _refit(misfit: Misfit, z: FloatArray) -> None:
         polish(misfit, z, misfit.problem.file.search.difference)
 
 
-def _rows(
-    problem: Problem, evaluations: Evaluations, values: Values, slopes: FloatArray, known: Identifiability
-) -> list[Row]:
+def _rows(problem: Problem, evaluations: Evaluations, values: Values, around: Surroundings) -> list[Row]:
     numbers = problem.experiments_of(fitted_only=False)
     starts = range(1 + problem.file.search.coexisting)
     by_start = [evaluations.of([values], numbers, start)[0] for start in starts]
@@ -219,10 +177,11 @@ def _rows(
         record = by_start[0][place]
         computed = mean(record, one.figure)
         scatter = math.nan if failed(record) else float(record["figures"][one.figure]["scatter"])
-        others = [mean(entry[place], one.figure) for entry in by_start[1:] if not failed(entry[place])]
+        settled = [entry[place] for entry in by_start[1:] if not failed(entry[place])]
+        others = [mean(entry, one.figure) for entry in settled if entry["response"] != CREEPING]
         told = tuple(other for other in others if abs(other - computed) > ANOTHER * abs(computed) + 2.0 * scatter)
         ratio = computed / one.value if one.value else math.nan
-        variance = float(slopes[number] @ known.covariance @ slopes[number])
+        variance = float(around.slopes[number] @ around.known.covariance @ around.slopes[number])
         rows.append(
             Row(
                 number,
@@ -253,21 +212,3 @@ def _without(problem: Problem, evaluations: Evaluations, values: Values, row: Ro
     place = problem.places[row.number]
     record = evaluations.of([found[0]], [place])[0][0]
     return replace(row, left_out=scales_of(problem)[row.number].plain(mean(record, one.figure)))
-
-
-def _sensitivity(problem: Problem, values: Values, figures: FloatArray, slopes: FloatArray) -> FloatArray:
-    """Return d ln(figure) / d ln(unknown), (measurements, unknowns); not numbers where one of them is 0 or failed."""
-    powers = np.array([
-        one.elasticity(float(z)) for one, z in zip(problem.coordinates, problem.scaled(values), strict=True)
-    ])  # fmt: skip
-    with np.errstate(divide="ignore", invalid="ignore"):
-        found = slopes / figures[:, None] / powers
-    return np.where(np.isfinite(found), found, np.nan)
-
-
-def _intervals(problem: Problem, values: Values, known: Identifiability) -> tuple[tuple[float, float], ...]:
-    z = problem.scaled(values)
-    return tuple(
-        (one.value(place - finding.half_width), one.value(place + finding.half_width))
-        for one, place, finding in zip(problem.coordinates, map(float, z), known.findings, strict=True)
-    )

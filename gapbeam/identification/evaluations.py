@@ -149,7 +149,7 @@ def _plan(problem: Problem) -> dict[str, Any]:
 
 def failed(record: Record) -> bool:
     """Return whether a record has no figures that can be trusted."""
-    return bool(record["exit_status"]) or not record.get("figures")
+    return bool(record["exit_status"])
 
 
 def mean(record: Record, figure: str) -> float:

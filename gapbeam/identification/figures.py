@@ -8,16 +8,18 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
-from gapbeam.identification.tables import Figure, ForceFigure, MotionFigure
+from gapbeam.identification.tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
 from postprocess.signals import face_signal, probe_signal
 from postprocess.smoothing import smooth
 from postprocess.steady import Quantity
 from postprocess.windows import Windows
+from solver.analyses.modes import FREE, RIGID, held_modes
+from solver.model import Model
 
 WHOLE = 1.0e-6
 
 
-def record_of(figure: Figure) -> str:
+def record_of(figure: MotionFigure | ForceFigure) -> str:
     """Return the name of the record that a figure is taken of."""
     if isinstance(figure, ForceFigure):
         return "impulse" if figure.statistic == "impulse" else "contact_force"
@@ -25,7 +27,9 @@ def record_of(figure: Figure) -> str:
 
 
 def unit_of(figure: Figure) -> str:
-    """Return the SI unit of a figure."""
+    """Return the SI unit of a figure, Hz for frequencies."""
+    if isinstance(figure, FrequencyFigure):
+        return "Hz"
     if isinstance(figure, ForceFigure):
         return "N s" if figure.statistic == "impulse" else "N"
     return {"acceleration": "m/s^2", "velocity": "m/s", "displacement": "m"}[figure.quantity]
@@ -33,6 +37,8 @@ def unit_of(figure: Figure) -> str:
 
 def words_of(figure: Figure) -> str:
     """Return what a figure is, in words."""
+    if isinstance(figure, FrequencyFigure):
+        return f"natural frequency of bending mode {figure.mode}, {figure.held}"
     if isinstance(figure, ForceFigure):
         statistic = "impulse in a period" if figure.statistic == "impulse" else "largest contact force"
         return f"{statistic} at the {figure.face}"
@@ -43,7 +49,7 @@ def words_of(figure: Figure) -> str:
     return f"{statistic} of the{frame} {figure.quantity} at {figure.probe}{averaged}"
 
 
-def steps_between_records(figures: Iterable[Figure], step: float, interval: float | None) -> int:
+def steps_between_records(figures: Iterable[MotionFigure | ForceFigure], step: float, interval: float | None) -> int:
     """Return how many steps may lie between records: as many as the figures allow.
 
     A mean over whole sampling intervals is exact from the velocities at their ends, whatever lies between, and the
@@ -69,7 +75,7 @@ def steps_between_records(figures: Iterable[Figure], step: float, interval: floa
     return math.gcd(*found) if found else usual
 
 
-def read_figure(figure: Figure, history: xr.Dataset, windows: Windows) -> Quantity:
+def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows: Windows) -> Quantity:
     """Return a figure of a response, window by window.
 
     Args:
@@ -85,7 +91,20 @@ def read_figure(figure: Figure, history: xr.Dataset, windows: Windows) -> Quanti
     return Quantity(unit_of(figure), _values(figure, history, windows))
 
 
-def _values(figure: Figure, history: xr.Dataset, windows: Windows) -> np.ndarray:
+def natural_frequency(figure: FrequencyFigure, model: Model) -> Quantity:
+    """Return a natural frequency of a model.
+
+    Raises:
+        RunError: No seat was found, or the model has not so many modes.
+    """
+    rigid = RIGID if figure.held == FREE else 0
+    for held in held_modes(model, figure.mode):
+        if held.name == figure.held:
+            return Quantity("Hz", held.bending()[0][rigid + figure.mode - 1 :][:1])
+    raise AssertionError(figure.held)
+
+
+def _values(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows: Windows) -> np.ndarray:
     if isinstance(figure, ForceFigure):
         signal = face_signal(history, record_of(figure), figure.face)
         return windows.increments(signal) if figure.statistic == "impulse" else windows.largest(signal)

@@ -151,9 +151,7 @@ def _finding(
     number: int, names: list[str], half_width: float, alone: float, directions: FloatArray, widths: FloatArray
 ) -> Finding:
     if alone >= WIDE:
-        return Finding(
-            "not identifiable", "the fitted figures hardly depend on it between its bounds", half_width, alone
-        )
+        return Finding("not identifiable", "no fitted figure tells it, even with all others fixed", half_width, alone)
     if half_width < WIDE:
         return Finding(
             "identifiable", "its interval spans less than half of the way between its bounds", half_width, alone

@@ -10,7 +10,7 @@ from typing import Any
 
 from gapbeam.identification.checks import contradictions
 from gapbeam.identification.problem import Coordinate, Experiment, Problem
-from gapbeam.identification.tables import ForceFigure, Identification, MotionFigure, Unknown
+from gapbeam.identification.tables import ForceFigure, FrequencyFigure, Identification, MotionFigure, Unknown
 from solver.case import Case
 from solver.case_file.faults import CaseError, Fault
 from solver.case_file.keys import candidates, flat, value_at
@@ -122,7 +122,8 @@ def _case_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault
     """What an identification asks of its case."""
     where = f"{path}: case = {file.case}"
     frequencies = forcing_frequencies(base)
-    if len(frequencies) != 1:
+    marched = any(not isinstance(figure, FrequencyFigure) for figure in file.figure)
+    if marched and len(frequencies) != 1:
         told = ", ".join(f"{f:g}" for f in frequencies) or "none"
         yield Fault((), f"{told} Hz", "loads of one forcing frequency, whose periods are the windows", where=where)
     if isinstance(base.analysis, Periodic):

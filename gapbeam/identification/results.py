@@ -13,6 +13,8 @@ from gapbeam.identification.conclusion import Conclusion
 from gapbeam.identification.evaluations import LOG_FILE
 from gapbeam.identification.figures import unit_of, words_of
 from gapbeam.identification.identifiability import combination_words
+from gapbeam.identification.reading import unit_of_key
+from gapbeam.identification.tables_shown import sentences
 from solver.case_file.reader import read_case
 from solver.case_file.words import toml_value
 from solver.case_file.writer import case_to_toml
@@ -100,6 +102,7 @@ def as_data(found: Conclusion) -> dict[str, Any]:
         "combinations": combinations,
         "correlation": known.correlation.tolist(),
         "sensitivity": found.sensitivity.tolist(),
+        "told": list(sentences(found)),
     }
     plain: dict[str, Any] = finite(data)
     return plain
@@ -108,11 +111,13 @@ def as_data(found: Conclusion) -> dict[str, Any]:
 def _row_data(found: Conclusion, number: int) -> dict[str, Any]:
     problem, row = found.problem, found.rows[number]
     one, figure = problem.measurements[number], problem.figure(number)
+    settings = problem.experiments[problem.places[number]].settings
     return {
         "figure": one.figure,
         "meaning": words_of(figure),
         "unit": unit_of(figure),
-        "set": dict(problem.experiments[problem.places[number]].settings),
+        "set": dict(settings),
+        "set_units": {key: unit_of_key(key, problem.base) for key in settings},
         "use": one.use,
         "measured": one.value,
         "computed": row.computed,

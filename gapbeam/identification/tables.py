@@ -77,7 +77,18 @@ class ForceFigure(Table):
     )
 
 
-Figure = Annotated[MotionFigure | ForceFigure, Field(discriminator="type")]
+class FrequencyFigure(Table):
+    """A natural frequency of small vibrations about a state of contact; nothing is marched for it."""
+
+    type: Literal["frequency"] = Field(description="kind of figure", examples=["frequency"])
+    name: Name = Field(description="name in measurements and results, different for every figure", examples=["first"])
+    held: Literal["seated", "free", "closed"] = Field(
+        default="seated", description="contact points that are closed: those of the static seat, none, or all"
+    )
+    mode: Whole = Field(default=1, ge=1, le=100, description="number of the bending mode, rigid motions left out")
+
+
+Figure = Annotated[MotionFigure | ForceFigure | FrequencyFigure, Field(discriminator="type")]
 
 
 class Measurement(Table):
@@ -86,7 +97,7 @@ class Measurement(Table):
     figure: Name = Field(description="name of the [[figure]]", examples=["peak"])
     value: Number = Field(description="measured value, in SI units", examples=[3.27])
     set: dict[str, Any] = Field(
-        default={}, description="what differs in this experiment: keys of the case in quotes, and their values"
+        default={}, description="what differs in this experiment: keys of the case and their values"
     )
     sigma: Positive | None = Field(
         default=None, description="standard error of the value, in its unit; default none: found from the misfit"
@@ -141,7 +152,7 @@ class Identification(Table):
         default=None, description="time before a response counts, s; default found in it"
     )
     set: dict[str, Any] = Field(
-        default={}, description="what differs from the case file: keys of the case in quotes, and their values"
+        default={}, description="what differs from the case file: keys of the case and their values"
     )
     unknown: tuple[Unknown, ...] = Field(description="keys to be found")
     figure: tuple[Figure, ...] = Field(description="what is taken of a response")

@@ -93,6 +93,9 @@ def sentences(found: Conclusion) -> Iterator[str]:
         yield f"WARNING: as many measurements as unknowns ({fitted}): the misfit says nothing about the model"
     for verdict, count in Counter(str(record["verdict"]) for record in found.failures).most_common():
         yield f"WARNING: {count} experiments ended {verdict}; they were never taken as results"
+    if found.drowned:
+        yield (f"WARNING: derivatives by {', '.join(found.drowned)} are within the scatter of the responses: their "
+               "intervals are rough; run longer, or take a larger search.difference")  # fmt: skip
     yield f"intervals from {known.spread.told}"
     names = [one.unknown.key for one in problem.coordinates]
     powers = np.array([

@@ -6,20 +6,23 @@ import time
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from gapbeam.identification.figures import read_figure, record_of, steps_between_records
+from gapbeam.identification.figures import natural_frequency, read_figure, record_of, steps_between_records
 from gapbeam.identification.problem import Problem, Values
-from gapbeam.identification.tables import Figure, MotionFigure
+from gapbeam.identification.tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
 from gapbeam.sweeping.point import span
+from postprocess.census import CREEPING
 from postprocess.records_in_memory import as_history
 from postprocess.signals import SignalError
+from postprocess.steady import Quantity
 from postprocess.windows import settled_windows
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
 from solver.errors import RunError
+from solver.model import Model
 from solver.output.summary import finite
 from solver.studies.kept_body import KeptBody
 from solver.studies.respond import VERDICTS, Response, respond
-from solver.studies.starts import kicked, seated
+from solver.studies.starts import Start, kicked, seated
 
 BODY = KeptBody()  # of this process
 CYCLE_TOLERANCE = 0.01  # of the range: a response that repeats within it is called periodic
@@ -65,28 +68,53 @@ def _record(job: Job, piece: Piece) -> Record:
         "experiment": piece.experiment,
         "start": piece.start,
         "verdict": PASSED,
+        "response": "modes",
         "exit_status": 0,
         "message": "",
     }
+    marched = tuple(figure for figure in experiment.figures if not isinstance(figure, FrequencyFigure))
+    begin: Start | None = None
     try:
         case = read_case(job.case, {**experiment.settings, **problem.settings(piece.values)})
         model = BODY.model(case)
-        begin = kicked(model, piece.start, KICK_SEED) if piece.start else seated(model)
+        record["figures"] = _frequencies(model, experiment.figures)
+        if marched:
+            begin = kicked(model, piece.start, KICK_SEED) if piece.start else seated(model)
     except (CaseError, RunError) as error:
         verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
         return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}
     set_up = time.perf_counter() - clock
-    every = steps_between_records(experiment.figures, model.step, case.output.history_interval)
-    steps, frequency = span(model)
-    assert frequency is not None
-    response = respond(model, begin.state, steps, every * model.step)
-    record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "created")}
-    if response.verdict == PASSED:
-        record |= _figures(response, experiment.figures, frequency, problem.file.transient)
-    return record | {"seconds": {"set_up": set_up, "march": response.seconds, "all": time.perf_counter() - clock}}
+    seconds = {"set_up": set_up, "march": 0.0}
+    if begin is not None:
+        every = steps_between_records(marched, model.step, case.output.history_interval)
+        steps, frequency = span(model)
+        assert frequency is not None
+        response = respond(model, begin.state, steps, every * model.step)
+        record |= {
+            name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "created")
+        }
+        seconds["march"] = response.seconds
+        if response.verdict == PASSED:
+            found = _figures(response, marched, frequency, problem.file.transient)
+            record |= found | {"figures": record["figures"] | found.get("figures", {})}
+    return record | {"seconds": seconds | {"all": time.perf_counter() - clock}}
 
 
-def _figures(response: Response, figures: tuple[Figure, ...], frequency: float, transient: float | None) -> Record:
+def _frequencies(model: Model, figures: tuple[Figure, ...]) -> dict[str, Record]:
+    return {
+        figure.name: _as_data(natural_frequency(figure, model))
+        for figure in figures
+        if isinstance(figure, FrequencyFigure)
+    }
+
+
+def _as_data(one: Quantity) -> Record:
+    return {"mean": one.mean, "scatter": one.scatter, "error": one.uncertainty, "unit": one.unit}
+
+
+def _figures(
+    response: Response, figures: tuple[MotionFigure | ForceFigure, ...], frequency: float, transient: float | None
+) -> Record:
     """Return kind of response and figures; the records that they do not need are left alone."""
     probes = [figure.probe for figure in figures if isinstance(figure, MotionFigure)]
     wanted = {"time", "displacement", "velocity", *map(record_of, figures)}
@@ -95,18 +123,10 @@ def _figures(response: Response, figures: tuple[Figure, ...], frequency: float, 
         cycle, windows, notes = settled_windows(
             history, frequency, transient, CYCLE_TOLERANCE, list(dict.fromkeys(probes)) or None
         )
-        found = {figure.name: read_figure(figure, history, windows) for figure in figures}
+        found = {figure.name: _as_data(read_figure(figure, history, windows)) for figure in figures}
     except SignalError as fault:
         return {"verdict": NO_FIGURES, "exit_status": NOT_CONVERGED, "message": str(fault)}
     word = f"period {cycle.period}" if cycle.period is not None else "no cycle"
     if cycle.period is None and cycle.residual <= cycle.tolerance:
-        word = "not settled"
-    return {
-        "response": word,
-        "windows": [windows.periods, windows.count],
-        "notes": notes,
-        "figures": {
-            name: {"mean": one.mean, "scatter": one.scatter, "error": one.uncertainty, "unit": one.unit}
-            for name, one in found.items()
-        },
-    }
+        word = CREEPING
+    return {"response": word, "windows": [windows.periods, windows.count], "notes": notes, "figures": found}

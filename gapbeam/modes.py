@@ -77,6 +77,7 @@ def modes(
     from meshes.rank_zero import on_rank_zero
     from postprocess.figures.mode_shapes import draw_mode_shapes
     from solver.analyses.modes import held_modes
+    from solver.case import Exciter
     from solver.case_file.reader import read_case
     from solver.model import build_model
     from solver.output.folder import write_beside
@@ -101,7 +102,11 @@ def modes(
         screen.print(frequency_table(found))
         if found.fits:
             screen.print(spring_table(found.fits))
-        for line in [other_modes(states[0]), *remarks(found), f"{folder / 'modes.json'}\n{picture}"]:
+        exciters = [
+            load.name for load in model.case.load if isinstance(load, Exciter) and load.mass + load.stiffness > 0
+        ]
+        carried = [f"{', '.join(exciters)} moves along with the model, not with the theory"] if exciters else []
+        for line in [other_modes(states[0]), *carried, *remarks(found), f"{folder / 'modes.json'}\n{picture}"]:
             screen.print(line, markup=False)
         sources = {one.source for one in found.fits}
         failed = [name for name in sources if not any(one.fit.reproduces for one in found.fits if one.source == name)]

@@ -3,7 +3,8 @@
     (K + G^T (w kappa) G) x = (2 pi f)^2 M x
 
 kappa is the slope of the contact law where a point is closed, 0 where it is open: small vibrations about a state in
-which no point opens or closes. By SLEPc for finite elements, by LAPACK for reduced models and beam elements.
+which no point opens or closes. Masses and springs of exciters move along. By SLEPc for finite elements, by LAPACK for
+reduced models and beam elements.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from scipy.sparse import csr_matrix
 
 from solver.analyses.sections import SectionMotion, Sections
 from solver.analyses.static import find_seat
+from solver.attached import AttachedOperators
 from solver.contact_scales import compared_depth
 from solver.defaults import overhang_frequency
 from solver.dense import DenseOperators
@@ -157,11 +159,16 @@ def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ..
 
 def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:
     """Return the lowest frequencies, (k,), Hz, and shapes, (n, k); fewer than asked for where there are fewer."""
-    operators = model.system.operators
+    operators, on_mass, on_stiffness = model.system.operators, [], [springs]
+    if isinstance(operators, AttachedOperators):
+        attached, operators = operators, operators.body
+        assert isinstance(operators, PetscOperators)
+        on_mass.append(operators.as_springs(attached.masses))
+        on_stiffness.append(operators.as_springs(attached.springs))
     if isinstance(operators, PetscOperators):
-        mass, _ = operators.matrices
+        mass, stiffness = operators.with_springs(on_mass, on_stiffness)
         shift = (2.0 * pi * overhang_frequency(model.case)) ** 2
-        modes = lowest_modes(mass, operators.stiffened(springs), shift, count)
+        modes = lowest_modes(mass, stiffness, shift, count)
         return modes.frequencies, modes.shapes
     assert isinstance(operators, DenseOperators)
     owned, slots = springs.interface.owned, springs.interface.slots

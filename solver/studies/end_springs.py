@@ -14,7 +14,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cache
-from math import exp, log, sqrt
+from math import exp, inf, log, sqrt
 
 import numpy as np
 from scipy.ndimage import minimum_filter
@@ -33,6 +33,8 @@ NO_ROOT = 1.0e-12  # a root of 0 has a misfit like this one
 STARTS = 4  # valleys that are searched
 SAME = 0.02  # of ln k, below which two results are one
 SPRINGS = ("k1", "k2")
+LARGEST = 700.0  # of a logarithm of a number
+UNFELT = 1.0e-9  # of the largest slope of all frequencies together
 WITHIN = 0.01  # of ln k, of a limit
 
 
@@ -283,13 +285,16 @@ def _interval(problem: _Problem, best: _Found, place: int, deviation: float, all
     low, high = best.x[place] - half, best.x[place] + half
     if place >= len(SPRINGS):
         low, high = max(low, ends[0]), min(high, ends[1])
-    return Estimate(value, exp(low), exp(min(high, 700.0)), unit)
+    return Estimate(value, exp(low), exp(high) if high < LARGEST else inf, unit)
 
 
 def _standard_error(jacobian: Array, place: int) -> float:
-    """Return the standard error of one unknown for residuals with deviation 1: that of a pseudo-inverse."""
+    """Return the standard error of one unknown for residuals with deviation 1; infinite where nothing tells it."""
     _, values, right = np.linalg.svd(jacobian, full_matrices=False)
-    return float(np.sqrt(np.sum((right[:, place] / np.maximum(values, 1e-300)) ** 2)))
+    felt = values > UNFELT * values[0]
+    if np.any(np.abs(right[~felt, place]) > UNFELT):
+        return inf
+    return float(np.linalg.norm(right[felt, place] / values[felt]))
 
 
 def _on_plateau(estimates: Sequence[Estimate], x: Array) -> bool:

@@ -21,7 +21,9 @@ from rich.logging import RichHandler
 from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
 from gapbeam.identify import identify
+from gapbeam.modes import modes
 from gapbeam.ranks import abort_together, first_rank
+from gapbeam.report import report
 from gapbeam.stability import stability
 from gapbeam.sweep import sweep
 from gapbeam.tradeoff import rung_for, tradeoff
@@ -98,11 +100,13 @@ def schema() -> int:
 
 app.command()(plot)
 app.command()(render)
+app.command()(report)
 app.command()(stability)
 app.command()(compare)
 app.command()(sweep)
 app.command()(identify)
 app.command()(tradeoff)
+app.command()(modes)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field, replace
 from typing import Literal
 
 import numpy as np
+import xarray as xr
 
 from postprocess.harmonics import Harmonic, harmonics
 from postprocess.peaks import Peaks, PeriodPeaks, peaks, peaks_per_period
@@ -99,7 +100,7 @@ class Analysis:
         return {name: one for name, one in found.items() if one is not None}
 
 
-def analyze(results: Results, options: Options | None = None) -> Analysis:
+def analyze(results: Results, options: Options | None = None, history: xr.Dataset | None = None) -> Analysis:
     """Compute peaks, spectra, harmonics and period of the motion of a probe.
 
     What a short record, or one without forcing or probes, cannot give is left out, and a warning says so.
@@ -107,13 +108,14 @@ def analyze(results: Results, options: Options | None = None) -> Analysis:
     Args:
         results: Of a run, finished or not.
         options: What to pick and how; see `Options`.
+        history: Records to take in place of those of the results, such as those of a period that is repeated.
 
     Raises:
         ResultsError: The results cannot be read.
         SignalError: A probe or component that does not exist, or values that are not finite.
     """
     options = options or Options()
-    frequency, history = results.forcing_frequency, results.history
+    frequency, history = results.forcing_frequency, results.history if history is None else history
     if options.probe is None and history.sizes.get("probe", 0) == 0:
         return Analysis(None, None, frequency, warnings=("the run recorded no probe: no motion to analyze",))
     probe, component = probe_name(history, options.probe), component_name(history, options.component)

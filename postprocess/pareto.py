@@ -11,7 +11,13 @@ from matplotlib.lines import Line2D
 from postprocess.figures.style import BLACK, BLUE, GRAY, GREEN, PURPLE, VERMILION, journal_style, panels
 
 FLOOR = 1e-5  # errors below it are drawn there
-KINDS = {"beam": (BLACK, "D"), "reduced 2D": (BLUE, "s"), "reduced 3D": (GREEN, "o"), "full 2D": (PURPLE, "^")}
+KINDS = {
+    "rigid": (GRAY, "X"),
+    "beam": (BLACK, "D"),
+    "reduced 2D": (BLUE, "s"),
+    "reduced 3D": (GREEN, "o"),
+    "full 2D": (PURPLE, "^"),
+}
 OTHERS = {"full 3D": (VERMILION, "v")}
 
 

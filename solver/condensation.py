@@ -12,7 +12,7 @@ from __future__ import annotations
 import time
 
 import numpy as np
-from scipy.linalg import solve
+from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_matrix, hstack, identity
 
 from solver.operators import Array, Indices, Springs
@@ -90,7 +90,8 @@ class CondensedOperator:
     def solve_by_interface(self, scale: float, points: Indices, compliance: Array, target: Array) -> Array | None:
         """Solve (diag(c) + s D) x = t on some of the points by way of the interface DOFs, where these are fewer.
 
-        With D = G B G^T and N = G^T diag(1/c) G:  (1 + s N B) z = G^T (t / c),  x = (t - s G B z) / c.
+        With D = G B G^T and N = G^T diag(1/c) G:  (1 + s N B) z = G^T (t / c),  x = (t - s G B z) / c, and once more
+        for what is then missing of t.
 
         Args:
             scale: s.
@@ -114,8 +115,14 @@ class CondensedOperator:
         shared = csr_matrix(gaps.T @ gaps.multiply((1.0 / compliance)[:, None]))
         small = np.asarray(shared @ block)
         small[np.diag_indices_from(small)] += 1.0
-        found = solve(small, gaps.T @ (target / compliance), overwrite_a=True, check_finite=False)
-        return np.asarray((target - gaps @ (block @ found)) / compliance)
+        factor = lu_factor(small, overwrite_a=True, check_finite=False)
+
+        def solved(right: Array) -> Array:
+            found = lu_solve(factor, gaps.T @ (right / compliance), check_finite=False)
+            return np.asarray((right - gaps @ (block @ found)) / compliance)
+
+        once = solved(target)
+        return once + solved(target - compliance * once - gaps @ (block @ (gaps.T @ once)))
 
     def _loads(self, forces: Array, friction: Array | None) -> Array:
         if not self._by_point:

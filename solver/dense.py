@@ -72,7 +72,7 @@ class DenseOperators:
         compliances, shapes = eigh(self.mass, self.stiffness + shift * self.mass)
         order = np.argsort(-compliances)
         compliances, shapes = compliances[order], shapes[:, order]
-        return refined_modes(self.mass, self.stiffness, shapes / np.sqrt(compliances), shift)
+        return refined_modes(self.mass, self.stiffness, shapes / np.sqrt(compliances))
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x."""

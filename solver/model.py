@@ -14,7 +14,7 @@ from meshes.tagged import TaggedMesh
 from solver.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from solver.case import Case
 from solver.case_tables.contact import NitscheMethod
-from solver.case_tables.model import BeamModel, ReducedModel
+from solver.case_tables.model import BeamModel, ReducedModel, RigidModel
 from solver.case_tables.time import CentralDifference, MoreauJean
 from solver.contact.choice import make_law
 from solver.contact.friction import CoulombFriction
@@ -34,6 +34,7 @@ from solver.face_points import PointRule
 from solver.loads.exciter import assembled_system
 from solver.operators import Array
 from solver.reduction.reduced_body import reduced_body
+from solver.reduction.rigid_body import rigid_body
 from solver.stable_step import stable_step
 from solver.step_limit import with_stable_step
 from solver.system import SemiDiscreteSystem
@@ -143,6 +144,8 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
         return beam_body(case, meshed, case.model)
     body = finite_elements(case, meshed)
     LOG.info("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
+    if isinstance(case.model, RigidModel):
+        return rigid_body(body)
     if not isinstance(case.model, ReducedModel):
         return body
     body = reduced_body(body, case.model)

@@ -24,8 +24,8 @@ from solver.dense import DenseOperators
 from solver.interface import contact_operator
 from solver.loads.patterns import axis_point, load_direction
 from solver.operators import Array, Interface
-from solver.reduction.lines import across_lines
-from solver.reduction.reduced_body import SPACING, DenseRow
+from solver.reduction.line_points import gathered_points
+from solver.reduction.projection import DenseRow
 from solver.system import ContactOperator
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for products of the cubic shapes
@@ -150,8 +150,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     contact = contact_operator(meshed.space, meshed.faces, case.support.clearance, meshed.width, point_rule(case))
     area = contact.area
     contact, patch = gathered(case, _on_beam(contact, beam))
-    if patch is None and dimension == 3:
-        contact = across_lines(contact, 1, True, SPACING * meshed.facet_length)
+    contact = gathered_points(case, contact, True, 1, meshed.facet_length)
     patterns = []
     for load in case.load:
         along = load_direction(load, dimension)[-1]

@@ -122,6 +122,7 @@ def ladder_of(case: Case, coarser: float = 1.0) -> Ladder:
     ]
     basis = rung(f"reduced {solid}, cells x {finest:.2f}, step / 4", USUAL, finest, time__step=step / 4)
     rungs = [
+        rung("rigid body", {"type": "rigid"}),
         rung("beam, 24 elements", {"type": "beam", "elements": 24}),
         rung("beam, 102 elements", {"type": "beam", "elements": 102}),
         rung("reduced 2D, coarse, lean basis", LEAN, 2.0, in_plane=True),

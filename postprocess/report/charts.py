@@ -26,6 +26,7 @@ class Curve:
         choice: The choice with which it is shown; None: always.
         dashed: Whether the line is dashed, as for unstable branches and references.
         texts: What is told of each point when it is pointed at, (n,); empty: its coordinates only.
+        like: Name of the curve whose color it shares, such as that whose points it marks; empty: a color of its own.
 
     Raises:
         BlockError: Shapes that differ.
@@ -38,6 +39,7 @@ class Curve:
     choice: str | None = None
     dashed: bool = False
     texts: Sequence[str] = ()
+    like: str = ""
 
     def __post_init__(self) -> None:
         shapes = np.shape(self.x), np.shape(self.y)

@@ -26,10 +26,10 @@ def chart_figure(chart: Chart) -> go.Figure:
 
     Every trace has its choice, or nothing, in `meta`.
     """
-    names = list(dict.fromkeys(curve.name for curve in chart.curves))
+    names = list(dict.fromkeys(curve.like or curve.name for curve in chart.curves))
     figure = go.Figure(layout=_layout(chart))
     for curve in chart.curves:
-        place = names.index(curve.name)
+        place = names.index(curve.like or curve.name)
         visible = curve.choice is None or curve.choice == chart.choices[0]
         for trace in _traces(curve, place, chart):
             figure.add_trace(trace.update(visible=visible, meta=curve.choice))
@@ -102,13 +102,15 @@ def _foot(chart: Chart) -> float:
 
 
 def _layout(chart: Chart) -> dict[str, Any]:
+    names = {curve.name for curve in chart.curves}
+    along = _axis(chart.x, chart.log_x, chart.x_range, [curve.x for curve in chart.curves])
     upward = _axis(chart.y, chart.log_y, chart.y_range, [curve.y for curve in chart.curves])
     return {
         "template": {},
-        "xaxis": _axis(chart.x, chart.log_x, chart.x_range, [curve.x for curve in chart.curves]),
-        "yaxis": upward | ({"scaleanchor": "x"} if chart.equal else {}),
+        "xaxis": along | ({"constrain": "domain"} if chart.equal else {}),
+        "yaxis": upward | ({"scaleanchor": "x", "constrain": "domain"} if chart.equal else {}),
         "barmode": "group",
-        "showlegend": len({curve.name for curve in chart.curves}) > 1,
+        "showlegend": len(names) > 1 or not all(name.lower() in chart.y.lower() for name in names),
         "legend": {"orientation": "h", "x": 0, "xanchor": "left", "y": 1.02, "yanchor": "bottom"},
         "hovermode": "closest",
         "margin": {"l": 62, "r": 12, "t": 12, "b": 48},

@@ -21,6 +21,11 @@ def paragraphs(text: str) -> Markup:
     return Markup(_reader().render(text))
 
 
+def sentence(text: str) -> str:
+    """Return a text with a capital letter at its beginning."""
+    return text[:1].upper() + text[1:]
+
+
 def inline(text: str) -> Markup:
     """Return a text of one paragraph, without the element around it."""
     return Markup(_reader().renderInline(text))

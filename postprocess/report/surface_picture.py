@@ -5,6 +5,7 @@ from __future__ import annotations
 from io import BytesIO
 
 import numpy as np
+from matplotlib import rc_context
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
@@ -19,9 +20,8 @@ def surface_picture(surface: Surface) -> bytes:
     along = np.asarray(surface.along, dtype=float)
     across = np.asarray(surface.across, dtype=float)
     x, y = np.meshgrid(np.log10(along) if surface.log_x else along, np.log10(across) if surface.log_y else across)
-    with journal_style():
+    with journal_style(), rc_context({"figure.constrained_layout.use": False}):
         figure = Figure(figsize=(5.6, 4.0))
-        figure.set_layout_engine("none")
         axes = figure.add_subplot(projection="3d")
         assert isinstance(axes, Axes3D)
         axes.plot_surface(

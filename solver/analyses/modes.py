@@ -45,6 +45,7 @@ class HeldModes:
         motions: What their sections do, (k,).
         places: Where these are, (slices,), m.
         masses: Theirs, (slices,), kg.
+        length: Of the beam, m.
     """
 
     name: str
@@ -54,6 +55,7 @@ class HeldModes:
     motions: tuple[SectionMotion, ...]
     places: Array
     masses: Array
+    length: float
 
     def bending(self) -> tuple[Array, Array]:
         """Return frequencies (b,), Hz, and motions of sections (b, slices) of the bending modes, ascending."""
@@ -85,8 +87,9 @@ def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldMode
     most = most_bending_modes(model, sections)
     if count > most:
         raise UserError(
-            f"{count} bending modes were asked for; expected 1 to {most}: half a wave of more would be shorter than two "
-            "distances between the nodes of the mesh or than the thickness of the beam; ask for fewer, or refine the mesh"
+            f"{count} bending modes were asked for; expected 1 to {most}: half a wave of more would be shorter than "
+            "two distances between the nodes of the mesh or than the thickness of the beam; ask for fewer, or refine "
+            "the mesh"
         )
     seat = find_seat(model.system, law, model.seat_springs)
     everywhere = np.full(contact.size, compared_depth(model.case))
@@ -96,7 +99,7 @@ def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldMode
         CLOSED: law.static(everywhere).slope,
     }
     seated, free, closed = (
-        _modes(model, sections, name, np.asarray(slopes), count + (RIGID if name == FREE else 0))
+        _modes(model, sections, name, np.asarray(slopes), count if np.any(slopes > 0.0) else count + RIGID)
         for name, slopes in states.items()
     )
     return seated, free, closed
@@ -110,7 +113,7 @@ def most_bending_modes(model: Model, sections: Sections) -> int:
 
 def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: int) -> HeldModes:
     """Return the modes for contact slopes kappa, (m,), Pa/m: as many as hold `count` bending modes. Collective."""
-    contact, dimension = model.system.contact, model.case.mesh.dimension
+    contact, beam, dimension = model.system.contact, model.case.beam, model.case.mesh.dimension
     gap = contact.gap_matrix
     springs = Springs(contact.interface, csr_matrix(gap.T @ gap.multiply((contact.weights * slopes)[:, None])))
     wanted = KINDS_PER_BENDING[dimension] * count + BESIDES
@@ -128,7 +131,7 @@ def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: in
             )
         wanted *= GROWTH
     closed = int(np.count_nonzero(slopes > 0.0))
-    return HeldModes(name, closed, contact.size, frequencies, motions, sections.places, sections.masses)
+    return HeldModes(name, closed, contact.size, frequencies, motions, sections.places, sections.masses, beam.length)
 
 
 def _refuse_beyond_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> None:

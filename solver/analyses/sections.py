@@ -1,8 +1,8 @@
 """Motion of the sections of a beam: what a mode of a finite element body is in the terms of beams.
 
-The nodes are gathered in slices along x. In each slice their masses (the diagonal of M, scaled to its total) give the mean
-motion, and its first moment about the axis the twist; the share of the kinetic energy that each of these holds names the
-mode.
+The nodes are gathered in slices along x. In each slice their masses (the diagonal of M, scaled to its total) give the
+mean motion, and its first moment about the axis the twist; the share of the kinetic energy that each of these holds
+names the mode.
 """
 
 from __future__ import annotations
@@ -103,7 +103,7 @@ class Sections:
         local = np.stack(
             [np.bincount(self._slice, weights=self._node_masses * row, minlength=self._count) for row in values]
         )
-        total = np.empty_like(local)
+        total: Array = np.empty_like(local)
         self._comm.Reduce(local, total)
         self._comm.Bcast(total)
         return total

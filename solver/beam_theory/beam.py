@@ -54,16 +54,22 @@ class SpringBeam:
         """Return the shape of mode n over xi = x / l, x from the springs; see `mode_shape`."""
         return mode_shape(mode, draught / self.draught_unit, torsion / self.torsion_unit)
 
-    def sensitivities(self, modes: ArrayLike, draught: float, torsion: float) -> Array:
+    def sensitivities(self, modes: ArrayLike, draught: float, torsion: float, known: Array | None = None) -> Array:
         """Return d ln f_n / d (ln k1, ln k2), (modes, 2).
 
         A root moves as its shape moves the spring: d lambda^4 / d s1 = y(0)^2, d lambda^4 / d s2 = y'(0)^2, with y
         normalized. So an entry is half of the spring's share of the elastic energy, and both together are at most 1/2.
+
+        Args:
+            modes: Numbers n, (modes,).
+            draught: k1, N/m, finite.
+            torsion: k2, N m/rad, finite.
+            known: lambda_n, (modes,), where they are known already.
         """
         numbers = np.atleast_1d(modes)
         springs = draught / self.draught_unit, torsion / self.torsion_unit
         found = np.zeros((len(numbers), 2))
-        for row, root in enumerate(roots(numbers, *springs)):
+        for row, root in enumerate(roots(numbers, *springs) if known is None else known):
             shape = mode_shape(int(numbers[row]), *springs, float(root))
             y, slope, moment, shear = (float(shape(np.array(0.0), order)) for order in range(4))
             if shape.root > 0.0:  # s1 y(0)^2 = -y y''', s2 y'(0)^2 = y' y''

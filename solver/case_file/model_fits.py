@@ -32,7 +32,7 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
             (("contact", "formulation"),),
         )
     if contact.mass == "redistributed":
-        expected = "consistent: the contact nodes of a reduced or a beam model have no mass of their own"
+        expected = "consistent: the contact nodes of any model but the full one have no mass of their own"
         yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (TYPE,))
     if contact.rubs is not None and not keeps_all:
         yield Fault(
@@ -45,12 +45,12 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
 
 
 def implicit_schemes_march_the_model(model: ModelTable, time: Time) -> Iterator[Fault]:
-    """The static shapes of a basis have frequencies far above those of the mesh."""
+    """Explicit steps march the lumped masses of a mesh."""
     if not isinstance(model, FullModel) and isinstance(time.scheme, CentralDifference):
         yield Fault(
             ("time", "scheme"),
             f"central-difference, with the model {model.type}",
-            "an implicit scheme: the shapes that contact gives a basis would ask for steps of nanoseconds",
+            "an implicit scheme: explicit steps are for the lumped masses of a mesh",
             'scheme = "discrete-gradient"',
             (TYPE,),
         )

@@ -100,7 +100,7 @@ def model_is_dense(analysis: Analysis, model: ModelTable) -> Iterator[Fault]:
         yield Fault(
             ("model", "type"),
             f"full, with {what}",
-            "reduced or beam: a model of few degrees of freedom",
+            "reduced, beam or rigid: a model of few degrees of freedom",
             'model.type = "reduced"',
             (related,),
         )

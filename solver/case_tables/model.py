@@ -52,4 +52,10 @@ class BeamModel(Table):
     elements: Whole = Field(default=102, ge=2, le=2000, description="number of elements along the beam")
 
 
-ModelTable = Annotated[FullModel | ReducedModel | BeamModel, Field(discriminator="type")]
+class RigidModel(Table):
+    """The beam as a rigid body between the contact faces of the mesh: three motions in 2D, six in 3D."""
+
+    type: Literal["rigid"] = Field(description="name of the model")
+
+
+ModelTable = Annotated[FullModel | ReducedModel | BeamModel | RigidModel, Field(discriminator="type")]

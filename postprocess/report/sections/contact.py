@@ -47,11 +47,14 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str, 
         )  # fmt: skip
     heads = ("face", "largest force (N)", "mean force (N)", "in contact (% of the records)",
              "largest penetration (µm)", "largest gap (µm)", "impulse (N s)")  # fmt: skip
-    blocks: list[Block] = [
-        Chart(
-            f"Normal force on the beam, the whole record.{thinning_words(size)}",
-            "time (s)", "contact force (N)", whole, command,
-        ),
+    blocks: list[Block] = []
+    time = np.asarray(history["time"].values, dtype=float)
+    if frequency is None or float(np.ptp(time)) > 1.2 * ZOOM / frequency:
+        words = f"Normal force on the beam, the whole record.{thinning_words(size)}"
+        blocks.append(Chart(words, "time (s)", "contact force (N)", whole, command))
+    else:
+        end = "the whole record"
+    blocks += [
         Chart(f"Normal force on the beam, {end}.", "time (ms)", "contact force (N)", last, command),
         Chart(
             f"Smallest gap of each face, {end}; below zero the largest penetration.",

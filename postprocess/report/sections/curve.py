@@ -96,11 +96,11 @@ def _branch(name: str, points: Sequence[Mapping[str, Any]], heights: np.ndarray,
             reached[place + 1] |= now and not after
         if part.any():
             drawn = np.where(reached, heights, np.nan)
-            curves.append(Curve(words, values, drawn, "lines", dashed=not wanted, texts=texts))
+            curves.append(Curve(words, values, drawn, "lines", dashed=not wanted, texts=texts, like=name))
     events = [place for place, point in enumerate(points) if point["event"]]
     if events:
         told = [texts[place] for place in events]
-        curves.append(Curve(f"{name}, events", values[events], heights[events], "markers", texts=told))
+        curves.append(Curve(f"{name}, events", values[events], heights[events], "markers", texts=told, like=name))
     return curves
 
 

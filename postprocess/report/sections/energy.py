@@ -15,6 +15,7 @@ from postprocess.report.envelope import envelope, thinning_words
 from postprocess.signals import SignalError
 from solver.output.records import HISTORY
 
+SMALL = 1.0e-4  # of the largest stored energy: what stays below is not drawn
 _STORED = ("kinetic_energy", "strain_energy", "contact_energy", "restraint_energy")
 _LOST = ("structural_dissipation", "contact_dissipation", "friction_dissipation", "algorithmic_dissipation")
 _NAMES = {
@@ -50,7 +51,11 @@ def energy_section(
     unit = shown("J")[0]
     size = history.sizes["time"]
     blocks: list[Block] = []
-    stored = [_curve(history, name, name.replace("_", " ")) for name in _STORED if name in history]
+    there = {name: _values(history, name) for name in _STORED if name in history}
+    most = max((float(values.max()) for values in there.values()), default=0.0)
+    stored = [
+        _curve(history, name, name.replace("_", " ")) for name, values in there.items() if values.max() >= SMALL * most
+    ]
     spent = _work(history) + [_curve(history, name, _NAMES[name]) for name in _LOST if _any(history, name)]
     thin = thinning_words(size)
     if stored:

@@ -8,7 +8,7 @@ import numpy as np
 
 from postprocess.analysis import Analysis, SignalAnalysis
 from postprocess.display_units import shown
-from postprocess.report.blocks import Block, Section, Table, Verdict
+from postprocess.report.blocks import Block, Level, Section, Table, Verdict
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.envelope import MOST, envelope, thinning_words
 from postprocess.signals import Signal
@@ -16,22 +16,27 @@ from postprocess.signals import Signal
 ZOOM = 3  # forcing periods
 CYCLES = 12  # forcing periods of a portrait of what has not settled
 PORTRAIT = 6000  # points
+FEWEST = 3  # forcing periods worth a figure over them
 _RECORDED, _SMOOTHED = "as recorded", "moving average over 2.5 ms"
 
 
-def motion_section(analyses: Mapping[str, Analysis], command: str, anchor: str = "motion") -> Section:
+def motion_section(
+    analyses: Mapping[str, Analysis], command: str, repeats: bool = False, anchor: str = "motion"
+) -> Section:
     """Return histories and peaks of every probe, one button each.
 
     Args:
         analyses: By probe, each with a displacement.
         command: That makes the figures.
+        repeats: Whether the records are a period over and over, of which the last forcing periods show everything.
         anchor: Of the section.
     """
     blocks: list[Block] = []
+    spans = (True,) if repeats else (False, True) if _is_long(analyses) else (False,)
     for name in ("displacement", "acceleration"):
-        blocks += [chart for last in (False, True) if (chart := _history(analyses, name, last, command)) is not None]
+        blocks += [chart for last in spans if (chart := _history(analyses, name, last, command)) is not None]
     blocks.append(_peaks_table(analyses))
-    per_period = _per_period(analyses, command)
+    per_period = [] if repeats else _per_period(analyses, command)
     return Section("Motion", anchor, [*blocks, *per_period])
 
 
@@ -40,29 +45,37 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str, anchor: 
     blocks: list[Block] = []
     for probe, one in analyses.items():
         if one.periodicity is not None:
-            level = "note" if one.periodicity.period is not None else "warning"
-            blocks.append(Verdict("passed" if level == "note" else "warning", f"{probe}: {one.periodicity.verdict}"))
+            level: Level = "passed" if one.periodicity.period is not None else "warning"
+            blocks.append(Verdict(level, f"{probe}: {one.periodicity.verdict}"))
     portrait = [curve for probe, one in analyses.items() for curve in _portrait(probe, one)]
     strobe = [curve for probe, one in analyses.items() for curve in _strobe(probe, one)]
     probes = [probe for probe in analyses if any(curve.choice == probe for curve in portrait)]
-    if not portrait or not strobe:
+    if not portrait:
         return None
-    speed = shown("m/s")[0]
     blocks.append(
         Chart(
             "Velocity over displacement, of the settled response or the last twelve forcing periods; once in every "
             "forcing period a point.",
-            f"displacement ({shown('m')[0]})", f"velocity ({speed})", portrait, command,
+            f"displacement ({shown('m')[0]})", f"velocity ({shown('m/s')[0]})", portrait, command,
             choices=probes, choice="probe",
         )
     )  # fmt: skip
-    blocks.append(
-        Chart(
-            "Displacement at the start of every forcing period: as many heights as the cycle has forcing periods.",
-            "forcing period", f"displacement ({shown('m')[0]})", strobe, command, choices=probes, choice="probe",
-        )
-    )  # fmt: skip
+    if strobe:
+        blocks.append(
+            Chart(
+                "Displacement at the start of every forcing period: as many heights as the cycle has forcing periods.",
+                "forcing period", f"displacement ({shown('m')[0]})", strobe, command, choices=probes, choice="probe",
+            )
+        )  # fmt: skip
     return Section("Periodicity", anchor, blocks)
+
+
+def _is_long(analyses: Mapping[str, Analysis]) -> bool:
+    """Return whether the end of a record is less than all of it."""
+    one = next(iter(analyses.values()))
+    assert one.displacement is not None
+    span = float(np.ptp(one.displacement.signal.time))
+    return one.forcing_frequency is None or span > 1.2 * ZOOM / one.forcing_frequency
 
 
 def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: str) -> Chart | None:
@@ -140,7 +153,7 @@ def _per_period(analyses: Mapping[str, Analysis], command: str) -> list[Chart]:
         curves, unit = [], "m"
         for probe, analysis in analyses.items():
             one = analysis.signals.get(name)
-            if one is None or one.per_period is None:
+            if one is None or one.per_period is None or one.per_period.period.size < FEWEST:
                 continue
             unit, table = one.signal.unit, one.per_period
             for label, values in (("largest", table.maximum), ("smallest", table.minimum)):
@@ -184,6 +197,8 @@ def _portrait(probe: str, analysis: Analysis) -> list[Curve]:
 
 def _strobe(probe: str, analysis: Analysis) -> list[Curve]:
     if analysis.section is None or analysis.forcing_frequency is None or analysis.displacement is None:
+        return []
+    if analysis.section.time.size < FEWEST:
         return []
     number = np.round(analysis.section.time * analysis.forcing_frequency)
     heights = shown("m")[1] * analysis.section.displacement

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from postprocess.analysis import Analysis, Options, analyze
-from postprocess.errors import ResultsError
-from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict
+from postprocess.overlay import repeated
+from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict, Words
+from postprocess.report.json_files import read_object
 from postprocess.report.sections.contact import contact_section
 from postprocess.report.sections.curve import curve_section, periodic_section
 from postprocess.report.sections.energy import energy_section
@@ -45,7 +45,7 @@ def run_report(results: Results, command: str) -> Report:
         sections.append(Section("Motion", "motion", [Verdict("warning", f"There is no `{HISTORY_FILE}`.")]))
     curve = results.folder / CURVE_FILE
     if curve.is_file():
-        sections.append(curve_section(read_json(curve), command))
+        sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
     sections += [section for section in (_pictures(results.folder), case_section(results)) if section is not None]
     return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
 
@@ -70,32 +70,24 @@ def case_section(results: Results, anchor: str = "case") -> Section | None:
     return Section("The case", anchor, blocks)
 
 
+def is_periodic(results: Results) -> bool:
+    """Return whether a run looked for a periodic response, so that its records are one period of it."""
+    return (results.case.get("analysis") or {}).get("type") == "periodic"
+
+
 def probe_analyses(results: Results) -> dict[str, Analysis]:
-    """Return what the history of every probe shows.
+    """Return what the history of every probe shows; a computed periodic response goes round as often as that needs.
 
     Raises:
         ResultsError: The history cannot be read.
         SignalError: Values that are not finite.
     """
-    history = results.history
+    history, frequency = results.history, results.forcing_frequency
+    if is_periodic(results) and frequency is not None:
+        history = repeated(history, frequency)
     probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    found = {probe: analyze(results, Options(probe=probe)) for probe in probes}
+    found = {probe: analyze(results, Options(probe=probe), history) for probe in probes}
     return {probe: one for probe, one in found.items() if one.displacement is not None}
-
-
-def read_json(path: Path) -> dict[str, object]:
-    """Read an object from a JSON file.
-
-    Raises:
-        ResultsError: It cannot be read, or is no object.
-    """
-    try:
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as fault:
-        raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON object", "repeat the study") from fault
-    if not isinstance(found, dict):
-        raise ResultsError(path, type(found).__name__, "a JSON object", "repeat the study")
-    return found
 
 
 def _of_history(results: Results, command: str) -> list[Section]:
@@ -123,9 +115,17 @@ def _of_probes(results: Results, command: str) -> list[Section | None]:
     if not analyses:
         words = "The run recorded no motion of a probe: add `[[probe]]` to the case."
         return [Section("Motion", "motion", [Verdict("note", words)])]
-    notes = dict.fromkeys(text for one in analyses.values() for text in one.warnings)
-    motion = motion_section(analyses, command)
-    motion = Section(motion.title, motion.anchor, [*(Verdict("warning", text) for text in notes), *motion.blocks])
+    told = [text for one in analyses.values() for text in one.warnings]
+    notes = dict.fromkeys(
+        text if told.count(text) == len(analyses) else f"{probe}: {text}"
+        for probe, one in analyses.items()
+        for text in one.warnings
+    )
+    repeats = is_periodic(results)
+    motion = motion_section(analyses, command, repeats)
+    opening = [Words("The run computed one period of the response; it is shown here as it repeats.")] if repeats else []
+    warned = [Verdict("warning", text) for text in notes]
+    motion = Section(motion.title, motion.anchor, [*opening, *warned, *motion.blocks])
     return [motion, spectra_section(analyses, command), periodicity_section(analyses, command)]
 
 

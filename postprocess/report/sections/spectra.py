@@ -39,7 +39,7 @@ def spectra_section(analyses: Mapping[str, Analysis], command: str, anchor: str 
 
 
 def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: str) -> Chart | None:
-    curves, tops, unit, span = [], list[float](), "", ""
+    curves, heights, unit, span = [], list[np.ndarray](), "", ""
     for probe, analysis in analyses.items():
         for name in names:
             one = analysis.signals.get(name)
@@ -48,10 +48,12 @@ def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: st
             unit, span = one.signal.unit, _span(one)
             found = _curves(one, _LINES[name], probe, analysis.forcing_frequency)
             curves += found
-            tops += [float(np.max(curve.y)) for curve in found]
-    top = max(tops, default=0.0)
+            heights.append(np.concatenate([np.asarray(curve.y) for curve in found]))
+    drawn = np.concatenate(heights) if heights else np.zeros(1)
+    top = float(drawn.max())
     if top <= 0.0:
         return None
+    foot = max(float(drawn[drawn > 0.0].min()), top * 10.0**-DECADES)
     return Chart(
         f"Amplitudes of the {names[0]}{span}.",
         "frequency (Hz)",
@@ -59,7 +61,7 @@ def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: st
         curves,
         command,
         log_y=True,
-        y_range=(top * 10.0**-DECADES, 3.0 * top),
+        y_range=(0.5 * foot, 2.5 * top),
         choices=list(dict.fromkeys(str(curve.choice) for curve in curves)),
         choice="probe",
     )
@@ -80,7 +82,7 @@ def _curves(one: SignalAnalysis, label: str, probe: str, frequency: float | None
             for row, height in zip(one.harmonics, heights, strict=True)
         ]
         places = [row.frequency for row in one.harmonics]
-        curves.append(Curve(f"{label}, harmonics", places, heights, "markers", probe, texts=texts))
+        curves.append(Curve(f"{label}, harmonics", places, heights, "markers", probe, texts=texts, like=label))
     return curves
 
 

@@ -55,7 +55,7 @@ def summary_section(results: Results, anchor: str = "summary") -> Section:
     if defaults:
         blocks.append(
             Table(
-                "Values that the case left open, and why they were chosen",
+                "Values that decide how accurate the run is, and where they come from",
                 ("key", "value", "unit", "reason"),
                 [(one["key"], float(one["value"]), one["unit"], one["reason"]) for one in defaults],
             )

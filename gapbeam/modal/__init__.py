@@ -1,0 +1,1 @@
+"""Modes of a seated beam beside those of beams on springs."""

@@ -16,6 +16,7 @@ from solver.analyses.sections import MIXED
 from solver.studies.end_springs import Estimate
 
 SHOWN = 12  # other modes that are named
+EXACT = 1.0e-9  # below it a misfit is round-off
 WORDS = {
     "identified": "identified",
     "at least": "stiffer does as well",
@@ -57,7 +58,7 @@ def spring_table(fits: Sequence[SpringFit]) -> Table:
     for one in fits:
         fit = one.fit
         length = f"{fit.beam.length:.4g} ({one.choice})" if fit.length is None else _with_interval(fit.length)
-        misfit = f"{100.0 * fit.misfit:.2g} %"
+        misfit = f"{100.0 * fit.misfit:.2g} %" if fit.misfit > EXACT else "0 %"
         if fit.reproduces:
             cells = [*map(_with_interval, (fit.draught, fit.torsion)), misfit]
             table.add_row(one.source, length, *cells, WORDS[fit.draught.verdict], WORDS[fit.torsion.verdict])

@@ -13,7 +13,7 @@ from solver.operators import Array, Factor, Interface, RankOnes, Springs
 from solver.refined_modes import refined_modes
 
 ROUND_OFF = 8.0 * np.finfo(float).eps
-WIDE = 1.0e6  # between the squares of the lowest and the highest frequency
+WIDE = 1.0e4  # between the squares of the lowest and the highest frequency
 FLOATS = 1.0e-12  # of the largest square of a frequency; below it a motion is a rigid one
 
 

@@ -14,6 +14,7 @@ from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
 from solver.accounts import Accounts
+from solver.analyses.start import start_of_case
 from solver.analyses.static import find_seat
 from solver.analyses.transient import March
 from solver.case import Case, Ramped
@@ -167,7 +168,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
     reason = why_not_compiled(plan)
     summary["loop"] = "compiled" if reason is None else f"step by step: {reason}"
-    start, steps, response = seat.state, None, None
+    start, steps, response = start_of_case(model.case, model.system, seat.state), None, None
     if isinstance(model.case.analysis, Periodic):
         response = search(model, seat.state, model.case.analysis, folder, comm, summary)
         model, plan, start = response.steady.model, response.steady.plan, response.start

@@ -16,6 +16,8 @@ from solver.analyses.transient import EffectiveOperators, March
 from solver.compiled.loop import CompiledLoop
 from solver.integrators.midpoint import Midpoint
 from solver.model import Model
+from solver.studies.respond import respond
+from solver.studies.starts import seated
 from solver.system import VALUE, State, imaged
 from tests.case_texts import GOOD, written
 from tests.command import alone, on_ranks
@@ -135,6 +137,23 @@ def test_the_beam_of_adams_agrees_with_two_equations_of_motion() -> None:
     passage = CompiledLoop(plan).follow(seat, 10000, tip)
     assert passage.forces.max() > 100.0
     assert np.abs(passage.probes[:, 0] - expected).max() < 2e-3 * np.ptp(expected)
+
+
+def test_from_the_undeformed_pose_the_beam_falls_to_its_seat() -> None:
+    """Without forcing, contact damping leaves it where the search for the seat puts it; gravity has done the work."""
+    asked = {"analysis": {"type": "transient", "start": "undeformed"}, "time": {"end": 0.4, "step": 2.0e-5}}
+    model = beam_model({**ADAMS, **asked}, (GRAVITY,), {"end": 0.51})
+    begin = seated(model)
+    assert begin.word == "undeformed"
+    assert not np.any(begin.state.u)
+    response = respond(model, begin.state, 20000, 2.0e-3)
+    assert response.verdict == "passed"
+    place = response.history["displacement"][:, 0, 1]
+    assert place[0] == 0.0
+    assert place[-1] == pytest.approx(probed(model, seat_of(model).state.u[VALUE]), rel=1e-4)
+    assert place.min() < 1.05 * place[-1] < 0.0, "it did not fall"
+    left = [response.history[name][-1].sum() for name in ("load_work", "contact_energy", "contact_dissipation")]
+    assert left[2] == pytest.approx(left[0] - left[1], rel=1e-3)
 
 
 @alone

@@ -10,9 +10,14 @@ from solver.case_tables.values import Number, Positive, Table, Whole
 
 
 class Transient(Table):
-    """A march from the seat to time.end."""
+    """A march from the seat, or from the undeformed pose, to time.end."""
 
     type: Literal["transient"] = Field(default="transient", description="kind of analysis")
+    start: Literal["seat", "undeformed"] = Field(
+        default="seat",
+        description="state at t = 0, at rest: the static seat, or the undeformed pose, flat on the base, from which the "
+        "static loads let it fall, as multibody programs start",
+    )
 
 
 class Continuation(Table):

@@ -12,6 +12,7 @@ from math import ceil, floor, pi
 import numpy as np
 from scipy.optimize import linprog
 
+from solver.analyses.start import start_of_case
 from solver.analyses.static import find_seat
 from solver.case import Case, Ramped
 from solver.integrators.schemes import make_integrator
@@ -31,7 +32,7 @@ class Start:
 
     Attributes:
         state: The state.
-        word: "seat", "kick 3" or "carried".
+        word: "seat", "undeformed", "kick 3" or "carried".
         notes: What was changed to carry it, and what does not fit.
     """
 
@@ -41,7 +42,7 @@ class Start:
 
 
 def seated(model: Model) -> Start:
-    """Return the static seat at t = 0.
+    """Return the static seat at t = 0; the undeformed pose where the case asks for it.
 
     Raises:
         NotConverged: Nothing holds the beam.
@@ -49,7 +50,9 @@ def seated(model: Model) -> Start:
     Collective.
     """
     carries = make_integrator(model.case.time.scheme).carries_acceleration
-    return Start(find_seat(model.system, model.law, model.seat_springs, carries).state, "seat")
+    seat = find_seat(model.system, model.law, model.seat_springs, carries).state
+    begin = start_of_case(model.case, model.system, seat)
+    return Start(begin, "seat" if begin is seat else "undeformed")
 
 
 def kicked(model: Model, number: int, seed: int) -> Start:

@@ -8,6 +8,7 @@ from typing import Any
 
 from mpi4py import MPI
 
+from solver.analyses.start import start_of_case
 from solver.analyses.static import find_seat
 from solver.case import Case
 from solver.errors import RunError
@@ -61,7 +62,8 @@ def try_case(case: Case) -> Trial:
         model = build_model(case, MPI.COMM_SELF)
         carries = make_integrator(model.case.time.scheme).carries_acceleration
         seat = find_seat(model.system, model.law, model.seat_springs, carries)
-        response = respond(model, seat.state, round(model.case.time.end / model.step))
+        begin = start_of_case(case, model.system, seat.state)
+        response = respond(model, begin, round(model.case.time.end / model.step))
     except RunError as error:
         response.failed(error)
     clearance = abs(case.support.clearance)

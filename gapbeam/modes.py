@@ -72,11 +72,12 @@ def modes(
     given, deviation = measured_frequencies(measured, count), fraction(accuracy)
     from mpi4py import MPI
 
-    from gapbeam.modal.comparison import ModesComparison, compare_modes
+    from gapbeam.modal.comparison import FITTED, ModesComparison, compare_modes
     from gapbeam.modal.told import as_data, frequency_table, other_modes, remarks, spring_table
     from meshes.rank_zero import on_rank_zero
     from postprocess.figures.mode_shapes import draw_mode_shapes
     from solver.analyses.modes import held_modes
+    from solver.case import Exciter
     from solver.case_file.reader import read_case
     from solver.model import build_model
     from solver.output.folder import write_beside
@@ -87,7 +88,7 @@ def modes(
     folder = output if output is not None else Path("results") / f"{case.stem}-modes"
     on_rank_zero(comm, lambda: _made(folder))
     model = build_model(read, comm)
-    states = held_modes(model, count)
+    states = held_modes(model, max(count, FITTED))
     described = describe_model(model)
 
     def tell() -> int:
@@ -101,7 +102,11 @@ def modes(
         screen.print(frequency_table(found))
         if found.fits:
             screen.print(spring_table(found.fits))
-        for line in [other_modes(states[0]), *remarks(found), f"{folder / 'modes.json'}\n{picture}"]:
+        exciters = [
+            load.name for load in model.case.load if isinstance(load, Exciter) and load.mass + load.stiffness > 0
+        ]
+        carried = [f"{', '.join(exciters)} moves along with the model, not with the theory"] if exciters else []
+        for line in [other_modes(states[0]), *carried, *remarks(found), f"{folder / 'modes.json'}\n{picture}"]:
             screen.print(line, markup=False)
         sources = {one.source for one in found.fits}
         failed = [name for name in sources if not any(one.fit.reproduces for one in found.fits if one.source == name)]

@@ -77,20 +77,25 @@ class AttachedOperators:
         body: The operators of the body alone.
         masses: Moving masses, kg.
         springs: Springs to the frame, N/m, at the same places.
+
+    Attributes:
+        body: The operators of the body alone.
+        masses: As given.
+        springs: As given.
     """
 
     def __init__(self, body: Operators, masses: RankOnes, springs: RankOnes) -> None:
-        self.body, self._masses, self._springs = body, masses, springs
+        self.body, self.masses, self.springs = body, masses, springs
         self.size, self.massless = body.size, body.massless
         self._spring_diagonal = springs.coefficients @ springs.patterns**2
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x. Collective."""
-        return self.body.apply_mass(x) + self._masses.apply(x, self.body)
+        return self.body.apply_mass(x) + self.masses.apply(x, self.body)
 
     def apply_stiffness(self, x: Array) -> Array:
         """Return K x. Collective."""
-        return self.body.apply_stiffness(x) + self._springs.apply(x, self.body)
+        return self.body.apply_stiffness(x) + self.springs.apply(x, self.body)
 
     def stiffness_round_off(self, x: Array) -> Array:
         """Return about how far the entries of K x are off by round-off."""
@@ -105,7 +110,7 @@ class AttachedOperators:
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
     ) -> Factor:
         """Factor mass M + stiffness K + springs + added; rows of massless DOFs as in `Operators`. Collective."""
-        both = self._masses.times(mass).and_also(self._springs.times(stiffness)).and_also(added)
+        both = self.masses.times(mass).and_also(self.springs.times(stiffness)).and_also(added)
         return self.body.factor(mass, stiffness, springs, both)
 
     def sum(self, local: Array) -> Array:

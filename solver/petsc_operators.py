@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -130,12 +131,26 @@ class PetscOperators:
         """M and K; not to be changed."""
         return self._mass, self._stiffness
 
-    def stiffened(self, springs: Springs) -> PETSc.Mat:
-        """Return K + springs, whose entries may couple DOFs of different cells. Collective."""
-        matrix = self._stiffness.copy()
-        matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        self._add_springs(matrix, springs)
-        return matrix
+    def with_springs(self, on_mass: Sequence[Springs], on_stiffness: Sequence[Springs]) -> tuple[PETSc.Mat, PETSc.Mat]:
+        """Return M and K with more on some of their DOFs, which may couple DOFs of different cells. Collective."""
+        results = []
+        for matrix, added in ((self._mass, on_mass), (self._stiffness, on_stiffness)):
+            result = matrix.copy() if added else matrix
+            result.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+            for springs in added:
+                self._add_springs(result, springs)
+            results.append(result)
+        return results[0], results[1]
+
+    def as_springs(self, added: RankOnes) -> Springs:
+        """Return sum_j a_j b_j b_j^T as a matrix on the DOFs where the b_j are not zero. Collective."""
+        owned = np.flatnonzero(np.any(added.patterns != 0.0, axis=0))
+        counts = self._comm.allgather(len(owned))
+        slots = sum(counts[: self._comm.rank]) + np.arange(len(owned))
+        patterns = np.zeros((len(added.coefficients), sum(counts)))
+        patterns[:, slots] = added.patterns[:, owned]
+        everywhere = RankOnes(self.sum(patterns), added.coefficients)
+        return Springs(Interface(sum(counts), owned, slots), csr_matrix(everywhere.matrix))
 
     def apply_mass(self, x: Array) -> Array:
         """Return M x. Collective."""

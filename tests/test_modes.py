@@ -10,6 +10,7 @@ import pytest
 
 from gapbeam.modal.comparison import beams_of, compare_modes
 from gapbeam.modal.matching import assurance
+from gapbeam.modal.told import remarks
 from solver.analyses.modes import HeldModes, held_modes
 from solver.errors import UserError
 from tests.command import DEMO, alone, called, called_in_turn, on_ranks, settings
@@ -87,6 +88,24 @@ def test_cheaper_models_have_the_same_modes(kind: str) -> None:
             assert assurance(x, y, one.masses) > 0.9999
 
 
+@pytest.mark.parametrize("kind", ["full", "reduced", "beam"])
+def test_an_exciter_moves_along(kind: str) -> None:
+    """A mass m and a spring k at x0 in Rayleigh's quotient of the shape without them: to first order, both small."""
+    place, mass, stiffness = 0.3, 2e-3, 400.0
+    exciter = {"type": "exciter", "point": place, "amplitude": 0.0, "frequency": 20.0}
+    exciter |= {"mass": mass, "stiffness": stiffness}
+    bare, carrying = (
+        held_modes(beam_model({"model": {"type": kind}}, loads), 3)[2] for loads in ((GRAVITY,), (GRAVITY, exciter))
+    )
+    for mode in range(3):
+        shape = bare.bending()[1][mode]
+        square = np.interp(place, bare.places, shape) ** 2 / (bare.masses @ shape**2)
+        rate = (2.0 * np.pi * bare.bending()[0][mode]) ** 2
+        expected = (rate + stiffness * square) / (1.0 + mass * square) / rate
+        found = (carrying.bending()[0][mode] / bare.bending()[0][mode]) ** 2
+        assert found - 1.0 == pytest.approx(expected - 1.0, rel=0.03)
+
+
 def test_a_beam_that_nothing_presses_is_free() -> None:
     model = beam_model(loads=())
     states = held_modes(model, 3)
@@ -95,6 +114,14 @@ def test_a_beam_that_nothing_presses_is_free() -> None:
     found = compare_modes(model.case, states, 3, {}, 0.01)
     assert found.fits == ()
     assert [one.matched for one in found.free] == [1, 2, 3]
+
+
+def test_a_mesh_that_locks_is_told() -> None:
+    """Linear elements four times as long as high are 40 % too stiff in bending."""
+    for degree in (1, 2):
+        model = beam_model({"mesh": {"degree": degree}}, loads=())
+        told = remarks(compare_modes(model.case, held_modes(model, 3), 3, {}, 0.01))
+        assert any("locks" in line for line in told) == (degree == 1)
 
 
 def test_what_has_no_modes_is_refused() -> None:

@@ -179,16 +179,16 @@ def test_phone(browser: Browser, page_file: Path) -> None:
 
 
 def test_dark_pages_are_dark_and_their_curves_bright(browser: Browser, page_file: Path) -> None:
-    """The colors follow the scheme of the system, those of the curves too."""
-    strokes = {}
+    """The colors follow the scheme of the system, also when it changes, and those of the curves too."""
+    page, strokes = opened(browser, page_file, [], color_scheme="light"), {}
     for scheme in ("light", "dark"):
-        page = opened(browser, page_file, [], color_scheme=scheme)
+        page.emulate_media(color_scheme=scheme)
         color = page.evaluate("getComputedStyle(document.body).backgroundColor")
         shade = sum(map(int, re.findall(r"\d+", color)[:3])) / 3.0
         assert (shade > 200) == (scheme == "light")
         strokes[scheme] = page.locator("#figure-1 path.js-line").first.evaluate("(one) => getComputedStyle(one).stroke")
-        page.context.close()
     assert strokes == {"light": "rgb(0, 114, 178)", "dark": "rgb(86, 180, 233)"}
+    page.context.close()
 
 
 def test_surfaces_have_a_picture_where_there_is_no_webgl(playwright: Playwright, page_file: Path) -> None:

@@ -80,8 +80,8 @@ def compare_modes(
 
     Args:
         case: Its case.
-        states: The body seated, free and closed.
-        count: How many bending modes.
+        states: The body seated, free and closed, with at least `FITTED` bending modes each.
+        count: How many bending modes are compared.
         measured: Measured frequencies by mode, Hz; empty: none.
         accuracy: Standard deviation of a frequency, relative.
     """
@@ -89,7 +89,7 @@ def compare_modes(
     seated, free, closed = states
     fits = []
     if seated.closed > 0:
-        frequencies = seated.bending()[0][: min(FITTED, count)]
+        frequencies = seated.bending()[0][:FITTED]
         own = {mode: float(frequency) for mode, frequency in enumerate(frequencies, start=1)}
         fits += _fits(SEATED, own, beams, seated, count, accuracy)
     if measured:

@@ -202,8 +202,14 @@ def _equation_nine(beam: SpringBeam, root: Array, draught: Array, torsion: Array
 
 def _region(plateau: Plateau) -> str:
     signs = [">" if limit > 0.0 else "<" for limit in plateau.limits]
-    return f"k1 {signs[0]} {plateau.draught:.0e} N/m, k2 {signs[1]} {plateau.torsion:.0e} N m/rad"
+    return f"k1 {signs[0]} {_power(plateau.draught)} N/m, k2 {signs[1]} {_power(plateau.torsion)} N m/rad"
 
 
 def _springs(plateau: Plateau) -> str:
-    return f"k1 = {plateau.draught:.0e}, k2 = {plateau.torsion:.0e}"
+    return f"k1 = {_power(plateau.draught)}, k2 = {_power(plateau.torsion)}"
+
+
+def _power(spring: float) -> str:
+    """Return a threshold as in the paper: one digit and a power of ten."""
+    digit, exponent = f"{spring:.0e}".split("e")
+    return f"{digit}e{int(exponent)}"

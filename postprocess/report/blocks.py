@@ -221,6 +221,14 @@ class Report:
             raise BlockError(f"{self.title}: more than one section has the anchor {', '.join(twice)}")
 
 
+def warnings_of(texts: Sequence[str]) -> list[Verdict]:
+    """Return warnings as one verdict, several as a list in it; none where there is none."""
+    lines = [" ".join(text.split()) for text in texts]
+    if len(lines) < 2:
+        return [Verdict("warning", line) for line in lines]
+    return [Verdict("warning", "\n".join(f"- {line}" for line in lines))]
+
+
 def sections_of(blocks: Sequence[Block]) -> Iterator[Section]:
     """Yield every section among blocks, and those in them, in reading order."""
     for block in blocks:

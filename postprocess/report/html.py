@@ -20,6 +20,7 @@ from postprocess.report.markup import inline, paragraphs
 from postprocess.report.numbers import cell, percent
 from postprocess.report.surface_picture import surface_picture
 
+SENTENCE = 40  # letters
 IMAGES = {
     ".png": "image/png",
     ".jpg": "image/jpeg",
@@ -58,6 +59,7 @@ def html_of(report: Report) -> str:
         "percent": percent,
         "kind": lambda block: type(block).__name__,
         "numeric": _is_numeric,
+        "wordy": _is_wordy,
         "told": _told,
         "twin": lambda block: _data("image/png", surface_picture(block)),
         "inlined": _inlined,
@@ -126,6 +128,11 @@ def _is_numeric(table: Table, column: int) -> bool:
     """Return whether a column holds numbers and nothing else."""
     there = [row[column] for row in table.rows if row[column] is not None]
     return bool(there) and not any(isinstance(value, str) for value in there)
+
+
+def _is_wordy(table: Table, column: int) -> bool:
+    """Return whether a column holds sentences, which would become towers on a phone."""
+    return any(isinstance(row[column], str) and len(str(row[column])) > SENTENCE for row in table.rows)
 
 
 def _told(block: Chart | Surface) -> str:

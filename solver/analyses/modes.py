@@ -3,7 +3,8 @@
     (K + G^T (w kappa) G) x = (2 pi f)^2 M x
 
 kappa is the slope of the contact law where a point is closed, 0 where it is open: small vibrations about a state in
-which no point opens or closes. By SLEPc for finite elements, by LAPACK for reduced models and beam elements.
+which no point opens or closes. Masses and springs of exciters move along. By SLEPc for finite elements, by LAPACK for
+reduced models and beam elements.
 """
 
 from __future__ import annotations
@@ -16,6 +17,7 @@ from scipy.sparse import csr_matrix
 
 from solver.analyses.sections import SectionMotion, Sections
 from solver.analyses.static import find_seat
+from solver.attached import AttachedOperators
 from solver.contact_scales import compared_depth
 from solver.defaults import overhang_frequency
 from solver.dense import DenseOperators
@@ -122,7 +124,7 @@ def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: in
         motions = tuple(sections.motion(model.expand(shape)) for shape in shapes.T)
         found = sum(motion.kind == "bending" for motion in motions)
         if found >= count:
-            _refuse_beyond_basis(model, frequencies, motions, count)
+            kept = _of_basis(model, frequencies, motions, count)
             break
         if len(frequencies) < wanted:
             raise UserError(
@@ -131,18 +133,20 @@ def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: in
             )
         wanted *= GROWTH
     closed = int(np.count_nonzero(slopes > 0.0))
-    return HeldModes(name, closed, contact.size, frequencies, motions, sections.places, sections.masses, beam.length)
+    return HeldModes(
+        name, closed, contact.size, frequencies[:kept], motions[:kept], sections.places, sections.masses, beam.length
+    )
 
 
-def _refuse_beyond_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> None:
-    """Refuse modes above those that a reduced basis was made of.
+def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> int:
+    """Return how many modes lie below the highest that a reduced basis was made of; all for other models.
 
     Raises:
-        UserError: There are some among those wanted.
+        UserError: Not all of the bending modes wanted do.
     """
     basis = model.body.basis
     if basis is None:
-        return
+        return len(frequencies)
     bending = [number for number, motion in enumerate(motions) if motion.kind == "bending"]
     highest = frequencies[bending[count - 1]]
     if highest > basis.highest_mode:
@@ -150,15 +154,21 @@ def _refuse_beyond_basis(model: Model, frequencies: Array, motions: tuple[Sectio
             f"{count} bending modes reach to {highest:.4g} Hz, the modes of the reduced basis only to "
             f"{basis.highest_mode:.4g} Hz; take more model.modes, or ask for fewer"
         )
+    return int(np.count_nonzero(frequencies <= basis.highest_mode))
 
 
 def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:
     """Return the lowest frequencies, (k,), Hz, and shapes, (n, k); fewer than asked for where there are fewer."""
-    operators = model.system.operators
+    operators, on_mass, on_stiffness = model.system.operators, [], [springs]
+    if isinstance(operators, AttachedOperators):
+        attached, operators = operators, operators.body
+        assert isinstance(operators, PetscOperators)
+        on_mass.append(operators.as_springs(attached.masses))
+        on_stiffness.append(operators.as_springs(attached.springs))
     if isinstance(operators, PetscOperators):
-        mass, _ = operators.matrices
+        mass, stiffness = operators.with_springs(on_mass, on_stiffness)
         shift = (2.0 * pi * overhang_frequency(model.case)) ** 2
-        modes = lowest_modes(mass, operators.stiffened(springs), shift, count)
+        modes = lowest_modes(mass, stiffness, shift, count)
         return modes.frequencies, modes.shapes
     assert isinstance(operators, DenseOperators)
     owned, slots = springs.interface.owned, springs.interface.slots

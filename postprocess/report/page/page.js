@@ -60,6 +60,10 @@
       layout.showlegend = layout.showlegend && size.legend;
     }
     const still = onPaper();
+    if (!still && window.innerWidth < 560) {  // a legend of many lines takes no room from the curves
+      const names = new Set(traces.filter((trace) => trace.visible && trace.showlegend !== false).map((trace) => trace.name));
+      plot.style.height = `${300 + 21 * Math.max(0, layout.showlegend ? names.size - 2 : 0)}px`;
+    }
     Plotly.react(plot, still ? traces.filter((trace) => trace.visible) : traces, layout, {
       responsive: !still, staticPlot: still, displaylogo: false, displayModeBar: coarse ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],

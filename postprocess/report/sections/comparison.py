@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from postprocess.display_units import shown
-from postprocess.report.blocks import Block, Cell, Command, Picture, Section, Table, Verdict
+from postprocess.report.blocks import Block, Cell, Command, Picture, Section, Table, Verdict, warnings_of
 from postprocess.report.json_files import read_object
 from postprocess.report.markup import sentence
 
@@ -42,7 +42,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
         command: That makes the report.
     """
     blocks: list[Block] = [Verdict("passed" if found["agree"] else "warning", sentence(str(found["verdict"])))]
-    blocks += [Verdict("warning", str(note)) for note in found["notes"]]
+    blocks += warnings_of([str(note) for note in found["notes"]])
     runs = [
         (
             name.upper(), found[name], run["periodicity"], run["windows"], run["forcing_periods_in_a_window"],

@@ -7,7 +7,7 @@ from pathlib import Path
 
 from postprocess.analysis import Analysis, Options, analyze
 from postprocess.overlay import repeated
-from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict, Words
+from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict, Words, warnings_of
 from postprocess.report.json_files import read_object
 from postprocess.report.sections.contact import contact_section
 from postprocess.report.sections.curve import curve_section, periodic_section
@@ -124,8 +124,7 @@ def _of_probes(results: Results, command: str) -> list[Section | None]:
     repeats = is_periodic(results)
     motion = motion_section(analyses, command, repeats)
     opening = [Words("The run computed one period of the response; it is shown here as it repeats.")] if repeats else []
-    warned = [Verdict("warning", text) for text in notes]
-    motion = Section(motion.title, motion.anchor, [*opening, *warned, *motion.blocks])
+    motion = Section(motion.title, motion.anchor, [*opening, *warnings_of(list(notes)), *motion.blocks])
     return [motion, spectra_section(analyses, command), periodicity_section(analyses, command)]
 
 

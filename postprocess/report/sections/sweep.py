@@ -11,7 +11,7 @@ import numpy as np
 
 from postprocess.census import Branch, Point, census
 from postprocess.display_units import shown
-from postprocess.report.blocks import Block, Cell, Listing, Picture, Section, Table, Verdict
+from postprocess.report.blocks import Block, Cell, Listing, Picture, Section, Table, Verdict, warnings_of
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.json_files import read_object, read_records
 from postprocess.report.sections.axes import Axis, axis_of
@@ -66,8 +66,7 @@ def _summary(records: Sequence[dict[str, Any]], points: Sequence[Point]) -> list
     if several:
         blocks.append(Verdict("note", f"{several} of {len(points)} points have more than one response."))
     notes = Counter(note for record in records for note in record.get("notes") or ())
-    blocks += [Verdict("warning", f"{note} ({count} of {len(records)})") for note, count in notes.most_common(10)]
-    return blocks
+    return [*blocks, *warnings_of([f"{note} ({count} of {len(records)})" for note, count in notes.most_common(10)])]
 
 
 def _response_curves(points: Sequence[Point], command: str) -> list[Block]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from postprocess.pareto import KINDS, OTHERS
-from postprocess.report.blocks import Block, Cell, Section, Table, Verdict
+from postprocess.report.blocks import Block, Cell, Section, Table, Verdict, warnings_of
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.json_files import read_object
 from postprocess.report.markup import sentence
@@ -30,7 +30,7 @@ def tradeoff_sections(folder: Path, command: str) -> list[Section]:
     blocks: list[Block] = [Verdict("passed" if found["chosen"] else "warning", sentence(str(found["verdict"])))]
     if found.get("chaotic"):
         blocks.append(Verdict("note", "The response does not repeat: means over windows are compared."))
-    blocks += [Verdict("warning", str(note)) for note in found.get("notes") or ()]
+    blocks += warnings_of([str(note) for note in found.get("notes") or ()])
     blocks.append(_chart(found, command))
     blocks.append(_table(found))
     skipped = [(one["name"], float(one["predicted_seconds"])) for one in found.get("skipped") or ()]

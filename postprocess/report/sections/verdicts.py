@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from postprocess.report.blocks import Block, Cell, Section, Table, Verdict
+from postprocess.report.blocks import Block, Cell, Section, Table, Verdict, warnings_of
 from postprocess.report.numbers import number, percent
 from postprocess.results import Results
 
@@ -23,8 +23,7 @@ def run_verdicts(results: Results) -> list[Verdict]:
     created = created_energy(summary)
     if created is not None and results.status == "completed":
         found.insert(0, Verdict("error", created))
-    found += [Verdict("warning", str(text)) for text in summary.get("warnings") or ()]
-    return found
+    return found + warnings_of([str(text) for text in summary.get("warnings") or ()])
 
 
 def created_energy(summary: dict[str, Any]) -> str | None:

@@ -111,6 +111,7 @@ class Kind:
 def _kinds() -> tuple[Kind, ...]:
     """Return the kinds of results folders, the most particular first."""
     from postprocess.report.sections.comparison import COMPARISON_FILE, comparison_sections
+    from postprocess.report.sections.identification import IDENTIFICATION_FILE, identification_blocks
     from postprocess.report.sections.run import run_report
     from postprocess.report.sections.stability import STABILITY_FILE, stability_sections
     from postprocess.report.sections.sweep import SWEEP_FILE, sweep_sections
@@ -125,6 +126,7 @@ def _kinds() -> tuple[Kind, ...]:
         Kind("sweep", "Sweep", (SWEEP_FILE,), sweep_sections),
         Kind("stability", "Stability", (STABILITY_FILE,), stability_sections),
         Kind("tradeoff", "Trade-off", (TRADEOFF_FILE,), tradeoff_sections),
+        Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks),
         Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections),
         Kind("run", "Run", (SUMMARY_FILE, HISTORY_FILE), of_run),
     )
@@ -154,7 +156,7 @@ def _recognized(folders: Sequence[Path]) -> list[Kind]:
             faults[0][0],
             found="; ".join([faults[0][1], *(f"{folder}: {words}" for folder, words in faults[1:])]),
             expected=f"a results folder, which holds one of {files}",
-            remedy="give the folder that gapbeam run, sweep, stability, tradeoff or compare named",
+            remedy="give the folder that gapbeam run, sweep, stability, tradeoff, identify or compare named",
         )
     return found
 

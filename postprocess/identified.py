@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import csv
-import json
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,8 +14,8 @@ from matplotlib.lines import Line2D
 from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
 from postprocess.display_units import shown
-from postprocess.errors import ResultsError
 from postprocess.figures.style import BLACK, BLUE, GRAY, GREEN, VERMILION, journal_style, letter, panels
+from postprocess.report.json_files import read_object
 
 DATA, CLOUD = "identification.json", "evaluations.csv"
 PICTURES = ("identified-figures.png", "identified-misfit.png")
@@ -30,14 +29,7 @@ def read_identification_data(folder: Path) -> dict[str, Any]:
     Raises:
         ResultsError: There is none, or it cannot be read.
     """
-    path = folder / DATA
-    try:
-        data: dict[str, Any] = json.loads(path.read_text(encoding="utf-8"))
-    except FileNotFoundError as error:
-        raise ResultsError(path, "no such file", "the results of an identification", "gapbeam identify FILE") from error
-    except ValueError as error:
-        raise ResultsError(path, f"no JSON ({error})", "the results of an identification", "run it again") from error
-    return data
+    return read_object(folder / DATA, ("measurements", "unknowns", "told"))
 
 
 def read_cloud(folder: Path) -> tuple[list[str], np.ndarray]:

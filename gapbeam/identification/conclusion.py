@@ -21,7 +21,8 @@ from postprocess.census import CREEPING
 BETTER = 0.99  # of the sum of squares: worth another round
 ROUNDS = 3
 ANOTHER = 0.05  # relative difference of a figure from another start that is told
-REFIT_STEPS = 4  # Gauss-Newton steps of a fit without one measurement
+REFIT_STEPS = 4  # Gauss-Newton steps from better values that the profile has met
+LEFT_OUT_STEPS = 2  # of a fit without one measurement, from the best of all evaluations
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ def _without(problem: Problem, evaluations: Evaluations, values: Values, row: Ro
     rest = [number for number in problem.fitted if number != row.number]
     if one.use != "fit" or not rest:
         return row
-    misfit = Misfit(problem, evaluations, rest, REFIT_STEPS * (2 * len(values) + 2))
+    misfit = Misfit(problem, evaluations, rest, LEFT_OUT_STEPS * (2 * len(values) + 2))
     begin = misfit.best()
     assert begin is not None
     _refit(misfit, problem.scaled(begin[0]))

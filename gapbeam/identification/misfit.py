@@ -118,7 +118,7 @@ class Misfit:
 
     def residuals(self, points: Sequence[Values]) -> FloatArray:
         """Return the residuals at sets of values, (k, m), whatever the budget."""
-        numbers = self.problem.experiments_of(fitted_only=True)
+        numbers = sorted({self.problem.places[number] for number in self.fitted})
         rows = self.evaluations.of(points, numbers)
         return np.array([self._row(dict(zip(numbers, row, strict=True))) for row in rows])
 

@@ -104,7 +104,8 @@ def sentences(found: Conclusion) -> Iterator[str]:
     for direction, width in zip(known.combinations, known.widths, strict=True):
         if width >= WIDE:
             told = combination_words(direction, powers, names)
-            yield f"not told by the measurements: {told} (half-width {width:.2g} of the ranges)"
+            far = f"{width:.2g} of the ranges either way" if width < 1.0 else "anywhere between the bounds"
+            yield f"not told by the measurements: {told}, {far}"
     chaotic = [row for row in found.rows if row.response == "no cycle"]
     if chaotic:
         yield f"{len(chaotic)} of {len(found.rows)} figures are means over a response without a cycle (± scatter)"

@@ -16,6 +16,7 @@ from solver.analyses.sections import MIXED
 from solver.studies.end_springs import Estimate
 
 SHOWN = 12  # other modes that are named
+FAR = 0.05  # of the frequency of a free beam
 EXACT = 1.0e-9  # below it a misfit is round-off
 WORDS = {
     "identified": "identified",
@@ -84,6 +85,7 @@ def remarks(found: ModesComparison) -> list[str]:
     told = [f"seated on {seated.closed} of {seated.points} contact points"]
     if seated.closed == 0:
         told.append("nothing presses the beam on its support: seated is free, and no springs hold it")
+    told += _far_from_theory(found)
     unmatched = [str(one.mode) for one in found.clamped if one.matched is None]
     if unmatched:
         told.append(f"no mode of the seated model looks like the clamped overhang's {', '.join(unmatched)}")
@@ -94,6 +96,19 @@ def remarks(found: ModesComparison) -> list[str]:
                 f"k2 = {torsion:.4g} N m/rad does as well; another mode would tell"
             )
     return told
+
+
+def _far_from_theory(found: ModesComparison) -> list[str]:
+    """Return a warning where the first elastic mode of the free model is not that of a beam."""
+    theory = next((one for one in found.free if one.frequency > 0.0), None)
+    if theory is None or theory.matched is None:
+        return []
+    frequency = float(found.states[FREE].bending()[0][theory.matched - 1])
+    off = frequency / theory.frequency - 1.0
+    if abs(off) <= FAR:
+        return []
+    why = "the mesh is too coarse or locks" if off > 0.0 else "the beam is not slender"
+    return [f"warning: free, the model has {frequency:.4g} Hz, {100.0 * off:+.0f} % from the theory's: {why}"]
 
 
 def as_data(found: ModesComparison) -> dict[str, Any]:

@@ -139,8 +139,8 @@ def _places(folder: Path, found: dict[str, Any]) -> list[Block]:
     heads = ("place (mm)", *(f"{key} ({unit})" for key, unit in zip(keys, units, strict=True)), "rms of log10")
     return [
         Words(
-            "The place of the exciter is not identifiable: a force further in, with a larger mass there, does the same. "
-            "The contact stiffness hardly depends on it."
+            "The place of the exciter is not identifiable: a larger force further in, with a larger mass there, does the "
+            "same. The contact stiffness hardly depends on it."
         ),
         Table("Refitted for several places of the exciter", heads, rows, (), 4, COMMAND),
     ]
@@ -180,8 +180,8 @@ def _others(folder: Path, clearances: Sequence[float], settings: Mapping[str, ob
         ),
         *_census(identified_, "identified"),
         Words(
-            "And the same beam as it is often modeled, on contact as stiff as steel under a bare force of 20 N at 150 mm: "
-            "it rattles without a cycle, far above the table, and figures are means over windows with their scatter."
+            "And the same beam as it is often modeled, on contact as stiff as steel under a bare force of 20 N at 150 "
+            "mm: it rattles without a cycle, far above the table, and figures are means over windows with their scatter."
         ),
         *_census(rattling, "rattling"),
     ]

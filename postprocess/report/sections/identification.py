@@ -10,19 +10,21 @@ from typing import Any
 import numpy as np
 
 from postprocess.display_units import shown
-from postprocess.identified import CLOUD, DATA, abscissa, read_cloud, read_identification_data
+from postprocess.identified import CLOUD, abscissa, read_cloud, read_identification_data
 from postprocess.report.blocks import Block, Compared, Comparison, Table, Verdict, Words
 from postprocess.report.charts import Chart, Curve
 
 KINDS = {"fit": "fitted", "predict": "held out"}
+IDENTIFICATION_FILE = "identification.json"
 HIGHEST = 1e3  # sums of squares over the bound that are drawn
 
 
-def identification_blocks(folder: Path) -> list[Block]:
+def identification_blocks(folder: Path, command: str = "") -> list[Block]:
     """Return what an identification found, from its folder.
 
     Args:
         folder: Of `gapbeam identify`.
+        command: That made it.
 
     Raises:
         ResultsError: No identification there.
@@ -30,9 +32,9 @@ def identification_blocks(folder: Path) -> list[Block]:
     data = read_identification_data(folder)
     names = list(dict.fromkeys(row["figure"] for row in data["measurements"]))
     blocks: list[Block] = [_verdict(data)]
-    blocks += [_comparison(data, name) for name in names]
-    blocks += [_figure_chart(data, name) for name in names]
-    blocks += [_unknowns(data), _misfit_chart(data, folder), _sensitivities(data)]
+    blocks += [_comparison(data, name, command) for name in names]
+    blocks += [_figure_chart(data, name, command) for name in names]
+    blocks += [_unknowns(data, command), _misfit_chart(data, folder, command), _sensitivities(data, command)]
     notes = [note for note in data["told"] if not note.startswith("WARNING")]
     return [*blocks, Words("\n".join(f"- {note}" for note in notes))] if notes else blocks
 
@@ -49,7 +51,7 @@ def _verdict(data: Mapping[str, Any]) -> Verdict:
     return Verdict("warning", "; ".join([*loud, told])) if loud else Verdict("passed", told)
 
 
-def _comparison(data: Mapping[str, Any], name: str) -> Comparison:
+def _comparison(data: Mapping[str, Any], name: str, command: str) -> Comparison:
     rows = [row for row in data["measurements"] if row["figure"] == name]
     unit, factor = shown(rows[0]["unit"])
     compared = [
@@ -64,7 +66,7 @@ def _comparison(data: Mapping[str, Any], name: str) -> Comparison:
         for row in rows
     ]
     notes = ["± is the scatter of the computed figure over windows of whole forcing periods."]
-    return Comparison(f"{name}: {rows[0]['meaning']}", compared, "measured", notes=notes)
+    return Comparison(f"{name}: {rows[0]['meaning']}", compared, "measured", notes=notes, command=command)
 
 
 def _experiment(row: Mapping[str, Any]) -> str:
@@ -85,7 +87,7 @@ def _note(row: Mapping[str, Any], factor: float) -> str:
     return "; ".join(told)
 
 
-def _figure_chart(data: Mapping[str, Any], name: str) -> Chart:
+def _figure_chart(data: Mapping[str, Any], name: str, command: str) -> Chart:
     rows = [row for row in data["measurements"] if row["figure"] == name]
     label, places = abscissa(rows)
     unit, factor = shown(rows[0]["unit"])
@@ -98,10 +100,10 @@ def _figure_chart(data: Mapping[str, Any], name: str) -> Chart:
         if mine.any():
             curves.append(Curve(f"measured, {word}", places[mine], measured[mine], "markers"))
     logarithmic = data["residual"] == "log10" and float(measured.min()) > 0.0
-    return Chart(f"{name}: {rows[0]['meaning']}.", label, f"{name} ({unit})", curves, log_y=logarithmic)
+    return Chart(f"{name}: {rows[0]['meaning']}.", label, f"{name} ({unit})", curves, command, log_y=logarithmic)
 
 
-def _unknowns(data: Mapping[str, Any]) -> Table:
+def _unknowns(data: Mapping[str, Any], command: str) -> Table:
     percent = f"{100.0 * data['confidence']:g} %"
     rows = [
         (
@@ -116,10 +118,10 @@ def _unknowns(data: Mapping[str, Any]) -> Table:
         f"{data['standard_deviation_from']}. The interval follows from the derivatives at the best values, the profile "
         "is the range of all evaluations that fit as well.",
     )
-    return Table("What is known of the unknowns", heads, rows, notes)
+    return Table("What is known of the unknowns", heads, rows, notes, command=command)
 
 
-def _misfit_chart(data: Mapping[str, Any], folder: Path) -> Chart:
+def _misfit_chart(data: Mapping[str, Any], folder: Path, command: str) -> Chart:
     keys, cloud = read_cloud(folder)
     bound = data["bound_of_misfit"]
     drawn = cloud[cloud[:, -1] <= HIGHEST * bound]
@@ -135,17 +137,17 @@ def _misfit_chart(data: Mapping[str, Any], folder: Path) -> Chart:
         curves.append(Curve("bound of the profile", [0.0, 100.0], [bound, bound], choice=choices[-1], dashed=True))
     return Chart(
         f"Misfit of every evaluation over each of {', '.join(keys)} ({CLOUD}).", "place between the bounds (%)",
-        "sum of squares", curves, log_y=True, choices=choices, choice="unknown",
+        "sum of squares", curves, command, log_y=True, choices=choices, choice="unknown",
     )  # fmt: skip
 
 
-def _sensitivities(data: Mapping[str, Any]) -> Table:
+def _sensitivities(data: Mapping[str, Any], command: str) -> Table:
     heads = ("figure", "experiment", *(one["key"] for one in data["unknowns"]))
     rows = [
         (row["figure"], _experiment(row), *slopes)
         for row, slopes in zip(data["measurements"], data["sensitivity"], strict=True)
     ]
-    return Table(f"Sensitivity d ln(figure) / d ln(unknown) at the best values ({DATA})", heads, rows, digits=3)
+    return Table("Sensitivity d ln(figure) / d ln(unknown) at the best values", heads, rows, digits=3, command=command)
 
 
 def _ends(ends: Any) -> str:

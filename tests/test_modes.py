@@ -51,6 +51,24 @@ def test_the_seat_is_a_beam_on_its_two_edges() -> None:
     assert min(one.mac for one in best.modes) > 0.99
 
 
+def test_two_soft_points_are_springs_at_their_middle() -> None:
+    """Springs K at x = 0 and a: k1 = 2 K and k2 = K a^2 / 2 at l = L - a / 2, all inside the intervals identified.
+
+    Neither the overhang nor the whole beam has springs with these frequencies.
+    """
+    stiffness, span = 2e6, 0.05
+    model = beam_model({"contact": {"points": [0.0, span], "stiffness": stiffness}})
+    found = compare_modes(model.case, held_modes(model, 3), 3, {}, 0.01)
+    overhang, whole, fitted = (one.fit for one in found.fits)
+    assert not overhang.reproduces
+    assert not whole.reproduces
+    assert fitted.length is not None
+    expected = (2.0 * stiffness, 0.5 * stiffness * span**2, 0.51 - 0.5 * span)
+    for estimate, value in zip((fitted.draught, fitted.torsion, fitted.length), expected, strict=True):
+        assert estimate.verdict == "identified"
+        assert estimate.low < value < estimate.high
+
+
 def test_modes_are_those_of_scipy_and_of_the_clamped_beam() -> None:
     """An interference fit closes all points: SciPy's eigenvalues of K + springs; 45.8 Hz between 44.5 and 47.18."""
     model = beam_model({"support": {"clearance": -0.006e-3}})

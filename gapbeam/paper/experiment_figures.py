@@ -178,7 +178,8 @@ def harmonics(motions: Sequence[Motion], command: str) -> list[Block]:
 def sampling(motions: Sequence[Motion], command: str) -> list[Block]:
     """Return what the sampling rate, which is not printed, does to the peak to peak."""
     rows: list[tuple[Cell, ...]] = [
-        (millimeters(motion), *map(motion.peak_to_peak, [motion.raw, *map(motion.smoothed, RATES)])) for motion in motions
+        (millimeters(motion), *map(motion.peak_to_peak, (motion.raw, *map(motion.smoothed, RATES))))
+        for motion in motions
     ]
     heads = ("clearance", "as recorded (g)", *(f"five points at {rate:g} Hz (g)" for rate in RATES))
     return [

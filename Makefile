@@ -2,7 +2,7 @@
 run := environment/run
 
 .DEFAULT_GOAL := help
-.PHONY: help demo test test-slow test-parallel test-sid bench bench-large lint format image clean
+.PHONY: help demo paper test test-slow test-parallel test-sid bench bench-large lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -12,6 +12,9 @@ demo: ## run cases/demo.toml and draw it
 	$(run) gapbeam plot results/demo
 	$(run) gapbeam render results/demo
 	@echo "The pictures are in results/demo:" && find results/demo -name '*.png' -o -name '*.mp4' | sort
+
+paper: ## the paper behind gapbeam, computed again, as one report: about 20 minutes
+	$(run) gapbeam paper
 
 test: ## the tests but the slow ones
 	$(run) pytest

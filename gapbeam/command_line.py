@@ -22,6 +22,7 @@ from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
 from gapbeam.identify import identify
 from gapbeam.modes import modes
+from gapbeam.paper.command import paper
 from gapbeam.ranks import abort_together, first_rank
 from gapbeam.report import report
 from gapbeam.stability import stability
@@ -107,6 +108,7 @@ app.command()(sweep)
 app.command()(identify)
 app.command()(tradeoff)
 app.command()(modes)
+app.command()(paper)
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

@@ -20,6 +20,7 @@ from postprocess.report.json_files import read_object
 DATA, CLOUD = "identification.json", "evaluations.csv"
 PICTURES = ("identified-figures.png", "identified-misfit.png")
 MOST_COLUMNS = 3
+MANY = 50.0  # times the least value: long numbers then stand at whole decades only
 HIGHEST = 1e3  # sums of squares over the best one that are drawn
 
 
@@ -121,10 +122,10 @@ def _figure_panel(panel: Axes, rows: Sequence[Mapping[str, Any]], logarithmic: b
 def _plain_ticks(axis: Axis) -> None:
     """Label a logarithmic axis at 1, 2 and 5 of each decade, in plain numbers where they are short."""
     low, high = axis.get_view_interval()
-    many = high > 1e3 * low
-    axis.set_major_locator(LogLocator(subs=(1.0,) if many else (1.0, 2.0, 5.0)))
+    plain = low > 1e-3 and high < 1e4
+    axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0) if plain or high < MANY * low else (1.0,)))
     axis.set_minor_formatter(NullFormatter())
-    if low > 1e-3 and high < 1e4:
+    if plain:
         axis.set_major_formatter("{x:g}")
     else:
         axis.set_major_formatter(LogFormatterSciNotation(labelOnlyBase=False, minor_thresholds=(np.inf, np.inf)))

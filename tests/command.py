@@ -58,10 +58,10 @@ def programmed(program: str, *arguments: str | Path, timeout: float = 120.0) -> 
     return _done([sys.executable, "-c", program, *map(str, arguments)], timeout)
 
 
-def called_in_turn(*calls: Sequence[str | Path]) -> list[subprocess.CompletedProcess[str]]:
+def called_in_turn(*calls: Sequence[str | Path], timeout: float = 120.0) -> list[subprocess.CompletedProcess[str]]:
     """Call the command line several times in one process, which saves the imports."""
     words = [list(map(str, arguments)) for arguments in calls]
-    done = programmed(SEVERAL, json.dumps(words))
+    done = programmed(SEVERAL, json.dumps(words), timeout=timeout)
     assert done.returncode == 0, done.stderr
     told = json.loads(done.stdout)
     return [subprocess.CompletedProcess(arguments, *one) for arguments, one in zip(words, told, strict=True)]

@@ -4,16 +4,20 @@ from __future__ import annotations
 
 import json
 import math
+import subprocess
 import tomllib
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import pytest
 from PIL import Image
 
 from gapbeam.identification.reading import read_identification, unit_of_key
+from gapbeam.report import report_on
 from gapbeam.sweeping.point import span
 from postprocess.records_in_memory import as_history
+from postprocess.report.blocks import Comparison, Table
+from postprocess.report.charts import Chart
 from postprocess.steady import steady
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
@@ -54,6 +58,7 @@ AMPLITUDE = '[[unknown]]\nkey = "load.shaker.amplitude"\nlower = 1.0\nupper = 20
 DAMPING = '[[unknown]]\nkey = "damping.ratios"\nlower = 0.02\nupper = 0.3\n'
 TRUTH = {"contact.stiffness": 2.3e6, "load.shaker.amplitude": 4.1, "damping.ratios": [0.083, 0.083]}
 FREQUENCIES = (30.0, 40.0, 60.0)
+FREE = 4.730041**2 / (2.0 * math.pi * 0.51**2) * math.sqrt(2.1e11 * 0.012**2 / (12.0 * 7919.0))  # Hz, Euler-Bernoulli
 
 
 def measured(frequencies: tuple[float, ...] = FREQUENCIES) -> str:
@@ -84,32 +89,69 @@ def written(folder: Path, *parts: str, search: str = "", name: str = "beam.toml"
     return path
 
 
-def outcome(folder: Path) -> dict[str, Any]:
-    """Return what an identification found."""
-    found: dict[str, Any] = json.loads((folder / "identification.json").read_text(encoding="utf-8"))
-    return found
+LOCAL = 'method = "least-squares"\n'
+TWICE = "budget = 20\nseed = 5\nprofile = false\ncoexisting = 0\ntolerance = 1e-6"
+HEAVY = ("--set", "time.max_iterations=1", "--set", "time.max_halvings=0", "--set", "load.shaker.amplitude=500")
+
+
+class Done(NamedTuple):
+    """A call of the command and its folder."""
+
+    call: subprocess.CompletedProcess[str]
+    folder: Path
+
+    @property
+    def found(self) -> dict[str, Any]:
+        """What it found."""
+        data: dict[str, Any] = json.loads((self.folder / "identification.json").read_text(encoding="utf-8"))
+        return data
 
 
 @pytest.fixture(scope="module")
-def measurements() -> str:
-    """The measurements of the true values."""
-    return measured()
+def files(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+    """Files of identifications by name, and in "folder" where they are."""
+    folder, values = tmp_path_factory.mktemp("identify"), measured()
+    frequency = '[[figure]]\nname = "free"\ntype = "frequency"\nheld = "free"\nmode = 1\n'
+    frequency += f'[[measurement]]\nfigure = "free"\nvalue = {FREE}\nrelative_sigma = 0.01\n'
+    elastic = "".join(
+        f'[[unknown]]\nkey = "material.{key}"\nlower = {0.5 * value}\nupper = {2.0 * value}\n'
+        for key, value in (("young_modulus", 2.4e11), ("density", 7500.0))
+    )
+    first = values.split("\n\n")[0]
+    parts = {
+        "known": ((STIFFNESS, AMPLITUDE, DAMPING, values), LOCAL + "budget = 60"),
+        "together": ((AMPLITUDE, DAMPING, first), LOCAL + "budget = 25\ncoexisting = 0"),
+        "free": ((elastic, frequency), LOCAL + "budget = 20"),
+        "heavy": ((STIFFNESS, first), LOCAL + "budget = 3\ncoexisting = 0"),
+        "twice": ((STIFFNESS, AMPLITUDE, values), TWICE),
+        "other": ((STIFFNESS, AMPLITUDE, values.replace("value = ", "value = 1", 1)), TWICE),
+    }
+    made = {
+        name: written(folder, *tables, search=search, name=f"{name}.toml") for name, (tables, search) in parts.items()
+    }
+    return made | {"folder": folder}
+
+
+@pytest.fixture(scope="module")
+def done(files: dict[str, Path]) -> dict[str, Done]:
+    """The calls of the command that do not depend on each other, in one process."""
+    options: dict[str, tuple[str, ...]] = {"known": ("--leave-one-out",), "heavy": HEAVY}
+    names = ("known", "together", "free", "heavy", "twice")
+    folders = {name: files["folder"] / f"out-{name}" for name in names}
+    calls = called_in_turn(
+        *(["identify", files[name], "--output", folders[name], "--processes", "1", *options.get(name, ())]
+          for name in names),
+        timeout=600.0,
+    )  # fmt: skip
+    return {name: Done(call, folders[name]) for name, call in zip(names, calls, strict=True)}
 
 
 @alone
-def test_known_values_are_found_again(tmp_path: Path, measurements: str) -> None:
+def test_known_values_are_found_again(done: dict[str, Done]) -> None:
     """Stiffness, force and damping lie within their intervals, the held-out figure is predicted, files and pictures."""
-    file = written(
-        tmp_path,
-        STIFFNESS,
-        AMPLITUDE,
-        DAMPING,
-        measurements,
-        search='method = "least-squares"\nbudget = 80\nstarts = 3',
-    )
-    (done,) = called_in_turn(["identify", file, "--output", tmp_path / "out", "--processes", "1", "--leave-one-out"])
-    assert done.returncode == 0, done.stdout + done.stderr
-    found = outcome(tmp_path / "out")
+    call, folder = done["known"]
+    assert call.returncode == 0, call.stdout + call.stderr
+    found = done["known"].found
     for unknown in found["unknowns"]:
         true = TRUTH[unknown["key"]]
         value = true[0] if isinstance(true, list) else true
@@ -125,110 +167,99 @@ def test_known_values_are_found_again(tmp_path: Path, measurements: str) -> None
     assert [row["use"] for row in found["measurements"]].count("predict") == 1
     # in a support that stays closed, figures grow as the force does
     assert [row[1] for row in found["sensitivity"]] == pytest.approx([1.0] * 6, abs=0.02)
-    best = tomllib.loads((tmp_path / "out" / "identified.toml").read_text(encoding="utf-8"))["set"]
-    case = read_case(tmp_path / "out" / "identified-case.toml")
-    assert case == read_case(tmp_path / "out" / "case.toml", best)
+    best = tomllib.loads((folder / "identified.toml").read_text(encoding="utf-8"))["set"]
+    case = read_case(folder / "identified-case.toml")
+    assert case == read_case(folder / "case.toml", best)
     assert case.damping.ratios == tuple(best["damping.ratios"])
     for name in ("identified-figures.png", "identified-misfit.png"):
-        with Image.open(tmp_path / "out" / name) as picture:
+        with Image.open(folder / name) as picture:
             assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
-    assert "held out" in done.stdout
+    assert "held out" in call.stdout
 
 
 @alone
-def test_one_figure_tells_force_and_damping_only_together(tmp_path: Path, measurements: str) -> None:
+def test_one_figure_tells_force_and_damping_only_together(done: dict[str, Done]) -> None:
     """One measurement for two unknowns: said loudly, fitted exactly, and neither is claimed to be known."""
-    one = measurements.split("\n\n")[0]
-    file = written(tmp_path, AMPLITUDE, DAMPING, one, search='method = "least-squares"\nbudget = 40\ncoexisting = 0')
-    (done,) = called_in_turn(["identify", file, "--output", tmp_path / "out", "--processes", "1"])
-    assert done.returncode == 0, done.stdout + done.stderr
-    found = outcome(tmp_path / "out")
+    call, _ = done["together"]
+    assert call.returncode == 0, call.stdout + call.stderr
+    found = done["together"].found
     assert [unknown["told"] for unknown in found["unknowns"]] == [
         "identifiable only in combination with damping.ratios",
         "identifiable only in combination with load.shaker.amplitude",
     ]
-    assert "WARNING: 1 measurements for 2 unknowns" in done.stdout
-    assert "not told by the measurements" in done.stdout
+    assert "WARNING: 1 measurements for 2 unknowns" in call.stdout
+    assert "not told by the measurements" in call.stdout
     assert found["rms"]["fit"] < 1e-3
 
 
 @alone
-def test_going_on_and_processes_make_no_difference(tmp_path: Path, measurements: str) -> None:
+def test_free_frequencies_tell_stiffness_over_mass_and_no_more(done: dict[str, Done]) -> None:
+    """Bending of a free beam: E / rho as Euler and Bernoulli have it, E and rho themselves are told to be unknown."""
+    call, _ = done["free"]
+    assert call.returncode == 0, call.stdout + call.stderr
+    found = done["free"].found
+    assert {unknown["word"] for unknown in found["unknowns"]} == {"only in combination"}
+    young, density = (unknown["value"] for unknown in found["unknowns"])
+    # shear and rotation, which Euler and Bernoulli leave out, make the frequency of this beam 0.2 % lower
+    assert young / density == pytest.approx(2.1e11 / 7919.0 * 1.004, rel=1e-3)
+    assert found["sensitivity"][0] == pytest.approx([0.5, -0.5], abs=1e-3)
+    untold = found["combinations"][1]["of"]
+    assert untold in ("material.young_modulus^1 material.density^1", "material.density^1 material.young_modulus^1")
+
+
+@alone
+def test_going_on_and_processes_make_no_difference(done: dict[str, Done], files: dict[str, Path]) -> None:
     """One process, two processes, and a log that was cut off in the middle of a line: the same files to the bit."""
-    search = "budget = 30\nseed = 5\nprofile = false\ncoexisting = 0\ntolerance = 1e-6"
-    file = written(tmp_path, STIFFNESS, AMPLITUDE, measurements, search=search)
-    cut = tmp_path / "cut"
-    first, two = called_in_turn(
-        ["identify", file, "--output", tmp_path / "one", "--processes", "1"],
-        ["identify", file, "--output", tmp_path / "two", "--processes", "2"],
-    )
-    assert first.returncode == two.returncode == 5, first.stdout + first.stderr
+    first, one = done["twice"]
+    cut, two = files["folder"] / "cut", files["folder"] / "two"
+    assert first.returncode == 5, first.stdout + first.stderr
     assert "misses its tolerance" in first.stdout
-    text = (tmp_path / "one" / "evaluations.jsonl").read_text(encoding="utf-8")
-    lines = text.splitlines(keepends=True)
+    lines = (one / "evaluations.jsonl").read_text(encoding="utf-8").splitlines(keepends=True)
     cut.mkdir()
     (cut / "evaluations.jsonl").write_text("".join(lines[: len(lines) // 2]) + lines[-1][:40], encoding="utf-8")
-    (cut / "plan.json").write_bytes((tmp_path / "one" / "plan.json").read_bytes())
-    changed = written(
-        tmp_path, STIFFNESS, AMPLITUDE, measurements.replace("value = ", "value = 1", 1), name="other.toml"
+    (cut / "plan.json").write_bytes((one / "plan.json").read_bytes())
+    beside, again, refused, changed = called_in_turn(
+        ["identify", files["twice"], "--output", two, "--processes", "2"],
+        ["identify", files["twice"], "--output", cut, "--processes", "1"],
+        ["identify", files["other"], "--output", two],
+        ["identify", files["twice"], "--output", two, "--set", "probe.test.point=0.36"],
+        timeout=600.0,
     )
-    again, refused, anew = called_in_turn(
-        ["identify", file, "--output", cut, "--processes", "1"],
-        ["identify", changed, "--output", tmp_path / "two"],
-        ["identify", file, "--output", tmp_path / "two", "--set", "probe.test.point=0.36"],
-    )
-    assert again.returncode == 5
+    assert beside.returncode == again.returncode == 5, beside.stderr + again.stderr
     assert f"{len(lines) // 2} experiments are on disk already" in again.stderr
     assert f"{len(lines) - len(lines) // 2} experiments were run" in again.stderr
     for name in ("identification.json", "identified.toml"):
-        whole = (tmp_path / "one" / name).read_bytes()
-        assert (tmp_path / "two" / name).read_bytes() == whole
+        whole = (one / name).read_bytes()
+        assert (two / name).read_bytes() == whole
         assert (cut / name).read_bytes() == whole
-    assert sorted((cut / "evaluations.csv").read_text().splitlines()) == sorted(
-        (tmp_path / "two" / "evaluations.csv").read_text().splitlines()
-    )
-    assert refused.returncode == anew.returncode == 2
+    rows = [sorted((folder / "evaluations.csv").read_text().splitlines()) for folder in (one, two, cut)]
+    assert rows[0] == rows[1] == rows[2]
+    assert refused.returncode == changed.returncode == 2
     assert "[[measurement]] number 1" in refused.stderr
-    assert "probe.test.point: 0.37 there, 0.36 now" in anew.stderr
+    assert "probe.test.point: 0.37 there, 0.36 now" in changed.stderr
 
 
 @alone
-def test_what_fails_is_told_and_never_taken(tmp_path: Path, measurements: str) -> None:
-    """A contact solve that may not iterate ends with 4; where it may in some places only, those alone are taken."""
-    settings = 'method = "least-squares"\nbudget = 3\ncoexisting = 0'
-    file = written(tmp_path, STIFFNESS, measurements, search=settings)
-    done, = called_in_turn(
-        ["identify", file, "--output", tmp_path / "out", "--processes", "1", "--set", "time.max_iterations=1",
-         "--set", "time.max_halvings=0", "--set", "load.shaker.amplitude=500"],
-    )  # fmt: skip
-    assert done.returncode == 4, done.stdout + done.stderr
-    assert "not converged" in done.stdout
-    assert "nothing was identified" in done.stdout
-    assert not (tmp_path / "out" / "identified.toml").exists()
+def test_what_fails_is_told_and_never_taken(done: dict[str, Done]) -> None:
+    """A contact solve that may not iterate: the status is 4, the verdict is told, nothing is written as found."""
+    call, folder = done["heavy"]
+    assert call.returncode == 4, call.stdout + call.stderr
+    assert "not converged" in call.stdout
+    assert "nothing was identified" in call.stdout
+    assert not (folder / "identified.toml").exists()
 
 
 @alone
-def test_free_frequencies_tell_stiffness_over_mass_and_no_more(tmp_path: Path) -> None:
-    """Bending of a free beam: E / rho as Euler and Bernoulli have it, E and rho themselves are told to be unknown."""
-    exact = 4.730041**2 / (2.0 * math.pi * 0.51**2) * math.sqrt(2.1e11 * 0.012**2 / (12.0 * 7919.0))
-    unknowns = "".join(
-        f'[[unknown]]\nkey = "material.{key}"\nlower = {0.5 * value}\nupper = {2.0 * value}\n'
-        for key, value in (("young_modulus", 2.4e11), ("density", 7500.0))
-    )
-    figures = '[[figure]]\nname = "free"\ntype = "frequency"\nheld = "free"\nmode = 1\n'
-    figures += '[[measurement]]\nfigure = "free"\nvalue = ' + f"{exact}\nrelative_sigma = 0.01\n"
-    path = written(tmp_path, unknowns, figures, search='method = "least-squares"\nbudget = 30')
-    (done,) = called_in_turn(["identify", path, "--output", tmp_path / "out", "--processes", "1"])
-    assert done.returncode == 0, done.stdout + done.stderr
-    found = outcome(tmp_path / "out")
-    assert {unknown["word"] for unknown in found["unknowns"]} == {"only in combination"}
-    young, density = (unknown["value"] for unknown in found["unknowns"])
-    # shear and rotation, which Euler and Bernoulli leave out, make the frequency of this beam 0.3 % lower
-    assert young / density == pytest.approx(2.1e11 / 7919.0 * 1.006, rel=3e-3)
-    assert found["sensitivity"][0] == pytest.approx([0.5, -0.5], abs=1e-3)
-    assert found["combinations"][1]["of"] in (
-        "material.young_modulus^1 material.density^1", "material.density^1 material.young_modulus^1"
-    )  # fmt: skip
+def test_a_report_shows_what_was_found(done: dict[str, Done]) -> None:
+    """`gapbeam report` knows the folder; its blocks hold every measurement, unknown and evaluation."""
+    blocks = report_on([done["known"].folder], "gapbeam report").sections[0].blocks
+    comparisons = [block for block in blocks if isinstance(block, Comparison)]
+    assert [len(block.rows) for block in comparisons] == [3, 3]
+    assert all(abs(row.deviation or 0.0) < 0.01 for block in comparisons for row in block.rows)
+    unknowns = next(block for block in blocks if isinstance(block, Table) and "unknowns" in block.caption)
+    assert [row[0] for row in unknowns.rows] == ["contact.stiffness", "load.shaker.amplitude", "damping.ratios"]
+    misfit = next(block for block in blocks if isinstance(block, Chart) and len(block.choices) == 3)
+    assert all(len(curve.x) > 20 for curve in misfit.curves if curve.mode == "markers")
 
 
 def test_all_faults_are_told_at_once_with_their_places(tmp_path: Path) -> None:

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, Playwright, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, Position, sync_playwright
 from pypdf import PdfReader
 
 from postprocess.errors import ResultsError
@@ -137,8 +137,22 @@ def test_click_on_a_clearance_shows_its_curve(browser: Browser, page_file: Path)
     line = page.locator("#figure-1 .scatterlayer path.js-line").first
     assert line.is_visible()
     assert line.get_attribute("d")
+    page.locator("#figure-1 .nsewdrag").click(position=place_of(page, 3))
+    assert page.locator("#figure-1 .picked").inner_text() == "smoothed <mean>\ntime (ms): 3, acceleration (g): 9"
     assert told == [page_file.as_uri()]
     page.context.close()
+
+
+def place_of(page: Page, number: int) -> Position:
+    """Return where a mark of the first figure is within the area of its axes."""
+    mark = page.locator("#figure-1 .scatterlayer path.point").nth(number).bounding_box()
+    area = page.locator("#figure-1 .nsewdrag").bounding_box()
+    assert mark is not None
+    assert area is not None
+    return {
+        "x": mark["x"] + 0.5 * mark["width"] - area["x"],
+        "y": mark["y"] + 0.5 * mark["height"] - area["y"],
+    }
 
 
 def test_buttons_are_reached_by_keyboard(browser: Browser, page_file: Path) -> None:

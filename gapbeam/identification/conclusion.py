@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -123,6 +123,11 @@ def conclude(
     found = misfit.best()
     if found is None:
         return None
+    left_out: dict[int, float] = {}
+    if leave_one_out:
+        told("each measurement from the others")
+        left_out = {number: _from_the_others(problem, evaluations, number) for number in problem.fitted}
+        found = misfit.best() or found
     for _ in range(ROUNDS):
         told("the surroundings of the best values")
         values, cost = found
@@ -139,10 +144,7 @@ def conclude(
     around = surroundings(problem, evaluations, values)
     known = around.known
     told("responses from other starts")
-    rows = _rows(problem, evaluations, values, around)
-    if leave_one_out:
-        told("each measurement from the others")
-        rows = [_without(problem, evaluations, values, row) for row in rows]
+    rows = _rows(problem, evaluations, values, around, left_out)
     cloud = misfit.cloud()
     bound = bound_of_misfit(cost, known.spread, len(misfit.fitted), len(values), settings.confidence)
     profiles = np.array([entry for entry, misfits in cloud if misfits <= bound] or [values])
@@ -169,8 +171,10 @@ def _refit(misfit: Misfit, z: FloatArray) -> None:
         polish(misfit, z, misfit.problem.file.search.difference)
 
 
-def _rows(problem: Problem, evaluations: Evaluations, values: Values, around: Surroundings) -> list[Row]:
-    numbers = problem.experiments_of(fitted_only=False)
+def _rows(
+    problem: Problem, evaluations: Evaluations, values: Values, around: Surroundings, left_out: Mapping[int, float]
+) -> list[Row]:
+    numbers = problem.everything
     starts = range(1 + problem.file.search.coexisting)
     by_start = [evaluations.of([values], numbers, start)[0] for start in starts]
     scales, rows = scales_of(problem), []
@@ -193,23 +197,23 @@ def _rows(problem: Problem, evaluations: Evaluations, values: Values, around: Su
                 str(record["verdict"]) if failed(record) else str(record["response"]),
                 math.sqrt(variance) if variance >= 0.0 else math.inf,
                 told,
+                left_out.get(number),
             )
         )
     return rows
 
 
-def _without(problem: Problem, evaluations: Evaluations, values: Values, row: Row) -> Row:
-    """Return the row of a measurement with its prediction by a fit to all the others, from the best of all places."""
-    one = problem.measurements[row.number]
-    rest = [number for number in problem.fitted if number != row.number]
-    if one.use != "fit" or not rest:
-        return row
-    misfit = Misfit(problem, evaluations, rest, LEFT_OUT_STEPS * (2 * len(values) + 2))
-    begin = misfit.best()
-    assert begin is not None
+def _from_the_others(problem: Problem, evaluations: Evaluations, number: int) -> float:
+    """Return the plain residual of a measurement by a fit to all the others, from the best of all evaluations.
+
+    Not a number where it is the only one, or its experiment failed.
+    """
+    rest = [other for other in problem.fitted if other != number]
+    misfit = Misfit(problem, evaluations, rest, LEFT_OUT_STEPS * (2 * len(problem.coordinates) + 2))
+    begin = misfit.best() if rest else None
+    if begin is None:
+        return math.nan
     _refit(misfit, problem.scaled(begin[0]))
-    found = misfit.best()
-    assert found is not None
-    place = problem.places[row.number]
-    record = evaluations.of([found[0]], [place])[0][0]
-    return replace(row, left_out=scales_of(problem)[row.number].plain(mean(record, one.figure)))
+    values, _ = misfit.best() or begin
+    record = evaluations.of([values], [problem.places[number]])[0][0]
+    return scales_of(problem)[number].plain(mean(record, problem.measurements[number].figure))

@@ -72,12 +72,10 @@ class Experiment:
     Attributes:
         settings: What differs from the case, by key.
         figures: What its measurements ask for.
-        fitted: Whether one of them takes part in the fit.
     """
 
     settings: Mapping[str, Any]
     figures: tuple[Figure, ...]
-    fitted: bool
 
     @property
     def label(self) -> str:
@@ -137,6 +135,7 @@ class Problem:
         name = self.measurements[number].figure
         return next(figure for figure in self.file.figure if figure.name == name)
 
-    def experiments_of(self, fitted_only: bool) -> tuple[int, ...]:
-        """Return the numbers of all experiments, or of those that take part in the fit."""
-        return tuple(place for place, one in enumerate(self.experiments) if one.fitted or not fitted_only)
+    @property
+    def everything(self) -> tuple[int, ...]:
+        """Numbers of all experiments."""
+        return tuple(range(len(self.experiments)))

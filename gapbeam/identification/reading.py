@@ -85,7 +85,7 @@ def _problem(file: Identification, base: Case, coordinates: tuple[Coordinate, ..
     for number, entry in enumerate(distinct):
         here = [one for one, place in zip(file.measurement, places, strict=True) if place == number]
         figures = tuple(named[name] for name in dict.fromkeys(one.figure for one in here))
-        experiments.append(Experiment(entry, figures, any(one.use == "fit" for one in here)))
+        experiments.append(Experiment(entry, figures))
     return Problem(file, base, coordinates, tuple(experiments), places)
 
 

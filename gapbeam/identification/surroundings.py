@@ -55,7 +55,7 @@ def surroundings(problem: Problem, evaluations: Evaluations, values: Values) -> 
     settings, z = problem.file.search, problem.scaled(values)
     pairs = difference_places(z, settings.difference)
     points = [values, *(problem.values(row) for pair in pairs for row in pair)]
-    records = evaluations.of(points, problem.experiments_of(fitted_only=False))
+    records = evaluations.of(points, problem.everything)
     figures = np.array([_figures(problem, row) for row in records])
     tried = [np.array([problem.scaled(problem.values(row)) for row in pair]) for pair in pairs]
     slopes = differences(z, tried, figures)

@@ -178,9 +178,9 @@ def harmonics(motions: Sequence[Motion], command: str) -> list[Block]:
 def sampling(motions: Sequence[Motion], command: str) -> list[Block]:
     """Return what the sampling rate, which is not printed, does to the peak to peak."""
     rows: list[tuple[Cell, ...]] = [
-        (millimeters(motion), motion.peak_to_peak(motion.raw), *(motion.peak_to_peak(motion.smoothed(rate)) for rate in RATES))
+        (millimeters(motion), *map(motion.peak_to_peak, (motion.raw, *map(motion.smoothed, RATES))))
         for motion in motions
-    ]  # fmt: skip
+    ]
     heads = ("clearance", "as recorded (g)", *(f"five points at {rate:g} Hz (g)" for rate in RATES))
     return [
         Words("The sampling rate is not printed. With impacts as soft as these it matters little:"),

@@ -20,11 +20,10 @@ from gapbeam.paper.experiment_figures import (
 )
 from gapbeam.paper.identified import ALL, CASE, FITTED, WIDE, by_place, copied, identified, settings_of
 from gapbeam.paper.motion import SAMPLING, Motion, motions
+from gapbeam.paper.other_responses import other_responses
 from gapbeam.paper.printed import printed
-from gapbeam.sweep import sweep
 from postprocess.report.blocks import Block, Cell, Section, Table, Verdict, Words
 from postprocess.report.sections.identification import identification_blocks
-from postprocess.report.sections.sweep import sweep_sections
 
 COMMAND = "environment/run gapbeam paper"
 TOLERANCE = 0.06  # rms of log10, 15 %
@@ -35,7 +34,6 @@ MODELS: Mapping[str, Mapping[str, object]] = {
     "Timoshenko beam, 51 elements": {"model": {"type": "beam", "elements": 51}},
     "reduced solid": {"mesh.dimension": 3, "mesh.cells_across_width": 4, "mesh.cells_through_thickness": 4},
 }
-STARTS = 4
 
 
 def section_four(folder: Path) -> Section:
@@ -90,7 +88,7 @@ def section_four(folder: Path) -> Section:
         ),
         Section("The place of the exciter", "section-4-place", _places(folder, found[ALL])),
         Section("How much model it needs", "section-4-models", _models(folder / CASE, moved, clearances, settings)),
-        Section("Other responses of the same beam", "section-4-others", _others(folder, clearances, settings)),
+        Section("Other responses of the same beam", "section-4-others", other_responses(folder, clearances, settings)),
     ]
     return Section("Section 4: the experiment", "section-4", tuple(blocks))
 
@@ -139,8 +137,8 @@ def _places(folder: Path, found: dict[str, Any]) -> list[Block]:
     heads = ("place (mm)", *(f"{key} ({unit})" for key, unit in zip(keys, units, strict=True)), "rms of log10")
     return [
         Words(
-            "The place of the exciter is not identifiable: a force further in, with a larger mass there, does the same. "
-            "The contact stiffness hardly depends on it."
+            "The place of the exciter is not identifiable: a larger force further in, with a larger mass there, does "
+            "the same. The contact stiffness hardly depends on it."
         ),
         Table("Refitted for several places of the exciter", heads, rows, (), 4, COMMAND),
     ]
@@ -159,45 +157,3 @@ def _models(
     ]
     heads = ("model", *(f"{1e3 * one:g} mm (g)" for one in clearances), "farthest from the solid (%)")
     return [Table("Peak to peak of the identified beam in several models", heads, rows, (), 4, COMMAND)]
-
-
-def _others(folder: Path, clearances: Sequence[float], settings: Mapping[str, object]) -> list[Block]:
-    values = ",".join(f"{one:.6g}" for one in clearances)
-    soft = [f"{key}={value!r}" for key, value in settings.items()]
-    stiff = [
-        "contact.stiffness=auto",
-        "load.exciter.amplitude=20.0",
-        "load.exciter.point=0.15",
-        "load.exciter.mass=0.0",
-    ]
-    identified_ = _swept(folder, "starts", f"support.clearance={values}", soft)
-    rattling = _swept(folder, "rattling", f"support.clearance={values}", stiff)
-    return [
-        Words(
-            f"Every clearance from {STARTS} starts: the seat and random kicks. Where the identified beam has a second "
-            "steady response, it is one that flies through the whole gap; which of them is seen hangs on how the "
-            "test began, and Table 4 holds the small ones."
-        ),
-        *_census(identified_, "identified"),
-        Words(
-            "And the same beam as it is often modeled, on contact as stiff as steel under a bare force of 20 N at 150 mm: "
-            "it rattles without a cycle, far above the table, and figures are means over windows with their scatter."
-        ),
-        *_census(rattling, "rattling"),
-    ]
-
-
-def _swept(folder: Path, name: str, axis: str, overrides: list[str]) -> Path:
-    results = folder / name
-    sweep(folder / CASE, [axis], starts=STARTS, override=overrides, output=results)
-    return results
-
-
-def _census(folder: Path, name: str) -> list[Block]:
-    """Return the sections of a sweep with anchors of their own."""
-    wanted = {"summary", "response-curves", "responses"}
-    return [
-        Section(f"{section.title}, {name}", f"section-4-{name}-{section.anchor}", section.blocks)
-        for section in sweep_sections(folder, COMMAND)
-        if section.anchor in wanted
-    ]

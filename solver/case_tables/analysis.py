@@ -15,8 +15,8 @@ class Transient(Table):
     type: Literal["transient"] = Field(default="transient", description="kind of analysis")
     start: Literal["seat", "undeformed"] = Field(
         default="seat",
-        description="state at t = 0, at rest: the static seat, or the undeformed pose, flat on the base, from which the "
-        "static loads let it fall, as multibody programs start",
+        description="state at t = 0, at rest: the static seat, or the undeformed pose, flat on the base, from which "
+        "the static loads let it fall, as multibody programs start",
     )
 
 

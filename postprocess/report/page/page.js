@@ -68,7 +68,16 @@
       responsive: !still, staticPlot: still, displaylogo: false, displayModeBar: coarse ? false : "hover",
       modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
     });
+    if (!still && plot.dataset.drawn === undefined) plot.on("plotly_click", (event) => tellPicked(plot, event.points[0]));
     plot.dataset.drawn = choice ?? "";
+  }
+
+  // What is told of a point stays below the chart once it is clicked or touched.
+  function tellPicked(plot, point) {
+    const plain = (html) => new DOMParser().parseFromString(html.replaceAll("<br>", "\n"), "text/html").body.textContent;
+    const axis = (name) => plain(plot._fullLayout[name].title.text);
+    const told = point.text ?? `${axis("xaxis")}: ${Number(point.x.toPrecision(5))}, ${axis("yaxis")}: ${Number(point.y.toPrecision(5))}`;
+    plot.parentElement.querySelector(".picked").textContent = `${plain(point.data.name)}\n${plain(String(told))}`;
   }
 
   function chosen(figure) {
@@ -194,6 +203,7 @@
     const figure = button.closest("[data-figure]");
     if (button.dataset.choice !== undefined) {
       for (const one of figure.querySelectorAll(".choices button")) one.setAttribute("aria-pressed", String(one === button));
+      figure.querySelector(".picked").textContent = "";
       drawOnScreen(figure);
     } else if (button.dataset.does === "csv") {
       const link = document.createElement("a");

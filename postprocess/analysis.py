@@ -88,6 +88,24 @@ class Analysis:
     section: Section | None = None
     warnings: tuple[str, ...] = field(default=())
 
+    def settled_since(self, periods: int = 12) -> float:
+        """Return when the part begins that shows the response itself: its cycles, or its last forcing periods.
+
+        Args:
+            periods: Of the forcing, that are enough.
+
+        Returns:
+            Time in s; the start of the record where it has no Poincaré section.
+        """
+        assert self.displacement is not None
+        time = self.displacement.signal.time
+        start = float(time[0])
+        if self.section is None or self.forcing_frequency is None:
+            return start
+        start = max(start, float(time[-1]) - periods / self.forcing_frequency)
+        settled = self.periodicity.transient if self.periodicity is not None else None
+        return start if settled is None else max(start, settled)
+
     @property
     def signals(self) -> dict[str, SignalAnalysis]:
         """The signals that could be analyzed, by name."""

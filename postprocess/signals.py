@@ -97,6 +97,19 @@ class Signal:
         return replace(self, time=self.time[keep], values=self.values[keep])
 
 
+def last_part(signal: Signal, forcing_frequency: float | None, periods: int) -> Signal:
+    """Return the last forcing periods of a signal, all of it where it holds no more; without forcing the last tenth.
+
+    Args:
+        signal: Any.
+        forcing_frequency: Hz.
+        periods: How many forcing periods.
+    """
+    span = float(np.ptp(signal.time))
+    wanted = 0.1 * span if forcing_frequency is None else periods / forcing_frequency
+    return signal.since(float(signal.time[-1]) - min(span, wanted))
+
+
 def probe_signal(history: xr.Dataset, quantity: str, probe: str | None = None, component: str | None = None) -> Signal:
     """Pick one component of the motion of one probe.
 

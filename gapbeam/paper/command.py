@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 if TYPE_CHECKING:
-    from postprocess.report.blocks import Block, Section
+    from postprocess.report.blocks import Block
 
 FOLDER = Path("results/paper")
 MISSED = 5
@@ -33,7 +33,7 @@ def paper(
     from gapbeam.paper.section_four import section_four
     from gapbeam.paper.section_three import section_three
     from gapbeam.paper.section_two import section_two
-    from postprocess.report.blocks import Report
+    from postprocess.report.blocks import Report, Section
     from postprocess.report.html import write_html
     from postprocess.report.pdf import BrowserError, find_browser, write_pdf
     from solver.output.folder import check_folder

@@ -10,8 +10,6 @@ from postprocess.analysis import Analysis
 from postprocess.display_units import shown
 from postprocess.figures.style import BLACK, GRAY, VERMILION, letter, panels
 
-_CYCLES = 12
-
 
 def draw_phase_portrait(analysis: Analysis) -> Figure:
     """Draw velocity over displacement, and the displacement once per forcing period.
@@ -29,11 +27,7 @@ def draw_phase_portrait(analysis: Analysis) -> Figure:
     (length_unit, length), (speed_unit, speed) = shown(displacement.unit), shown(velocity.unit)
     figure, axes = panels(1, 1 if section is None else 2, height=2.6)
     portrait = axes[0][0]
-    start = float(displacement.time[0])
-    if section is not None and analysis.forcing_frequency is not None:
-        start = max(start, float(displacement.time[-1]) - _CYCLES / analysis.forcing_frequency)
-        if found is not None and found.transient is not None:
-            start = max(start, found.transient)
+    start = analysis.settled_since()
     shown_part = slice(int(np.searchsorted(displacement.time, start)), None)
     portrait.plot(
         length * displacement.values[shown_part],

@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from postprocess.analysis import Analysis
 from postprocess.display_units import shown
 from postprocess.figures.style import BLACK, GRAY, letter, limits_around, panels
-from postprocess.signals import Signal
+from postprocess.signals import Signal, last_part
 
 _NARROW = 0.02
 
@@ -25,7 +25,7 @@ def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
     figure, axes = panels(len(rows), 2, height=1.75, sharey="row", sharex="col", width_ratios=[1.5, 1.0])
     frequency = analysis.forcing_frequency
     for row, (whole, end) in zip(rows, axes, strict=True):
-        signal, last = row.signal, _last(row.signal, frequency, zoom)
+        signal, last = row.signal, last_part(row.signal, frequency, zoom)
         unit, factor = shown(signal.unit)
         smoothed = analysis.smoothed.signal if analysis.smoothed and row is analysis.acceleration else None
         for panel, part in ((whole, signal), (end, last)):
@@ -58,12 +58,6 @@ def _both(panel: Axes, raw: Signal, smoothed: Signal, factor: float, scale: floa
         lw=0.6 if thin else 1.1,
         label="moving average",
     )
-
-
-def _last(signal: Signal, frequency: float | None, zoom: int) -> Signal:
-    span = float(np.ptp(signal.time))
-    wanted = 0.1 * span if frequency is None else zoom / frequency
-    return signal.since(float(signal.time[-1]) - min(span, wanted))
 
 
 def _period_grid(panel: Axes, part: Signal, frequency: float) -> None:

@@ -8,9 +8,9 @@ import xarray as xr
 from postprocess.report.blocks import Block, Section, Table
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.envelope import envelope, thinning_words
-from postprocess.signals import Signal, face_signal
+from postprocess.report.sections.ends import ZOOM, end_words, is_long
+from postprocess.signals import Signal, face_signal, last_part
 
-ZOOM = 3  # forcing periods
 _MICRO = 1.0e6
 
 
@@ -29,7 +29,8 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str, 
     faces = [str(name) for name in history["face"].values]
     force = {face: face_signal(history, "contact_force", face) for face in faces}
     depth = {face: face_signal(history, "penetration", face) for face in faces}
-    end = f"the last {ZOOM} forcing periods" if frequency is not None else "the last tenth of the record"
+    time = np.asarray(history["time"].values, dtype=float)
+    end = end_words(frequency) if is_long(time, frequency) else "the whole record"
     size = max(one.time.size for one in force.values())
     whole = [Curve(face, *envelope(one.time, one.values)) for face, one in force.items()]
     last = [Curve(face, *_end(one, frequency)) for face, one in force.items()]
@@ -48,12 +49,9 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str, 
     heads = ("face", "largest force (N)", "mean force (N)", "in contact (% of the records)",
              "largest penetration (µm)", "largest gap (µm)", "impulse (N s)")  # fmt: skip
     blocks: list[Block] = []
-    time = np.asarray(history["time"].values, dtype=float)
-    if frequency is None or float(np.ptp(time)) > 1.2 * ZOOM / frequency:
+    if is_long(time, frequency):
         words = f"Normal force on the beam, the whole record.{thinning_words(size)}"
         blocks.append(Chart(words, "time (s)", "contact force (N)", whole, command))
-    else:
-        end = "the whole record"
     blocks += [
         Chart(f"Normal force on the beam, {end}.", "time (ms)", "contact force (N)", last, command),
         Chart(
@@ -66,6 +64,5 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str, 
 
 
 def _end(one: Signal, frequency: float | None, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
-    span = float(np.ptp(one.time))
-    part = one.since(float(one.time[-1]) - min(span, 0.1 * span if frequency is None else ZOOM / frequency))
+    part = last_part(one, frequency, ZOOM)
     return envelope(1e3 * part.time, factor * part.values)

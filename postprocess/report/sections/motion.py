@@ -11,13 +11,13 @@ from postprocess.display_units import shown
 from postprocess.report.blocks import Block, Level, Section, Table, Verdict
 from postprocess.report.charts import Chart, Curve
 from postprocess.report.envelope import MOST, envelope, thinning_words
-from postprocess.signals import Signal
+from postprocess.report.sections.ends import ZOOM, end_words, is_long
+from postprocess.signals import Signal, last_part
+from postprocess.smoothing import POINTS, RATE
 
-ZOOM = 3  # forcing periods
-CYCLES = 12  # forcing periods of a portrait of what has not settled
 PORTRAIT = 6000  # points
 FEWEST = 3  # forcing periods worth a figure over them
-_RECORDED, _SMOOTHED = "as recorded", "moving average over 2.5 ms"
+_RECORDED, _SMOOTHED = "as recorded", f"moving average over {1e3 * POINTS / RATE:g} ms"
 
 
 def motion_section(
@@ -71,11 +71,9 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str, anchor: 
 
 
 def _is_long(analyses: Mapping[str, Analysis]) -> bool:
-    """Return whether the end of a record is less than all of it."""
     one = next(iter(analyses.values()))
     assert one.displacement is not None
-    span = float(np.ptp(one.displacement.signal.time))
-    return one.forcing_frequency is None or span > 1.2 * ZOOM / one.forcing_frequency
+    return is_long(one.displacement.signal.time, one.forcing_frequency)
 
 
 def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: str) -> Chart | None:
@@ -89,16 +87,15 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
         unit = one.signal.unit
         pairs = [(_RECORDED if smoothed else name, one)] + ([(_SMOOTHED, smoothed)] if smoothed else [])
         for label, part in pairs:
-            signal = _last(part.signal, analysis.forcing_frequency) if last else part.signal
+            signal = last_part(part.signal, analysis.forcing_frequency, ZOOM) if last else part.signal
             size = max(size, signal.time.size)
             curves.append(_curve(label, signal, probe, 1e3 if last else 1.0))
     if not curves:
         return None
     frequency = next(iter(analyses.values())).forcing_frequency
-    end = f"the last {ZOOM} forcing periods" if frequency is not None else "the last tenth of the record"
     frame = "relative to the support" if name == "displacement" else "in the inertial frame"
     return Chart(
-        f"{name.capitalize()} {frame}, {end if last else 'the whole record'}.{thinning_words(size)}",
+        f"{name.capitalize()} {frame}, {end_words(frequency) if last else 'the whole record'}.{thinning_words(size)}",
         f"time ({'ms' if last else 's'})",
         f"{name} ({shown(unit)[0]})",
         curves,
@@ -111,12 +108,6 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
 def _curve(label: str, signal: Signal, probe: str, scale: float) -> Curve:
     time, values = envelope(scale * signal.time, shown(signal.unit)[1] * signal.values, MOST)
     return Curve(label, time, values, choice=probe)
-
-
-def _last(signal: Signal, frequency: float | None) -> Signal:
-    span = float(np.ptp(signal.time))
-    wanted = 0.1 * span if frequency is None else ZOOM / frequency
-    return signal.since(float(signal.time[-1]) - min(span, wanted))
 
 
 def _peaks_table(analyses: Mapping[str, Analysis]) -> Table:
@@ -169,21 +160,11 @@ def _per_period(analyses: Mapping[str, Analysis], command: str) -> list[Chart]:
     return charts
 
 
-def _settled_since(analysis: Analysis) -> float:
-    """Return when the part begins that a portrait shows, s."""
-    assert analysis.displacement is not None
-    assert analysis.forcing_frequency is not None
-    time = analysis.displacement.signal.time
-    start = max(float(time[0]), float(time[-1]) - CYCLES / analysis.forcing_frequency)
-    settled = analysis.periodicity.transient if analysis.periodicity is not None else None
-    return start if settled is None else max(start, settled)
-
-
 def _portrait(probe: str, analysis: Analysis) -> list[Curve]:
     if analysis.section is None or analysis.displacement is None or analysis.velocity is None:
         return []
     length, speed = shown("m")[1], shown("m/s")[1]
-    start = _settled_since(analysis)
+    start = analysis.settled_since()
     displacement, velocity = analysis.displacement.signal, analysis.velocity.signal
     first = int(np.searchsorted(displacement.time, start))
     every = max(1, -(-(displacement.time.size - first) // PORTRAIT))

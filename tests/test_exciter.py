@@ -17,7 +17,8 @@ import gapbeam
 from solver.accounts import Accounts
 from solver.analyses.transient import EffectiveOperators, March, begun, march
 from solver.attached import AttachedOperators, attached
-from solver.case_file.reader import read_case
+from solver.case_file.periodic import value_of
+from solver.case_file.reader import CaseError, read_case
 from solver.compiled.loop import CompiledLoop
 from solver.integrators.central_difference import CentralDifference
 from solver.integrators.generalized_alpha import GeneralizedAlpha
@@ -392,6 +393,17 @@ def test_all_that_is_wrong_with_an_exciter_is_told_at_once(tmp_path: Path) -> No
     assert {fault.key[-1] for fault in faults} == {"mass", "stiffness", "damping"}
     for fault in faults:
         assert_tells(fault, ["case.toml", "[[load]]"])
+
+
+def test_curves_in_what_an_exciter_adds_stay_physical() -> None:
+    curve = "analysis.continuation={key='load.exciter.mass', low=-0.1, high=0.3}"
+    with pytest.raises(CaseError) as caught:
+        read_case(EXCITER_CASE, [curve])
+    assert_tells(caught.value.faults[0], ["-0.1, of load.exciter.mass", "0 or more"])
+    case = read_case(EXCITER_CASE, [curve.replace("-0.1", "0.0")])
+    assert value_of("load.exciter.mass", {}, dict(enumerate(case.load))) == 0.15
+    assert value_of("load.exciter.preload", {}, dict(enumerate(case.load))) == 0.0
+    assert value_of("load.gravity.mass", {}, dict(enumerate(case.load))) is None
 
 
 def test_an_exciter_needs_mass_and_a_name_of_its_own(tmp_path: Path) -> None:

@@ -41,10 +41,13 @@ def identify(
     from gapbeam.identification.search import search
     from gapbeam.identification.tables_shown import sentences, tables
     from postprocess.identified import draw_identification
+    from solver.case_tables.model import FullModel
     from solver.studies.side_by_side import SideBySide
 
     problem = read_identification(file, override or [])
     folder = output if output is not None else Path("results") / file.stem
+    if isinstance(problem.base.model, FullModel):
+        LOG.warning('model "full" marches all DOFs of the mesh in every experiment; try "reduced" or "beam" in [set]')
     prepare(problem, folder, overwrite)
     settings = problem.file.search
     console = Console(stderr=True)

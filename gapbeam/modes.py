@@ -76,19 +76,22 @@ def modes(
     from gapbeam.modal.told import as_data, frequency_table, other_modes, remarks, spring_table
     from meshes.rank_zero import on_rank_zero
     from postprocess.figures.mode_shapes import draw_mode_shapes
-    from solver.analyses.modes import held_modes
+    from solver.analyses.modes import SEATED, held_modes
     from solver.case import Exciter
     from solver.case_file.reader import read_case
     from solver.model import build_model
     from solver.output.folder import write_beside
+    from solver.output.mode_fields import write_mode_fields
+    from solver.output.records import FIELDS_FILE
     from solver.output.summary import describe_model, finite, versions
 
     comm = MPI.COMM_WORLD
     read = on_rank_zero(comm, lambda: read_case(case, override or []))
     folder = output if output is not None else Path("results") / f"{case.stem}-modes"
-    on_rank_zero(comm, lambda: _made(folder))
+    on_rank_zero(comm, lambda: _made(folder / SEATED))
     model = build_model(read, comm)
     states = held_modes(model, max(count, FITTED))
+    write_mode_fields(folder / SEATED, model, states[0])
     described = describe_model(model)
 
     def tell() -> int:
@@ -106,7 +109,12 @@ def modes(
             load.name for load in model.case.load if isinstance(load, Exciter) and load.mass + load.stiffness > 0
         ]
         carried = [f"{', '.join(exciters)} moves along with the model, not with the theory"] if exciters else []
-        for line in [other_modes(states[0]), *carried, *remarks(found), f"{folder / 'modes.json'}\n{picture}"]:
+        for line in [
+            other_modes(states[0]),
+            *carried,
+            *remarks(found),
+            f"{folder / 'modes.json'}\n{picture}\n{folder / SEATED / FIELDS_FILE}",
+        ]:
             screen.print(line, markup=False)
         sources = {one.source for one in found.fits}
         failed = [name for name in sources if not any(one.fit.reproduces for one in found.fits if one.source == name)]

@@ -138,11 +138,11 @@ def done(files: dict[str, Path]) -> dict[str, Done]:
     options: dict[str, tuple[str, ...]] = {"known": ("--leave-one-out",), "heavy": HEAVY}
     names = ("known", "together", "free", "heavy", "twice")
     folders = {name: files["folder"] / f"out-{name}" for name in names}
-    calls = called_in_turn(
-        *(["identify", files[name], "--output", folders[name], "--processes", "1", *options.get(name, ())]
-          for name in names),
-        timeout=600.0,
-    )  # fmt: skip
+    words: list[list[str | Path]] = [
+        ["identify", files[name], "--output", folders[name], "--processes", "1", *options.get(name, ())]
+        for name in names
+    ]
+    calls = called_in_turn(*words, timeout=600.0)
     return {name: Done(call, folders[name]) for name, call in zip(names, calls, strict=True)}
 
 

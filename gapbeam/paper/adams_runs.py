@@ -133,7 +133,7 @@ def adams_case(asked: Asked) -> Case:
                     **(EXCITER if asked.suspended else {}),
                 },
             ],
-            "probe": [{"name": "test", "point": beam["test_point"]}],
+            "probe": [{"name": "test", "point": beam["test_point"]}, {"name": "tip", "point": beam["length"]}],
             "time": {"end": asked.periods / beam["frequency"], "step": asked.step},
             "analysis": {"type": "transient", "start": asked.start},
             "output": {"history_interval": asked.step, "fields_interval": 0.01},

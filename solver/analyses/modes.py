@@ -44,6 +44,7 @@ class HeldModes:
         closed: Contact points that are closed.
         points: Contact points.
         frequencies: Of all modes that were found, ascending, (k,), Hz.
+        shapes: Theirs, on the DOFs of the model that this rank owns, (n, k).
         motions: What their sections do, (k,).
         places: Where these are, (slices,), m.
         masses: Theirs, (slices,), kg.
@@ -54,6 +55,7 @@ class HeldModes:
     closed: int
     points: int
     frequencies: Array
+    shapes: Array
     motions: tuple[SectionMotion, ...]
     places: Array
     masses: Array
@@ -134,7 +136,15 @@ def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: in
         wanted *= GROWTH
     closed = int(np.count_nonzero(slopes > 0.0))
     return HeldModes(
-        name, closed, contact.size, frequencies[:kept], motions[:kept], sections.places, sections.masses, beam.length
+        name=name,
+        closed=closed,
+        points=contact.size,
+        frequencies=frequencies[:kept],
+        shapes=shapes[:, :kept],
+        motions=motions[:kept],
+        places=sections.places,
+        masses=sections.masses,
+        length=beam.length,
     )
 
 

@@ -40,9 +40,7 @@ def identified(study: str, folder: Path, overrides: Sequence[str] = (), name: st
         ResultsError: No set of values passed in all experiments.
     """
     results = folder / (name or study)
-    status = identify(
-        folder / f"{study}.toml", list(overrides), study in LEAVE_ONE_OUT, results, None, False
-    )
+    status = identify(folder / f"{study}.toml", list(overrides), study in LEAVE_ONE_OUT, results, None, False)
     return read_identification_data(results) | {"exit_status": status}
 
 

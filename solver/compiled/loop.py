@@ -11,6 +11,7 @@ from functools import cached_property
 import numpy as np
 
 from solver.accounts import Accounts
+from solver.analyses.paused import Paused
 from solver.analyses.transient import March, begun, whole_step
 from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
 from solver.compiled.exchange import books_of, enter_books, limits_of
@@ -112,7 +113,7 @@ class CompiledLoop:
 
     def blocks(
         self,
-        start: State,
+        start: State | Paused,
         every: int = 1,
         accounts: Accounts | None = None,
         steps: int | None = None,
@@ -124,11 +125,11 @@ class CompiledLoop:
         A step whose contact solve does not converge is taken by the generic march, which softens and halves.
 
         Args:
-            start: Where to start.
+            start: Where to start, or where the march was left.
             every: Steps between records, counted from the start; the last step is recorded as well.
             accounts: What consumes the steps, brought up to date before each block is yielded; None: new ones
                 without gates.
-            steps: Number of steps; None: those of the plan.
+            steps: Number of steps, those before `start` included; None: those of the plan.
             stops: Steps after whose multiples, counted from the start, a block ends; None: it does not matter.
             agreed: Makes all ranks agree on the number of steps of a block.
 
@@ -138,11 +139,12 @@ class CompiledLoop:
             EnergyCreated: More energy was created than the gates of `accounts` allow; as above.
         """
         plan, count = self.plan, self.plan.steps if steps is None else steps
-        state = begun(plan, start)
+        paused = start if isinstance(start, Paused) else Paused(begun(plan, start), 0)
+        state = paused.state
         if accounts is None:
             accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
-        motion, law = arrays_of_state(self.modal, state), self._law(state)
-        origin, done, size = round(start.time / plan.dt), 0, FIRST_STEPS
+        motion, law = self._motion(paused), self._law(state)
+        origin, done, size = round(state.time / plan.dt) - paused.done, paused.done, FIRST_STEPS
         if not is_kept(march_steps):
             LOG.info("the time loop is compiled, which takes about 20 s, once")
         while done < count:
@@ -240,6 +242,11 @@ class CompiledLoop:
         depths = -(plan.system.contact.initial_gap + places @ self.modal.gaps.T)
         implicit = self._scheme.form == IMPLICIT
         return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
+
+    def _motion(self, paused: Paused) -> Motion:
+        if paused.modal is None:
+            return arrays_of_state(self.modal, paused.state)
+        return Motion._make(array.copy() for array in paused.modal)
 
     def _law(self, state: State) -> LawTable:
         plan = self.plan

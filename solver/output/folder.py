@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import os
+import shutil
 from pathlib import Path
 
 from solver.errors import UserError
 from solver.output import records
+from solver.output.lock import refuse_if_held
 
 FILES = (
     records.CASE_FILE,
@@ -18,6 +20,7 @@ FILES = (
     records.CURVE_FILE,
     records.CURVE_TABLE_FILE,
 )
+FOLDERS = (records.FIELD_FOLDER, records.CHECKPOINT_FOLDER)
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
@@ -28,18 +31,20 @@ def check_folder(folder: Path, overwrite: bool) -> None:
         overwrite: Whether the files of an earlier run may be removed.
 
     Raises:
-        UserError: The folder holds results, is no folder, or cannot be written.
+        UserError: The folder holds results, is no folder, cannot be written, or another run writes it.
     """
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise UserError(f"{existing} is a file, not a folder; choose another --output")
     if not os.access(existing, os.W_OK | os.X_OK):
         raise UserError(f"{existing} cannot be written (permission denied); choose another --output")
-    present = [name for name in FILES if (folder / name).exists()]
+    refuse_if_held(folder)
+    present = [name for name in (*FILES, *FOLDERS) if (folder / name).exists()]
     if present and not overwrite:
+        resumes = ", --resume to go on with them" if (folder / records.CHECKPOINT_FOLDER).exists() else ""
         raise UserError(
             f"{folder} already holds results ({', '.join(present)}); "
-            "choose another --output, or pass --overwrite to replace them"
+            f"choose another --output, or pass --overwrite to replace them{resumes}"
         )
 
 
@@ -53,6 +58,10 @@ def prepare_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         for name in FILES:
             (folder / name).unlink(missing_ok=True)
+            (folder / (name + ".part")).unlink(missing_ok=True)
+        for name in FOLDERS:
+            if (folder / name).is_dir() and not (folder / name).is_symlink():
+                shutil.rmtree(folder / name)
         probe = folder / ".write-test"
         probe.touch()
         probe.unlink()

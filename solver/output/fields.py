@@ -170,7 +170,7 @@ class FieldWriter:
                 self._order = matching(points, file["points"][:])
                 if file["cells"].shape != self._shapes["cells"]:
                     raise ValueError("another mesh")
-                groups = [file[name] if name in file else () for name in FIELDS]
+                groups = [file.get(name, ()) for name in FIELDS]
                 while self._gathered < count and all(str(self._gathered) in group for group in groups):
                     self._gathered += 1
         except (OSError, RuntimeError, KeyError, ValueError) as error:

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import os
-import shutil
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from solver.errors import UserError
@@ -20,7 +21,10 @@ FILES = (
     records.CURVE_FILE,
     records.CURVE_TABLE_FILE,
 )
-FOLDERS = (records.FIELD_FOLDER, records.CHECKPOINT_FOLDER)
+FOLDERS = {
+    records.FIELD_FOLDER: ("[0-9]*.h5", "[0-9]*.part"),
+    records.CHECKPOINT_FOLDER: (records.CHECKPOINTS, f"{records.CHECKPOINTS}.part"),
+}
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
@@ -39,9 +43,10 @@ def check_folder(folder: Path, overwrite: bool) -> None:
     if not os.access(existing, os.W_OK | os.X_OK):
         raise UserError(f"{existing} cannot be written (permission denied); choose another --output")
     refuse_if_held(folder)
-    present = [name for name in (*FILES, *FOLDERS) if (folder / name).exists()]
+    present = [name for name in FILES if (folder / name).exists()]
+    present += [name for name in FOLDERS if any(_within(folder, name))]
     if present and not overwrite:
-        resumes = ", --resume to go on with them" if (folder / records.CHECKPOINT_FOLDER).exists() else ""
+        resumes = ", or --resume to go on with them" if records.CHECKPOINT_FOLDER in present else ""
         raise UserError(
             f"{folder} already holds results ({', '.join(present)}); "
             f"choose another --output, or pass --overwrite to replace them{resumes}"
@@ -60,13 +65,25 @@ def prepare_folder(folder: Path) -> None:
             (folder / name).unlink(missing_ok=True)
             (folder / (name + ".part")).unlink(missing_ok=True)
         for name in FOLDERS:
-            if (folder / name).is_dir() and not (folder / name).is_symlink():
-                shutil.rmtree(folder / name)
+            clear(folder, name)
         probe = folder / ".write-test"
         probe.touch()
         probe.unlink()
     except OSError as error:
         raise UserError(f"{folder} cannot be written ({error.strerror}); choose another --output") from error
+
+
+def clear(folder: Path, name: str) -> None:
+    """Remove what runs write into one of the folders in a results folder, and it, if nothing else is in it."""
+    for path in list(_within(folder, name)):
+        path.unlink()
+    with suppress(OSError):
+        (folder / name).rmdir()
+
+
+def _within(folder: Path, name: str) -> Iterator[Path]:
+    for pattern in FOLDERS[name]:
+        yield from (folder / name).glob(pattern)
 
 
 def write_beside(path: Path, text: str) -> None:

@@ -109,8 +109,8 @@ def _check(place: int, path: Path) -> dict[str, Any]:
 def _held(path: Path, holder: dict[str, Any]) -> UserError:
     who = f"process {holder.get('pid', '?')} on {holder.get('host', '?')}"
     return UserError(
-        f"{path.parent} is being written by another run ({who}); expected one run at a time; choose another --output, or "
-        f"delete {path} if that run is over"
+        f"{path.parent} is being written by another run ({who}); expected one run at a time; choose another "
+        f"--output, or delete {path} if that run is over"
     )
 
 

@@ -150,4 +150,4 @@ def _compiled(
             due -= 1
         rows = recorder.rows(instants_of(block, due)) if due else None
         end = partial(getattr, block, "end")
-        yield Stretch(done, block.steps, block.end_time, block.motion.pressure, rows, end, modal=tuple(block.motion))
+        yield Stretch(done, block.steps, block.end_time, block.motion.pressure, rows, end, modal=block.carried)

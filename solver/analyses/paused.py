@@ -16,7 +16,7 @@ class Paused:
         state: The state, as a march carries it along.
         done: Whole steps since the start.
         since: Steps, parts of halved ones included, since the images of the state were formed anew.
-        modal: The arrays of `solver.compiled.tables.Motion`, where a compiled loop left them; None: not compiled.
+        modal: What a compiled loop carries along, see `solver.compiled.carried`; None: not compiled.
     """
 
     state: State

@@ -21,9 +21,10 @@ def told(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
     """Return everything that accounts and recorder keep, for JSON."""
     kept = {
         name: {key: _plain(value) for key, value in vars(getattr(accounts, name)).items() if key not in NOT_KEPT}
-        for name in (LEDGER, *PARTS)
+        for name in PARTS
     }
     return kept | {
+        LEDGER: {key: _plain(value) for key, value in vars(accounts.ledger).items()},
         "time": accounts.time,
         "recorder": {key: _plain(getattr(recorder, key)) for key in (*RECORDED, VELOCITY)},
     }

@@ -11,6 +11,7 @@ from meshes.rank_zero import on_rank_zero
 from solver.analyses.paused import Paused
 from solver.checkpoint.files import BrokenCheckpoint, Contents
 from solver.checkpoint.layout import NODES, POINTS, Layout
+from solver.compiled.carried import misfit
 from solver.system import VALUE, State, imaged
 
 AT_NODES = ("u", "v", "a", "lagged")
@@ -82,9 +83,13 @@ def restored(contents: Contents, layout: Layout) -> tuple[Paused, bool]:
             found[name] = imaged(layout.model.system.operators, layout.coordinates(moved))
     state = State(time=float(header["time"]), **found)  # type: ignore[arg-type]
     same_modes = same_order and same_basis and header.get("modes") == layout.modes
-    modal = tuple(small[f"{MODAL}{number}"] for number in range(sum(name.startswith(MODAL) for name in small)))
+    modal = _modal(small)
     paused = Paused(state, int(header["done"]), int(header["since"]), modal if modal and same_modes else None)
     return paused, same_modes and header.get("ranks") == comm.size
+
+
+def _modal(small: Stored) -> tuple[NDArray[Any], ...]:
+    return tuple(small[f"{MODAL}{number}"] for number in range(sum(name.startswith(MODAL) for name in small)))
 
 
 def _check(small: Stored, large: Stored, layout: Layout) -> None:
@@ -96,6 +101,9 @@ def _check(small: Stored, large: Stored, layout: Layout) -> None:
     for name in ("u", "v", "depth", "pressure"):
         if name not in small and name not in large:
             raise ValueError(f"{name} is missing")
+    modal = _modal(small)
+    if modal and (wrong := misfit(modal, size, points)):
+        raise ValueError(wrong)
     for name in AT_NODES:
         if name in small and small[name].shape != (3, size):
             raise ValueError(f"{name} has the shape {small[name].shape}, expected {(3, size)}")

@@ -14,6 +14,7 @@ from solver.accounts import Accounts
 from solver.analyses.paused import Paused
 from solver.analyses.transient import March, begun, whole_step
 from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
+from solver.compiled.carried import STATE, Carried, carried, taken_up
 from solver.compiled.exchange import books_of, enter_books, limits_of
 from solver.compiled.jit import is_kept
 from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record_now
@@ -44,6 +45,7 @@ class Block:
         times: Times of the records, (records,), s.
         motion: The state at the end, in modal coordinates.
         end_time: Its time, s.
+        carried: What the loop carries on from there.
     """
 
     loop: CompiledLoop
@@ -53,6 +55,7 @@ class Block:
     times: Array
     motion: Motion
     end_time: float
+    carried: Carried
 
     @cached_property
     def end(self) -> State:
@@ -244,9 +247,11 @@ class CompiledLoop:
         return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
 
     def _motion(self, paused: Paused) -> Motion:
+        factor = self._room.solution.factor
         if paused.modal is None:
+            factor.filled[0] = 0
             return arrays_of_state(self.modal, paused.state)
-        return Motion._make(array.copy() for array in paused.modal)
+        return taken_up(paused.modal, factor)
 
     def _law(self, state: State) -> LawTable:
         plan = self.plan
@@ -272,6 +277,7 @@ class CompiledLoop:
 
     def _block(self, first: int, steps: int, records: Records, recorded: int, motion: Motion, origin: int) -> Block:
         kept = Records._make(column[:recorded] for column in records)
-        copied = Motion._make(array.copy() for array in motion)
+        left = carried(motion, self._room.solution.factor)
+        copied = Motion._make(left[:STATE])
         times: Array = np.asarray((origin + kept.steps) * self.plan.dt, dtype=float)
-        return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt)
+        return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt, left)

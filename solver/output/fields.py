@@ -25,7 +25,7 @@ from solver.model import Model
 from solver.operators import Array
 from solver.output.folder import write_beside
 from solver.output.records import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
-from solver.output.storage import put_in_place, to_disk, written
+from solver.output.storage import new_hdf5, put_in_place, to_disk, written
 from solver.places import matching
 from solver.system import VALUE, State
 
@@ -106,7 +106,7 @@ class FieldWriter:
         part = piece.with_suffix(".part")
         with written(piece):
             piece.parent.mkdir(exist_ok=True)
-            with h5py.File(part, "w") as file:
+            with new_hdf5(part) as file:
                 for name, value in values.items():
                     file[name] = value[self._order]
             part.replace(piece)
@@ -137,12 +137,8 @@ class FieldWriter:
         target = self._folder / FIELDS_DATA_FILE
         part, pieces = target.with_name(target.name + ".part"), range(self._gathered, len(self.times))
         with written(target):
-            try:
-                with h5py.File(part, "w") as whole:
-                    self._gather_in(whole)
-            except (OSError, RuntimeError):
-                part.unlink(missing_ok=True)
-                raise
+            with new_hdf5(part) as whole:
+                self._gather_in(whole)
             put_in_place(part, target)
             self._gathered = len(self.times)
             self._grids = [self._grid(number) for number in range(len(self.times))]
@@ -157,7 +153,7 @@ class FieldWriter:
         target = self._folder / FIELDS_DATA_FILE
         part = target.with_name(target.name + ".part")
         with written(target):
-            with h5py.File(part, "w") as file:
+            with new_hdf5(part) as file:
                 file["points"], file["cells"] = points, cells
             put_in_place(part, target)
         self._grids: list[str] = []  # XML of each field written

@@ -16,7 +16,7 @@ import numpy as np
 from solver.errors import UserError
 from solver.operators import Array
 from solver.output.records import FORMAT_VERSION, HISTORY
-from solver.output.storage import put_in_place, written
+from solver.output.storage import Sink, put_in_place, written
 
 BLOCK = 256  # records kept in memory between writes
 PART = ".part"
@@ -42,7 +42,7 @@ class HistoryWriter:
         self._length = kept or 0
         if kept is None:
             with written(self._part):
-                self._file = h5py.File(self._part, "w")
+                self._open("w+b", "w")
                 self._create(labels)
             self.commit()
         else:
@@ -86,7 +86,7 @@ class HistoryWriter:
             )
         with written(self._part):
             shutil.copyfile(self._path, self._part)
-            self._file = h5py.File(self._part, "r+")
+            self._open("r+b", "r+")
             for data in self._along_time(self._file).values():
                 data.resize(kept, axis=0)
 
@@ -118,6 +118,7 @@ class HistoryWriter:
                 data.resize(end, axis=0)
                 data[self._length : end] = np.concatenate([rows[name] for rows in self._rows])
             self._file.flush()
+            self._sink.check()
         self._length = end
         self._rows.clear()
         self._waiting = 0
@@ -127,13 +128,15 @@ class HistoryWriter:
         self.close()
         with written(self._part):
             shutil.copyfile(self._path, self._part)
-            self._file = h5py.File(self._part, "r+")
+            self._open("r+b", "r+")
 
     def close(self) -> None:
         """Make history.h5 what has been recorded so far, on the disk, and close it."""
         self.flush()
         with written(self._path):
             self._file.close()
+            self._sink.check()
+            self._sink.close()
             put_in_place(self._part, self._path)
 
     def abandon(self) -> None:
@@ -141,4 +144,9 @@ class HistoryWriter:
         with suppress(OSError, RuntimeError, ValueError):
             self._file.close()
         with suppress(OSError):
+            self._sink.close()
             self._part.unlink()
+
+    def _open(self, mode: str, access: str) -> None:
+        self._sink = Sink(self._part, mode)
+        self._file = h5py.File(self._sink, access)

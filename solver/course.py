@@ -94,6 +94,7 @@ class Course:
         fields_every = every["fields_interval"]
         if isinstance(self._start, State):
             self._record(self.recorder.row(self._start, self.accounts), self._start)
+            on_rank_zero(self.comm, self._begin_history)
         wanted = Wanted(every["history_interval"], fields_every, ends=True)
         if steps is None:
             stretches = marched(plan, self._start, self.accounts, self.recorder, wanted, self.comm)
@@ -160,6 +161,12 @@ class Course:
 
     def _open_history(self, path: Path, kept: int | None) -> None:
         self._history = HistoryWriter(path, self.recorder.labels, kept)
+
+    def _begin_history(self) -> None:
+        """Put the history in place with its first record, so that a run that is killed leaves one."""
+        assert self._history is not None
+        if self._trouble is None:
+            self._history.commit()
 
     def _record(self, rows: Rows | None, shown: State | None) -> None:
         """Write records and fields; what goes wrong is kept until all ranks can be told. Collective."""

@@ -44,7 +44,6 @@ class HistoryWriter:
             with written(self._part):
                 self._open("w+b", "w")
                 self._create(labels)
-            self.commit()
         else:
             self._go_on(kept)
 

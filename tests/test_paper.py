@@ -20,7 +20,7 @@ from gapbeam.paper.experiment_figures import (
     table_four,
     waveforms,
 )
-from gapbeam.paper.identified import CASE, copied, placed
+from gapbeam.paper.identified import CASE, _started, copied, placed
 from gapbeam.paper.motion import G, Motion, motions
 from gapbeam.paper.printed import printed
 from postprocess.report.blocks import Chart, Report, Section, Table, Verdict
@@ -97,7 +97,7 @@ def test_a_run_that_fails_ends_the_section(folder: Path):
         motions(folder / CASE, [0.243e-3], settings)
 
 
-@pytest.mark.parametrize("study", ["table4", "table4-all", "table4-unknowns"])
+@pytest.mark.parametrize("study", ["table4", "table4-all", "table4-unknowns", "table4-place"])
 def test_identifications_of_table_4_are_read_and_hold_the_table(folder: Path, study: str):
     problem = read_identification(folder / f"{study}.toml", [])
     measured = [measurement.value / G for measurement in problem.measurements]
@@ -157,3 +157,11 @@ def test_the_paper_is_computed_again(tmp_path: Path):
     assert data["rms_log10"]["fit"] < 0.06
     assert data["rms_log10"]["predict"] < 0.06
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_another_place_starts_with_the_same_moments_about_the_edge(folder: Path):
+    text = (folder / "table4-place.toml").read_text()
+    known = {"contact.stiffness": 5e10, "load.exciter.amplitude": 2.3, "load.exciter.mass": 0.46}
+    (folder / "moved.toml").write_text(_started(text, known, 0.28, 0.165))
+    starts = {one.key: one.start for one in read_identification(folder / "moved.toml", []).file.unknown}
+    assert starts == pytest.approx({**known, "load.exciter.amplitude": 4.6, "load.exciter.mass": 1.84})

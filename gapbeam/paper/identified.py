@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from gapbeam.identify import identify
+from gapbeam.paper.printed import printed
 from postprocess.identified import read_identification_data
 
 CASE = "experiment.toml"
-FITTED, ALL, WIDE = "table4", "table4-all", "table4-unknowns"
+FITTED, ALL, WIDE, PLACED = "table4", "table4-all", "table4-unknowns", "table4-place"
 LEAVE_ONE_OUT = (ALL,)
 PLACES = (0.15, 0.2, 0.35)  # m, of the exciter, beside that of the case
 
@@ -19,19 +21,18 @@ PLACES = (0.15, 0.2, 0.35)  # m, of the exciter, beside that of the case
 def copied(folder: Path) -> None:
     """Put the case of the experiment and its identifications into a folder, as they come with gapbeam."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in (CASE, *(f"{study}.toml" for study in (FITTED, ALL, WIDE))):
+    for name in (CASE, *(f"{study}.toml" for study in (FITTED, ALL, WIDE, PLACED))):
         text = files("gapbeam.paper").joinpath(name).read_text(encoding="utf-8")
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def identified(study: str, folder: Path, overrides: Sequence[str] = (), name: str = "") -> dict[str, Any]:
+def identified(study: str, folder: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Run an identification of Table 4, or go on with it, and return what it found.
 
     Args:
         study: Name of its file, without ending.
         folder: Where the copies of the files are; results go into a folder in it.
         overrides: Keys of the case, KEY=VALUE.
-        name: Of the folder; by default that of the study.
 
     Returns:
         The content of its `identification.json`, with "exit_status".
@@ -39,16 +40,14 @@ def identified(study: str, folder: Path, overrides: Sequence[str] = (), name: st
     Raises:
         ResultsError: No set of values passed in all experiments.
     """
-    results = folder / (name or study)
-    status = identify(
-        folder / f"{study}.toml", list(overrides), study in LEAVE_ONE_OUT and not name, results, None, False
-    )
+    results = folder / study
+    status = identify(folder / f"{study}.toml", list(overrides), study in LEAVE_ONE_OUT, results, None, False)
     return read_identification_data(results) | {"exit_status": status}
 
 
-def settings_of(found: dict[str, Any]) -> dict[str, object]:
+def settings_of(found: dict[str, Any]) -> dict[str, float]:
     """Return what an identification sets the keys of the case to."""
-    return {unknown["key"]: unknown["value"] for unknown in found["unknowns"]}
+    return {unknown["key"]: float(unknown["value"]) for unknown in found["unknowns"]}
 
 
 def by_place(folder: Path, found: dict[str, Any]) -> list[tuple[float, dict[str, Any]]]:
@@ -59,8 +58,27 @@ def by_place(folder: Path, found: dict[str, Any]) -> list[tuple[float, dict[str,
         found: With the place of the case.
     """
     place = placed(folder / CASE)
-    others = [(x, identified(ALL, folder, [f"load.exciter.point={x:g}"], f"{ALL}-at-{x:g}")) for x in PLACES]
+    known = settings_of(found)
+    others = []
+    for x in PLACES:
+        study = f"{PLACED}-{x:g}"
+        text = (folder / f"{PLACED}.toml").read_text(encoding="utf-8")
+        (folder / f"{study}.toml").write_text(_started(text, known, place, x), encoding="utf-8")
+        others.append((x, identified(study, folder, [f"load.exciter.point={x:g}"])))
     return sorted([(place, found), *others], key=lambda pair: pair[0])
+
+
+def _started(text: str, known: dict[str, float], place: float, x: float) -> str:
+    """Return a study that starts where force and mass have the same moments about the edge of the base."""
+    arm = (place - printed()["beam"]["support_length"]) / (x - printed()["beam"]["support_length"])
+    starts = {
+        "contact.stiffness": known["contact.stiffness"],
+        "load.exciter.amplitude": known["load.exciter.amplitude"] * arm,
+        "load.exciter.mass": known["load.exciter.mass"] * arm**2,
+    }
+    for key, value in starts.items():
+        text = re.sub(rf'(key = "{re.escape(key)}".*?\nstart = )[^\n]*', rf"\g<1>{value:.4g}", text, flags=re.S)
+    return text
 
 
 def placed(case: Path) -> float:

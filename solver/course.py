@@ -52,6 +52,7 @@ class Course:
     Attributes:
         recorder: Makes records.
         accounts: Ledger, gates, episodes, peaks and counts.
+        fields: Where fields go.
 
     Raises:
         UserError: The histories to go on after are not there.
@@ -73,7 +74,7 @@ class Course:
         self._history: HistoryWriter | None = None
         kept = None if left is None else int(left.header["records"])
         on_rank_zero(comm, lambda: self._open_history(folder / HISTORY_FILE, kept))
-        self._fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
+        self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
 
     def follow(
         self, plan: March, steps: Iterator[Step] | None, period: float | None, deadline: float | None = None
@@ -141,7 +142,7 @@ class Course:
         try:
             self._close_history()
         finally:
-            self._fields.close()
+            self.fields.close()
 
     def _close_history(self) -> None:
         assert self._history is not None
@@ -172,7 +173,7 @@ class Course:
         """Write records and fields; what goes wrong is kept until all ranks can be told. Collective."""
         try:
             if shown is not None:
-                self._fields.write(shown, self.model)
+                self.fields.write(shown, self.model)
             if self._history is not None and rows is not None:
                 self._history.append(rows)
         except NotWritten as trouble:
@@ -194,7 +195,7 @@ class Course:
         """Write a checkpoint, and end the run where that was asked for."""
         if self._checkpoints is not None:
             try:
-                self._checkpoints.write(stretch.paused, self.accounts, self.recorder, self._history, self._fields)
+                self._checkpoints.write(stretch.paused, self.accounts, self.recorder, self._history, self.fields)
             except NotWritten as trouble:
                 self._trouble = trouble
                 raise

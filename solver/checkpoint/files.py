@@ -60,7 +60,7 @@ def write_checkpoint(folder: Path, step: int, header: Mapping[str, Any], arrays:
     part = path.with_name(path.name + ".part")
     text = json.dumps(header).encode()
     packed = io.BytesIO()
-    np.savez(packed, **arrays)
+    np.savez(packed, **arrays)  # type: ignore[arg-type]
     block = packed.getbuffer()
     total = hashlib.sha256(text)
     total.update(block)

@@ -82,6 +82,7 @@ class FieldWriter:
         self._gathered = 0  # how many of them are in fields.h5
         self._safe = len(self.times)  # how many of them are on the disk
         self._order: Any = slice(None)
+        self._grids: list[str]  # XML of each field written
         on_rank_zero(self._comm, lambda: self._begin(points, cells) if times is None else self._go_on(points))
 
     def write(self, state: State, model: Model) -> None:
@@ -156,7 +157,7 @@ class FieldWriter:
             with new_hdf5(part) as file:
                 file["points"], file["cells"] = points, cells
             put_in_place(part, target)
-        self._grids: list[str] = []  # XML of each field written
+        self._grids = []
 
     def _go_on(self, points: Any) -> None:
         """Find the fields before, and the order of their nodes, which follows from the number of ranks."""

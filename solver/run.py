@@ -187,6 +187,8 @@ def _run(
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
     reason = why_not_compiled(plan)
     summary["loop"] = "compiled" if reason is None else f"step by step: {reason}"
+    limit = model.case.output.wall_time
+    deadline = None if limit is None else started + limit
     checkpoints, steps, response = None, None, None
     start: State | Left
     if left is not None:
@@ -196,7 +198,7 @@ def _run(
         seat = _seated(model, scheme, summary)
         start = start_of_case(model.case, model.system, seat.state)
         if isinstance(model.case.analysis, Periodic):
-            response = search(model, seat.state, model.case.analysis, folder, comm, summary)
+            response = search(model, seat.state, model.case.analysis, folder, comm, summary, deadline)
             model, plan, start = response.steady.model, response.steady.plan, response.start
     if response is None:
         kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(model)}
@@ -204,11 +206,10 @@ def _run(
     probes = ProbeFigures(model)
     if response is not None:
         steps = probes.listening(response.steps)
-    limit = model.case.output.wall_time
     course = Course(model, folder, comm, start, checkpoints)
     try:
         with course:
-            course.follow(plan, steps, summary["forcing"]["period"], None if limit is None else started + limit)
+            course.follow(plan, steps, summary["forcing"]["period"], deadline)
     finally:
         if response is not None:
             summary["periodic"]["probes"] = probes.told(response.steady.periods)

@@ -18,6 +18,7 @@ def run(
     overrides: Mapping[str, object] | Sequence[str] = (),
     output: str | Path | None = None,
     overwrite: bool = False,
+    resume: bool = False,
 ) -> Outcome:
     """Run a case file.
 
@@ -26,6 +27,7 @@ def run(
         overrides: Keys to replace, such as {"support.clearance": 0.1e-3} or ["support.clearance=0.1e-3"].
         output: Results folder; by default results/<name of the case file>.
         overwrite: Replace the results of an earlier run.
+        resume: Go on from its last checkpoint; from the start where it has none yet.
 
     Returns:
         The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
@@ -34,7 +36,7 @@ def run(
     Raises:
         CaseError: The case file has faults; all of them are in the message.
         MeshError: The mesh file does not fit the case.
-        UserError: The folder holds results, or a point lies outside the mesh.
+        UserError: The folder holds results, or those of another case, or a point lies outside the mesh.
 
     Collective under mpirun.
     """
@@ -47,7 +49,7 @@ def run(
     comm = MPI.COMM_WORLD
     read = on_rank_zero(comm, lambda: read_case(Path(case), overrides))
     folder = Path(output) if output is not None else Path(RESULTS) / Path(case).stem
-    return run_case(read, folder, comm, overwrite)
+    return run_case(read, folder, comm, overwrite, resume)
 
 
 def open_results(folder: str | Path) -> Results:

@@ -1,13 +1,15 @@
 """The command `gapbeam`.
 
 Exit status: 0 done; 1 internal error; 2 a fault of the input; 3 energy was created; 4 not converged;
-5 two runs do not agree (compare); 130 interrupted.
+5 two runs do not agree (compare); 6 results could not be written; 124 the wall-time limit was reached; 130 interrupted;
+143 told to terminate.
 """
 
 from __future__ import annotations
 
 import json
 import logging
+import re
 import sys
 from collections.abc import Mapping
 from pathlib import Path
@@ -31,6 +33,7 @@ from gapbeam.tradeoff import rung_for, tradeoff
 
 INPUT_FAULT = 2
 INTERRUPTED = 130
+SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0}
 
 app = typer.Typer(
     name="gapbeam",
@@ -54,6 +57,12 @@ def run(
     override: Overrides = None,
     output: Annotated[Path | None, typer.Option(help="results folder; by default results/<case>")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the results of an earlier run")] = False,
+    resume: Annotated[
+        bool, typer.Option("--resume", help="go on from the last checkpoint in the results folder")
+    ] = False,
+    wall_time: Annotated[
+        str | None, typer.Option(help="write a checkpoint and stop after this time, such as 2h30m, 45m or 90s")
+    ] = None,
     tolerance: Annotated[
         str | None, typer.Option(help="take the cheapest model, mesh and step within it, such as 2%, by a trade-off")
     ] = None,
@@ -61,16 +70,44 @@ def run(
     """Run a case; also under mpirun."""
     from gapbeam.api import run as run_file
 
+    if overwrite and resume:
+        raise click.UsageError("--overwrite replaces the results of an earlier run, --resume goes on with it: give one")
     overrides: Mapping[str, object] | list[str] = override or []
     if tolerance is not None:
         _, overrides = rung_for(case, override or [], tolerance)
-    outcome = run_file(case, overrides, output, overwrite)
+    if wall_time is not None:
+        limit = duration(wall_time)
+        overrides = (
+            {**overrides, "output.wall_time": limit}
+            if isinstance(overrides, Mapping)
+            else [*overrides, f"output.wall_time={limit!r}"]
+        )
+    outcome = run_file(case, overrides, output, overwrite, resume)
     if first_rank():
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
         if outcome.exit_status == 0:  # the message of a failure is in the log already
             console.print(f"done: {outcome.message}", markup=False)
         console.print(f"results: {outcome.folder}", markup=False)
     return outcome.exit_status
+
+
+def duration(text: str) -> float:
+    """Read a time such as 2h30m, 45m, 90s or 90, s.
+
+    Raises:
+        BadParameter: Not such a time, or none at all.
+    """
+    parts = re.fullmatch(r"(?:([\d.]+)h)?(?:([\d.]+)m)?(?:([\d.]+)s?)?", text.strip())
+    given = zip(parts.groups() if parts else (), SECONDS.values(), strict=False)
+    try:
+        seconds = sum(float(part) * unit for part, unit in given if part)
+    except ValueError:
+        seconds = 0.0
+    if not 0.0 < seconds < float("inf"):
+        raise click.BadParameter(
+            f'found "{text}"; expected a time such as 2h30m, 45m, 90s or 90', param_hint="--wall-time"
+        )
+    return seconds
 
 
 @app.command()

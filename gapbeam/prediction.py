@@ -22,12 +22,12 @@ from meshes.rank_zero import on_rank_zero
 from solver.analyses.static import Seat, find_seat
 from solver.analyses.transient import March
 from solver.case import Case, Ramped
+from solver.course import Course
 from solver.errors import Interrupted, RunError
 from solver.integrators.schemes import make_integrator
 from solver.march_of_model import march_of_model
 from solver.model import Model, model_of
 from solver.output.summary import peak_memory
-from solver.run import Course
 
 FIELDS = 3  # written for the time that one takes
 WARM_UP = 2  # steps, in which everything happens for the first time
@@ -163,16 +163,14 @@ class _Trials:
     def march(self, steps: int) -> _Trial:
         course = Course(self.model, self.folder, self.comm, self.seat.state)
         words, early = f"measured now: {steps} steps from the seat with the loads at their full amplitude", False
-        try:
-            plan = replace(self.plan, steps=steps)
-            course.follow(plan, None, None)
-        except Interrupted:
-            raise
-        except RunError as error:
-            words, early = f"measured now, until the trial under the sudden loads ended early: {error}", True
-        finally:
+        with course:
+            try:
+                course.follow(replace(self.plan, steps=steps), None, None)
+            except Interrupted:
+                raise
+            except RunError as error:
+                words, early = f"measured now, until the trial under the sudden loads ended early: {error}", True
             per_field = median(self._field(course) for _ in range(FIELDS))
-            course.close()
         tally = course.accounts.tally
         parts = max(tally.steps, 1)
         whole = parts if early else steps

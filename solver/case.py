@@ -203,6 +203,12 @@ class Output(Table):
 
     history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
     fields_interval: Positive | None = Field(default=None, description="time between XDMF fields, s; default end/100")
+    checkpoint_interval: NonNegative = Field(
+        default=300.0, description="wall time between checkpoints, from which a run resumes, s; 0: none"
+    )
+    wall_time: Positive | None = Field(
+        default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
+    )
 
 
 class Case(Table):

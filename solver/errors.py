@@ -38,7 +38,20 @@ class UserError(RunError):
     exit_status = 2
 
 
+class NotWritten(RunError):  # noqa: N818
+    """Results or a checkpoint could not be written."""
+
+    exit_status = 6
+
+
 class Interrupted(RunError):  # noqa: N818
-    """The user or a scheduler asked the run to stop."""
+    """The user, a scheduler or the wall-time limit asked the run to stop."""
 
     exit_status = 130
+
+    def __init__(self, message: str, exit_status: int = 130) -> None:
+        super().__init__(message, exit_status)
+        self.exit_status = exit_status
+
+    def __str__(self) -> str:
+        return str(self.args[0])

@@ -1,29 +1,60 @@
-"""Ending a run in order when the user or a scheduler asks for it."""
+"""Ending a run in order when the user, a scheduler or the clock asks for it."""
 
 from __future__ import annotations
 
 import signal
 import threading
+import time
+from enum import IntEnum
 from types import FrameType, TracebackType
 from typing import Any
 
 from mpi4py import MPI
 
-SIGNALS = (signal.SIGINT, signal.SIGTERM)
+SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)  # Slurm and mpirun pass the last one on as a warning
+
+
+class Wish(IntEnum):
+    """What a rank wants at the end of a step; of several wishes the largest counts."""
+
+    NONE = 0
+    CHECKPOINT = 1
+    WALL_TIME = 2
+    INTERRUPT = 3
+    TERMINATE = 4
+    GIVE_UP = 5  # the disk is full, or the like
+
+    @property
+    def ends(self) -> bool:
+        """Whether the run ends in order."""
+        return Wish.CHECKPOINT < self < Wish.GIVE_UP
+
+    @property
+    def exit_status(self) -> int:
+        """Exit status of the run that it ends: those of the shell and of the command timeout."""
+        return {Wish.WALL_TIME: 124, Wish.TERMINATE: 143}.get(self, 130)
+
+    @property
+    def words(self) -> str:
+        """What happened, in words."""
+        return {Wish.WALL_TIME: "the wall-time limit was reached", Wish.TERMINATE: "told to terminate"}.get(
+            self, "interrupted"
+        )
 
 
 class Interruption:
-    """Turns SIGINT and SIGTERM into a flag that all ranks act on in the same step.
+    """Turns SIGINT, SIGTERM, SIGUSR1 and a limit of the wall time into a wish that all ranks act on in the same step.
 
     A second signal acts at once, as without this class. Outside the main thread nothing is caught.
 
     Args:
         comm: The ranks that agree.
+        deadline: Reading of `time.perf_counter` on rank 0 after which to stop, s; None: none.
     """
 
-    def __init__(self, comm: MPI.Comm) -> None:
-        self._comm = comm
-        self._asked = False
+    def __init__(self, comm: MPI.Comm, deadline: float | None = None) -> None:
+        self._comm, self._deadline = comm, deadline
+        self._heard = Wish.NONE
         self._before: dict[int, Any] = {}
 
     def __enter__(self) -> Interruption:
@@ -41,12 +72,17 @@ class Interruption:
     @property
     def asked(self) -> bool:
         """Whether any rank was asked to stop. Collective."""
-        if self._comm.size == 1:
-            return self._asked
-        return bool(self._comm.allreduce(self._asked, op=MPI.LOR))
+        return self.agreed() != Wish.NONE
 
-    def _hear(self, _number: int, _frame: FrameType | None) -> None:
-        self._asked = True
+    def agreed(self, own: Wish = Wish.NONE) -> Wish:
+        """Return the largest wish of all ranks, that of this rank and what it heard among them. Collective."""
+        if self._heard == Wish.NONE and self._deadline is not None and self._comm.rank == 0:
+            self._heard = Wish.WALL_TIME if time.perf_counter() >= self._deadline else Wish.NONE
+        mine = max(own, self._heard)
+        return mine if self._comm.size == 1 else Wish(self._comm.allreduce(int(mine), op=MPI.MAX))
+
+    def _hear(self, number: int, _frame: FrameType | None) -> None:
+        self._heard = Wish.INTERRUPT if number == signal.SIGINT else Wish.TERMINATE
         self._restore()
 
     def _restore(self) -> None:

@@ -14,6 +14,7 @@ import numpy as np
 
 from solver.dense import DenseOperators
 from solver.operators import Array, RankOnes
+from solver.row_products import row_product
 from solver.system import SemiDiscreteSystem
 
 
@@ -55,7 +56,7 @@ class ModalSystem:
 
     def dofs(self, q: Array) -> Array:
         """Return X q; q is (n,) or, row by row, (times, n)."""
-        return np.asarray(q @ self.shapes.T)
+        return np.asarray(q @ self.shapes.T) if q.ndim == 1 else row_product(q, self.shapes.T)
 
 
 def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:

@@ -4,43 +4,38 @@ from __future__ import annotations
 
 import logging
 import time
-from collections.abc import Iterator
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from mpi4py import MPI
 
 from meshes.rank_zero import on_rank_zero
-from solver.accounts import Accounts
 from solver.analyses.start import start_of_case
-from solver.analyses.static import find_seat
-from solver.analyses.transient import March
+from solver.analyses.static import Seat, find_seat
 from solver.case import Case, Ramped
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
 from solver.case_tables.analysis import Periodic
+from solver.checkpoint.checkpoints import Checkpoints, Left
+from solver.checkpoint.resuming import find_left, refuse_to_resume
 from solver.compiled.reasons import why_not_compiled
+from solver.course import Course, steps_between
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
-from solver.errors import Interrupted, RunError
-from solver.integrators.schemes import make_integrator
-from solver.interruption import Interruption
+from solver.errors import Interrupted, NotWritten, RunError
+from solver.integrators.schemes import Integrator, make_integrator
 from solver.march_of_model import march_of_model
 from solver.model import Model, build_model
-from solver.operators import Array
 from solver.output import summary as summaries
-from solver.output.fields import FieldWriter
-from solver.output.folder import check_folder, prepare_folder, write_beside
-from solver.output.history import HistoryWriter
+from solver.output.folder import check_folder, clear, prepare_folder, write_beside
+from solver.output.lock import locked
 from solver.output.log_file import log_file
-from solver.output.progress import ProgressLine
-from solver.output.records import CASE_FILE, HISTORY_FILE
-from solver.output.rows import Recorder, Rows
+from solver.output.records import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
+from solver.output.storage import written
 from solver.periodic.probe_figures import ProbeFigures
 from solver.periodic.searching import search
-from solver.stretches import Wanted, marched, stretches_of
-from solver.system import State, Step
+from solver.system import State
 from solver.verdict import (
     balance_words,
     contact_words,
@@ -72,14 +67,15 @@ class Outcome:
     summary: dict[str, Any]
 
 
-def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) -> Outcome:
-    """Run a case into a results folder.
+def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, resume: bool = False) -> Outcome:
+    """Run a case into a results folder, or go on with a run that was left there.
 
     Args:
         case: What to run.
         folder: Where results go.
         comm: The ranks that share the work.
         overwrite: Replace the results of an earlier run.
+        resume: Go on from its last checkpoint; from the start where it has none yet.
 
     Returns:
         The outcome; its exit status is not zero when the run created energy, did not converge or was
@@ -94,32 +90,63 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
     Collective.
     """
     started = time.perf_counter()
-    on_rank_zero(comm, lambda: check_folder(folder, overwrite))
+    on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume))
+    if resume:
+        refuse_to_resume(case)
     model = build_model(case, comm)
     refuse_energy_creators(model)
-    on_rank_zero(comm, lambda: prepare_folder(folder))
-    with log_file(folder, comm):
-        summary = _opening(model)
-        if comm.rank == 0:
+    with locked(folder, comm):
+        left = find_left(folder, model, comm) if resume else None
+        if isinstance(left, dict):
+            return Outcome(folder, 0, f"was done before: {left['message']}", left)
+        if left is None:
+            on_rank_zero(comm, lambda: prepare_folder(folder))
+        with log_file(folder, comm):
+            summary = _opening(model)
+            try:
+                _write_opening(model, folder, comm, summary)
+                _run(model, folder, comm, summary, left, started)
+            except RunError as error:
+                summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
+                summary["exit_status"], summary["message"] = error.exit_status, str(error)
+                LOG.error("%s", error)
+            except BaseException as error:
+                summary["status"], summary["exit_status"] = "crashed", 1
+                summary["message"] = f"{type(error).__name__}: {error}"
+                if comm.rank == 0:
+                    with suppress(OSError):
+                        summaries.write_summary(folder, summary)
+                raise
+            summary["wall_time"]["total"] = time.perf_counter() - started
+            summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
+            _close(folder, comm, summary)
+    return Outcome(folder, summary["exit_status"], summary["message"], summary)
+
+
+def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
+    def write() -> None:
+        with written(folder / CASE_FILE):
             write_beside(folder / CASE_FILE, _case_text(model.case, summary["versions"]))
             summaries.write_summary(folder, summary)
-        try:
-            _run(model, folder, comm, summary)
-        except RunError as error:
-            summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
-            summary["exit_status"], summary["message"] = error.exit_status, str(error)
-            LOG.error("%s", error)
-        except BaseException as error:
-            summary["status"], summary["exit_status"] = "crashed", 1
-            summary["message"] = f"{type(error).__name__}: {error}"
-            if comm.rank == 0:
-                summaries.write_summary(folder, summary)
-            raise
-        summary["wall_time"]["total"] = time.perf_counter() - started
-        summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
-        if comm.rank == 0:
+
+    on_rank_zero(comm, write)
+
+
+def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
+    """Write the summary; of a run that is done, the checkpoints go. Collective."""
+
+    def write() -> None:
+        with written(folder / SUMMARY_FILE):
             summaries.write_summary(folder, summary)
-    return Outcome(folder, summary["exit_status"], summary["message"], summary)
+            if summary["status"] == "completed":
+                clear(folder, CHECKPOINT_FOLDER)
+
+    try:
+        on_rank_zero(comm, write)
+    except NotWritten as error:
+        LOG.error("%s", error)
+        if summary["exit_status"] == 0:
+            summary["status"], summary["exit_status"], summary["message"] = "failed", error.exit_status, str(error)
 
 
 def _opening(model: Model) -> dict[str, Any]:
@@ -136,6 +163,7 @@ def _opening(model: Model) -> dict[str, Any]:
         "model": summaries.describe_model(model),
         "defaults": [vars(default) for default in model.defaults],
         "wall_time": dict(model.seconds),
+        "resumed": [],
     }
     for warning in summary["warnings"]:
         LOG.warning("%s", warning)
@@ -151,35 +179,38 @@ def _opening(model: Model) -> dict[str, Any]:
     return summary
 
 
-def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
+def _run(
+    model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any], left: Left | None, started: float
+) -> None:
     scheme = make_integrator(model.case.time.scheme)
-    clock = time.perf_counter()
-    seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)
-    summary["seat"] = summaries.describe_seat(seat, model)
-    summary["wall_time"]["seat"] = time.perf_counter() - clock
-    LOG.info(
-        "seated in %d iterations: base %.4g N, gland %.4g N, largest penetration %.3g m",
-        seat.iterations,
-        summary["seat"]["base_force"],
-        summary["seat"]["gland_force"],
-        summary["seat"]["largest_penetration"],
-    )
     plan = march_of_model(model, scheme)
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
     reason = why_not_compiled(plan)
     summary["loop"] = "compiled" if reason is None else f"step by step: {reason}"
-    start, steps, response = start_of_case(model.case, model.system, seat.state), None, None
-    if isinstance(model.case.analysis, Periodic):
-        response = search(model, seat.state, model.case.analysis, folder, comm, summary)
-        model, plan, start = response.steady.model, response.steady.plan, response.start
+    limit = model.case.output.wall_time
+    deadline = None if limit is None else started + limit
+    checkpoints, steps, response = None, None, None
+    start: State | Left
+    if left is not None:
+        start = left
+        _tell_resumed(left, summary)
+    else:
+        seat = _seated(model, scheme, summary)
+        start = start_of_case(model.case, model.system, seat.state)
+        if isinstance(model.case.analysis, Periodic):
+            response = search(model, seat.state, model.case.analysis, folder, comm, summary, deadline)
+            model, plan, start = response.steady.model, response.steady.plan, response.start
+    if response is None:
+        kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(model)}
+        checkpoints = Checkpoints(folder, model, comm, kept, model.case.output.checkpoint_interval)
     probes = ProbeFigures(model)
     if response is not None:
         steps = probes.listening(response.steps)
-    course = Course(model, folder, comm, start)
+    course = Course(model, folder, comm, start, checkpoints)
     try:
-        course.follow(plan, steps, summary["forcing"]["period"])
+        with course:
+            course.follow(plan, steps, summary["forcing"]["period"], deadline)
     finally:
-        course.close()
         if response is not None:
             summary["periodic"]["probes"] = probes.told(response.steady.periods)
         accounts = course.accounts
@@ -187,6 +218,7 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
         summary["contact_episodes"] = accounts.episodes.figures()
         summary["convergence"] = accounts.tally.convergence()
         summary["wall_time"] |= accounts.tally.seconds()
+        summary["checkpoints"] = course.costs()
         noted = remarks(model, course.recorder, accounts)
         noted += resolution_remarks(model, accounts.tally)
         summary["warnings"] += noted
@@ -200,76 +232,26 @@ def _run(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) ->
     summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
 
 
-class Course:
-    """A march and everything that consumes it: accounts, history, fields, progress.
+def _seated(model: Model, scheme: Integrator, summary: dict[str, Any]) -> Seat:
+    clock = time.perf_counter()
+    seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)
+    summary["seat"] = summaries.describe_seat(seat, model)
+    summary["wall_time"]["seat"] = time.perf_counter() - clock
+    LOG.info(
+        "seated in %d iterations: base %.4g N, gland %.4g N, largest penetration %.3g m",
+        seat.iterations,
+        summary["seat"]["base_force"],
+        summary["seat"]["gland_force"],
+        summary["seat"]["largest_penetration"],
+    )
+    return seat
 
-    Collective to make and to use.
 
-    Attributes:
-        fields: Where fields go.
-        accounts: Ledger, gates, episodes, peaks and counts.
-    """
-
-    def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State) -> None:
-        self.model, self.comm, self.start = model, comm, start
-        self.recorder = Recorder(model)
-        self.accounts = Accounts.opened(model.system, model.law, start, model.step, model.case.gates)
-        self.fields = FieldWriter(folder, model)
-        self.history = HistoryWriter(folder / HISTORY_FILE, self.recorder.labels) if comm.rank == 0 else None
-
-    def follow(self, plan: March, steps: Iterator[Step] | None, period: float | None) -> None:
-        """Follow given steps, or march the plan.
-
-        Args:
-            plan: The march.
-            steps: Its steps; None: march it, compiled where that is possible.
-            period: That of the forcing, s, for the progress shown.
-
-        Raises:
-            RunError: The march failed, created energy or was interrupted; what was computed up to then is on disk.
-        """
-        case, count = self.model.case, plan.steps
-        every = round((case.output.history_interval or plan.dt) / plan.dt)
-        fields_every = max(1, round((case.output.fields_interval or case.time.end / 100.0) / plan.dt))
-        self._write(self.recorder.row(self.start, self.accounts))
-        self.fields.write(self.start, self.model)
-        wanted = Wanted(every, fields_every, ends=True)
-        if steps is None:
-            stretches = marched(plan, self.start, self.accounts, self.recorder, wanted, self.comm)
-        else:
-            stretches = stretches_of(steps, count, self.accounts, self.recorder, wanted)
-        clock = time.perf_counter()
-        progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0)
-        try:
-            with progress, Interruption(self.comm) as interruption:
-                for stretch in stretches:
-                    self._write(stretch.rows)
-                    if stretch.done % fields_every == 0 or stretch.done == count:
-                        self.fields.write(stretch.end, self.model)
-                    progress.advance(stretch.time, stretch.steps, self._contact_words(stretch.pressure))
-                    if stretch.done < count and interruption.asked:
-                        raise Interrupted(
-                            f"interrupted at t = {stretch.time:.6g} s of {case.time.end:g} s; "
-                            "the results up to then are on disk"
-                        )
-        finally:
-            self.accounts.tally.march = time.perf_counter() - clock
-
-    def close(self) -> None:
-        """Close the files."""
-        if self.history is not None:
-            self.history.close()
-        self.fields.close()
-
-    def _write(self, rows: Rows | None) -> None:
-        if self.history is not None and rows is not None:
-            self.history.append(rows)
-
-    def _contact_words(self, pressure: Array) -> str:
-        contact = self.model.system.contact
-        pressed = pressure > 0.0
-        closed = [name for face, name in enumerate(contact.face_names) if np.any(pressed[contact.faces == face])]
-        return "contact: " + (" and ".join(closed) or "none")
+def _tell_resumed(left: Left, summary: dict[str, Any]) -> None:
+    state = left.paused.state
+    summary["seat"], summary["resumed"] = left.header["seat"], [*left.header["resumed"], state.time]
+    bits = "to the same bits" if left.exact else "to round-off: other ranks, or another machine, than before"
+    LOG.info("goes on from t = %.6g s, step %d, %s", state.time, left.paused.done, bits)
 
 
 def _forcing(case: Case) -> dict[str, float | None]:

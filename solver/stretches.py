@@ -10,6 +10,7 @@ from functools import partial
 from mpi4py import MPI
 
 from solver.accounts import Accounts
+from solver.analyses.paused import Paused
 from solver.analyses.transient import March, march
 from solver.compiled.reasons import why_not_compiled
 from solver.operators import Array
@@ -47,6 +48,8 @@ class Stretch:
         pressure: Contact pressure there, (m,), Pa.
         rows: Records that fell due, None: none did.
         state: Returns the state at the end.
+        since: Steps, parts of halved ones included, since the images of that state were formed anew.
+        modal: As in `Paused`.
     """
 
     done: int
@@ -55,21 +58,28 @@ class Stretch:
     pressure: Array
     rows: Rows | None
     state: Callable[[], State]
+    since: int = 0
+    modal: tuple[Array, ...] | None = None
 
     @property
     def end(self) -> State:
         """The state at the end."""
         return self.state()
 
+    @property
+    def paused(self) -> Paused:
+        """What the march goes on from at the end."""
+        return Paused(self.end, self.done, self.since, self.modal)
+
 
 def marched(
-    plan: March, start: State, accounts: Accounts, recorder: Recorder, wanted: Wanted, comm: MPI.Comm
+    plan: March, start: State | Paused, accounts: Accounts, recorder: Recorder, wanted: Wanted, comm: MPI.Comm
 ) -> Iterator[Stretch]:
     """March a plan, compiled where that can be.
 
     Args:
         plan: The march.
-        start: Its start.
+        start: Its start, or where it was left.
         accounts: Brought up to date before each stretch is yielded.
         recorder: Makes the records.
         wanted: What is asked of the stretches.
@@ -84,29 +94,48 @@ def marched(
     """
     if why_not_compiled(plan) is None:
         return _compiled(plan, start, accounts, recorder, wanted, comm)
-    return stretches_of(march(plan, start), plan.steps, accounts, recorder, wanted)
+    return stretches_of(march(plan, start), plan.steps, accounts, recorder, wanted, start)
 
 
 def stretches_of(
-    steps: Iterator[Step], count: int, accounts: Accounts, recorder: Recorder, wanted: Wanted
+    steps: Iterator[Step],
+    count: int,
+    accounts: Accounts,
+    recorder: Recorder,
+    wanted: Wanted,
+    start: State | Paused | None = None,
 ) -> Iterator[Stretch]:
-    """Yield each whole step of given ones, `count` of them, as a stretch; errors as in `marched`. Collective."""
-    done, mark = 0, time.perf_counter()
+    """Yield each whole step of given ones as a stretch; errors as in `marched`.
+
+    Args:
+        steps: The steps.
+        count: How many whole ones there are, with those before `start`.
+        accounts: As in `marched`, like the next two.
+        recorder: Makes the records.
+        wanted: What is asked of the stretches.
+        start: Where a march was left that the steps go on from.
+
+    Collective.
+    """
+    done, since = (start.done, start.since) if isinstance(start, Paused) else (0, 0)
+    mark = time.perf_counter()
     for step in steps:
         accounts.take(step, time.perf_counter() - mark)
+        since += 1
         if step.completes:
             done += 1
-            yield _whole(step.refreshed or step.new, done, count, accounts, recorder, wanted)
+            since = 0 if step.refreshed is not None else since
+            yield _whole(step.refreshed or step.new, done, since, wanted.records(done, count), accounts, recorder)
         mark = time.perf_counter()
 
 
-def _whole(end: State, done: int, count: int, accounts: Accounts, recorder: Recorder, wanted: Wanted) -> Stretch:
-    rows = recorder.row(end, accounts) if wanted.records(done, count) else None
-    return Stretch(done, 1, end.time, end.pressure, rows, lambda: end)
+def _whole(end: State, done: int, since: int, recorded: bool, accounts: Accounts, recorder: Recorder) -> Stretch:
+    rows = recorder.row(end, accounts) if recorded else None
+    return Stretch(done, 1, end.time, end.pressure, rows, lambda: end, since)
 
 
 def _compiled(
-    plan: March, start: State, accounts: Accounts, recorder: Recorder, wanted: Wanted, comm: MPI.Comm
+    plan: March, start: State | Paused, accounts: Accounts, recorder: Recorder, wanted: Wanted, comm: MPI.Comm
 ) -> Iterator[Stretch]:
     from solver.compiled.instants import instants_of
     from solver.compiled.loop import CompiledLoop
@@ -120,4 +149,5 @@ def _compiled(
         if due and done == count and not wanted.records(done, count):
             due -= 1
         rows = recorder.rows(instants_of(block, due)) if due else None
-        yield Stretch(done, block.steps, block.end_time, block.motion.pressure, rows, partial(getattr, block, "end"))
+        end = partial(getattr, block, "end")
+        yield Stretch(done, block.steps, block.end_time, block.motion.pressure, rows, end, modal=block.carried)

@@ -11,6 +11,7 @@ from math import log2
 
 import numpy as np
 
+from solver.analyses.paused import Paused
 from solver.analyses.resolution import Resolution
 from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
@@ -62,8 +63,8 @@ class March:
     resolution: Resolution | None = None
 
 
-def march(plan: March, start: State) -> Iterator[Step]:
-    """Yield the accepted steps from a start.
+def march(plan: March, start: State | Paused) -> Iterator[Step]:
+    """Yield the accepted steps from a start, or the rest of them from where a march was left.
 
     A step whose contact solve does not converge is halved, up to `max_halvings` times; so is, as often, one that does
     not resolve what `resolution` asks for, which then goes on with the smallest step and is marked. The halves are
@@ -75,10 +76,10 @@ def march(plan: March, start: State) -> Iterator[Step]:
 
     Collective.
     """
-    state = begun(plan, start)
-    first = round(state.time / plan.dt)
-    since = 0  # steps, halved ones included, since the images were formed anew
-    for number in range(first, first + plan.steps):
+    paused = start if isinstance(start, Paused) else Paused(begun(plan, start), 0)
+    state, since = paused.state, paused.since
+    first = round(state.time / plan.dt) - paused.done
+    for number in range(first + paused.done, first + plan.steps):
         for step in whole_step(plan, state, plan.dt):
             since += 1
             if step.completes:

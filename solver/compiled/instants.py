@@ -8,6 +8,7 @@ from solver.compiled import books
 from solver.compiled.loop import Block
 from solver.operators import Array
 from solver.output.instants import Instants
+from solver.row_products import row_product
 
 
 def instants_of(block: Block, count: int) -> Instants:
@@ -32,7 +33,7 @@ def instants_of(block: Block, count: int) -> Instants:
         friction_force=None,
         kinetic=energy(books.KINETIC),
         strain=energy(books.STRAIN),
-        restraint=0.5 * np.sum((q @ modal.restraint) * q, axis=1),
+        restraint=0.5 * np.sum(row_product(q, modal.restraint) * q, axis=1),
         contact=energy(books.CONTACT),
         load_work=kept.load_work[:count],
         structural=energy(books.STRUCTURAL),

@@ -11,8 +11,10 @@ from functools import cached_property
 import numpy as np
 
 from solver.accounts import Accounts
+from solver.analyses.paused import Paused
 from solver.analyses.transient import March, begun, whole_step
 from solver.compiled.arrays import arrays_of_state, modal_table, room_for, room_for_records, scheme_table, state_of
+from solver.compiled.carried import STATE, Carried, carried, taken_up
 from solver.compiled.exchange import books_of, enter_books, limits_of
 from solver.compiled.jit import is_kept
 from solver.compiled.kernel import DONE, FAILED, NOT_FINITE, march_steps, record_now
@@ -43,6 +45,7 @@ class Block:
         times: Times of the records, (records,), s.
         motion: The state at the end, in modal coordinates.
         end_time: Its time, s.
+        carried: What the loop carries on from there.
     """
 
     loop: CompiledLoop
@@ -52,6 +55,7 @@ class Block:
     times: Array
     motion: Motion
     end_time: float
+    carried: Carried
 
     @cached_property
     def end(self) -> State:
@@ -112,7 +116,7 @@ class CompiledLoop:
 
     def blocks(
         self,
-        start: State,
+        start: State | Paused,
         every: int = 1,
         accounts: Accounts | None = None,
         steps: int | None = None,
@@ -124,11 +128,11 @@ class CompiledLoop:
         A step whose contact solve does not converge is taken by the generic march, which softens and halves.
 
         Args:
-            start: Where to start.
+            start: Where to start, or where the march was left.
             every: Steps between records, counted from the start; the last step is recorded as well.
             accounts: What consumes the steps, brought up to date before each block is yielded; None: new ones
                 without gates.
-            steps: Number of steps; None: those of the plan.
+            steps: Number of steps, those before `start` included; None: those of the plan.
             stops: Steps after whose multiples, counted from the start, a block ends; None: it does not matter.
             agreed: Makes all ranks agree on the number of steps of a block.
 
@@ -138,11 +142,12 @@ class CompiledLoop:
             EnergyCreated: More energy was created than the gates of `accounts` allow; as above.
         """
         plan, count = self.plan, self.plan.steps if steps is None else steps
-        state = begun(plan, start)
+        paused = start if isinstance(start, Paused) else Paused(begun(plan, start), 0)
+        state = paused.state
         if accounts is None:
             accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
-        motion, law = arrays_of_state(self.modal, state), self._law(state)
-        origin, done, size = round(start.time / plan.dt), 0, FIRST_STEPS
+        motion, law = self._motion(paused), self._law(state)
+        origin, done, size = round(state.time / plan.dt) - paused.done, paused.done, FIRST_STEPS
         if not is_kept(march_steps):
             LOG.info("the time loop is compiled, which takes about 20 s, once")
         while done < count:
@@ -241,6 +246,13 @@ class CompiledLoop:
         implicit = self._scheme.form == IMPLICIT
         return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
 
+    def _motion(self, paused: Paused) -> Motion:
+        factor = self._room.solution.factor
+        if paused.modal is None:
+            factor.filled[0] = 0
+            return arrays_of_state(self.modal, paused.state)
+        return taken_up(paused.modal, factor)
+
     def _law(self, state: State) -> LawTable:
         plan = self.plan
         return law_table(plan.law.touched_at(state.touch_speed), plan.system.contact.size)
@@ -265,6 +277,7 @@ class CompiledLoop:
 
     def _block(self, first: int, steps: int, records: Records, recorded: int, motion: Motion, origin: int) -> Block:
         kept = Records._make(column[:recorded] for column in records)
-        copied = Motion._make(array.copy() for array in motion)
+        left = carried(motion, self._room.solution.factor)
+        copied = Motion._make(left[:STATE])
         times: Array = np.asarray((origin + kept.steps) * self.plan.dt, dtype=float)
-        return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt)
+        return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt, left)

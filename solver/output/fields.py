@@ -1,12 +1,15 @@
 """fields.xdmf and fields.h5: displacement, velocity and contact pressure on the linear mesh.
 
-One temporal collection that ParaView and meshio read. The XML is rewritten after every field, by rename, so a
-killed run leaves a readable series.
+One temporal collection that ParaView and meshio read. While a run goes on, every field is a small file of its own in
+the folder `fields`, put in place when it is whole, and so is the XML that names it: whatever happens to the run, the
+series can be read. At the end all fields are gathered in fields.h5.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -15,10 +18,15 @@ import h5py
 import numpy as np
 from dolfinx import fem
 
+from meshes.rank_zero import on_rank_zero
+from solver.errors import UserError
 from solver.face_points import FacePoints, at_nodes, face_points, gather_points
 from solver.model import Model
 from solver.operators import Array
-from solver.output.records import FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
+from solver.output.folder import write_beside
+from solver.output.records import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
+from solver.output.storage import new_hdf5, put_in_place, to_disk, written
+from solver.places import matching
 from solver.system import VALUE, State
 
 XDMF_CELLS = {
@@ -40,10 +48,19 @@ TAIL = "</Grid></Domain></Xdmf>\n"
 class FieldWriter:
     """Writes fields at their own cadence; rank 0 holds the files.
 
-    Collective to make and to use.
+    Args:
+        folder: Results folder.
+        model: The model.
+        times: Of the fields to go on after, s; None: make new files.
+
+    Raises:
+        UserError: The fields to go on after are not there.
+        NotWritten: The files cannot be written.
+
+    Collective to make and to write with.
     """
 
-    def __init__(self, folder: Path, model: Model) -> None:
+    def __init__(self, folder: Path, model: Model, times: Sequence[float] | None = None) -> None:
         mesh = model.space.mesh
         self._comm = mesh.comm
         self._space = fem.functionspace(mesh, ("Lagrange", 1, (mesh.geometry.dim,)))
@@ -59,15 +76,23 @@ class FieldWriter:
         )
         cells = self._gather(corners[:, AROUND.get(cell, list(range(corners.shape[1])))])
         points = self._gather(self._space.tabulate_dof_coordinates()[: index_map.size_local])
-        self._grids: list[str] = []  # XML of each field written
         self._shapes = {"points": points.shape, "cells": cells.shape}
         self._topology = XDMF_CELLS[cell]
-        if self._comm.rank == 0:
-            self._file = h5py.File(folder / FIELDS_DATA_FILE, "w")
-            self._file["points"], self._file["cells"] = points, cells
+        self.times: list[float] = list(times or ())  # of each field written
+        self._gathered = 0  # how many of them are in fields.h5
+        self._safe = len(self.times)  # how many of them are on the disk
+        self._order: Any = slice(None)
+        self._grids: list[str]  # XML of each field written
+        on_rank_zero(self._comm, lambda: self._begin(points, cells) if times is None else self._go_on(points))
 
     def write(self, state: State, model: Model) -> None:
-        """Add the fields of a state. Collective."""
+        """Add the fields of a state.
+
+        Raises:
+            NotWritten: On rank 0 alone.
+
+        Collective.
+        """
         values = {
             "displacement": self._nodal(model.expand(state.u[VALUE])),
             "velocity": self._nodal(model.expand(state.v[VALUE])),
@@ -78,16 +103,101 @@ class FieldWriter:
         forces = self._hat_forces @ contact.spread(contact.weights * state.pressure)
         values["contact_pressure"] = np.zeros(self._shapes["points"][0])
         values["contact_pressure"][self._contact_nodes] = forces / self._hat_areas
-        for name, value in values.items():
-            self._file[f"{name}/{len(self._grids)}"] = value
-        self._file.flush()
-        self._grids.append(self._grid(len(self._grids), state.time))
-        self._write_xml()
+        piece = self._piece(len(self.times))
+        part = piece.with_suffix(".part")
+        with written(piece):
+            piece.parent.mkdir(exist_ok=True)
+            with new_hdf5(part) as file:
+                for name, value in values.items():
+                    file[name] = value[self._order]
+            part.replace(piece)
+            self.times.append(float(state.time))
+            self._grids.append(self._grid(len(self.times) - 1))
+            self._write_xml()
+
+    def commit(self) -> None:
+        """Wait until every field so far is on the disk; rank 0 only.
+
+        Raises:
+            NotWritten: It could not be.
+        """
+        with written(self._folder / FIELD_FOLDER):
+            for number in range(max(self._safe, self._gathered), len(self.times)):
+                to_disk(self._piece(number))
+            to_disk(self._folder / FIELDS_FILE)
+        self._safe = len(self.times)
 
     def close(self) -> None:
-        """Close the files."""
-        if self._comm.rank == 0:
-            self._file.close()
+        """Gather all fields in fields.h5.
+
+        Raises:
+            NotWritten: They could not be, and stay where they are; on rank 0 alone.
+        """
+        if self._comm.rank != 0 or self._gathered == len(self.times):
+            return
+        target = self._folder / FIELDS_DATA_FILE
+        part, pieces = target.with_name(target.name + ".part"), range(self._gathered, len(self.times))
+        with written(target):
+            with new_hdf5(part) as whole:
+                self._gather_in(whole)
+            put_in_place(part, target)
+            self._gathered = len(self.times)
+            self._grids = [self._grid(number) for number in range(len(self.times))]
+            self._write_xml()
+        with suppress(OSError):
+            for number in pieces:
+                self._piece(number).unlink()
+            (self._folder / FIELD_FOLDER).rmdir()
+
+    def _begin(self, points: Any, cells: Any) -> None:
+        """Make fields.h5 with the mesh alone."""
+        target = self._folder / FIELDS_DATA_FILE
+        part = target.with_name(target.name + ".part")
+        with written(target):
+            with new_hdf5(part) as file:
+                file["points"], file["cells"] = points, cells
+            put_in_place(part, target)
+        self._grids = []
+
+    def _go_on(self, points: Any) -> None:
+        """Find the fields before, and the order of their nodes, which follows from the number of ranks."""
+        source, count = self._folder / FIELDS_DATA_FILE, len(self.times)
+        try:
+            with h5py.File(source, "r") as file:
+                self._order = matching(points, file["points"][:])
+                if file["cells"].shape != self._shapes["cells"]:
+                    raise ValueError("another mesh")
+                groups = [file.get(name, ()) for name in FIELDS]
+                while self._gathered < count and all(str(self._gathered) in group for group in groups):
+                    self._gathered += 1
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            raise UserError(f"{source} cannot be read ({error}); start again with --overwrite") from error
+        missing = [piece for piece in map(self._piece, range(self._gathered, count)) if not piece.is_file()]
+        if missing:
+            raise UserError(f"{missing[0]} is missing, a field before the checkpoint; start again with --overwrite")
+        self._grids = [self._grid(number) for number in range(count)]
+        with written(self._folder / FIELDS_FILE):
+            self._write_xml()
+            for piece in (self._folder / FIELD_FOLDER).glob("*.h5"):
+                if piece.stem.isdecimal() and int(piece.stem) >= count:
+                    piece.unlink()
+
+    def _gather_in(self, whole: h5py.File) -> None:
+        """Copy mesh and fields to one file."""
+        with h5py.File(self._folder / FIELDS_DATA_FILE, "r") as before:
+            for name in ("points", "cells"):
+                before.copy(name, whole)
+            for name in FIELDS:
+                group = whole.create_group(name)
+                for number in range(self._gathered):
+                    before.copy(f"{name}/{number}", group, str(number))
+        for number in range(self._gathered, len(self.times)):
+            with h5py.File(self._piece(number), "r") as piece:
+                for name in FIELDS:
+                    piece.copy(name, whole[name], str(number))
+
+    def _piece(self, number: int) -> Path:
+        return self._folder / FIELD_FOLDER / f"{number:06d}.h5"
 
     def _contact_rows(self, model: Model) -> None:
         """Tabulate hat functions at the contact points: nodal pressure = int N p / int N, never negative."""
@@ -127,14 +237,17 @@ class FieldWriter:
         parts = self._comm.gather(np.ascontiguousarray(local))
         return np.concatenate(parts) if parts is not None else local
 
-    def _grid(self, number: int, time: float) -> str:
+    def _grid(self, number: int) -> str:
         """Return the XML of one field."""
+        gathered = number < self._gathered
+        file = FIELDS_DATA_FILE if gathered else self._piece(number).relative_to(self._folder).as_posix()
         grid = ET.Element("Grid", Name=f"step {number}", GridType="Uniform")
-        ET.SubElement(grid, "Time", Value=repr(float(time)))
+        ET.SubElement(grid, "Time", Value=repr(self.times[number]))
         cells, points = self._shapes["cells"], self._shapes["points"]
         topology = ET.SubElement(grid, "Topology", TopologyType=self._topology, NumberOfElements=str(cells[0]))
-        _item(topology, "cells", cells, "Int")
-        _item(ET.SubElement(grid, "Geometry", GeometryType="XYZ"), "points", points, "Float")
+        geometry = ET.SubElement(grid, "Geometry", GeometryType="XYZ")
+        _item(topology, f"{FIELDS_DATA_FILE}:/cells", cells, "Int")
+        _item(geometry, f"{FIELDS_DATA_FILE}:/points", points, "Float")
         for name in FIELDS:
             scalar = name == "contact_pressure"
             attribute = ET.SubElement(
@@ -144,18 +257,16 @@ class FieldWriter:
                 AttributeType="Scalar" if scalar else "Vector",
                 Center="Node",
             )
-            _item(attribute, f"{name}/{number}", (points[0],) if scalar else points, "Float")
+            place = f"{file}:/{name}/{number}" if gathered else f"{file}:/{name}"
+            _item(attribute, place, (points[0],) if scalar else points, "Float")
         return ET.tostring(grid, encoding="unicode")
 
     def _write_xml(self) -> None:
-        target = self._folder / FIELDS_FILE
-        beside = target.with_suffix(".part")
-        beside.write_text(HEAD + "".join(self._grids) + TAIL, encoding="utf-8")
-        Path.replace(beside, target)
+        write_beside(self._folder / FIELDS_FILE, HEAD + "".join(self._grids) + TAIL)
 
 
 def _item(parent: ET.Element, place: str, shape: tuple[int, ...], kind: str) -> None:
     item = ET.SubElement(
         parent, "DataItem", Dimensions=" ".join(map(str, shape)), NumberType=kind, Precision="8", Format="HDF"
     )
-    item.text = f"{FIELDS_DATA_FILE}:/{place}"
+    item.text = place

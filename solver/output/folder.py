@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import os
+from collections.abc import Iterator
+from contextlib import suppress
 from pathlib import Path
 
 from solver.errors import UserError
 from solver.output import records
+from solver.output.lock import refuse_if_held
 
 FILES = (
     records.CASE_FILE,
@@ -18,6 +21,10 @@ FILES = (
     records.CURVE_FILE,
     records.CURVE_TABLE_FILE,
 )
+FOLDERS = {
+    records.FIELD_FOLDER: ("[0-9]*.h5", "[0-9]*.part"),
+    records.CHECKPOINT_FOLDER: (records.CHECKPOINTS, f"{records.CHECKPOINTS}.part"),
+}
 
 
 def check_folder(folder: Path, overwrite: bool) -> None:
@@ -28,18 +35,21 @@ def check_folder(folder: Path, overwrite: bool) -> None:
         overwrite: Whether the files of an earlier run may be removed.
 
     Raises:
-        UserError: The folder holds results, is no folder, or cannot be written.
+        UserError: The folder holds results, is no folder, cannot be written, or another run writes it.
     """
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise UserError(f"{existing} is a file, not a folder; choose another --output")
     if not os.access(existing, os.W_OK | os.X_OK):
         raise UserError(f"{existing} cannot be written (permission denied); choose another --output")
+    refuse_if_held(folder)
     present = [name for name in FILES if (folder / name).exists()]
+    present += [name for name in FOLDERS if any(_within(folder, name))]
     if present and not overwrite:
+        resumes = ", or --resume to go on with them" if records.CHECKPOINT_FOLDER in present else ""
         raise UserError(
             f"{folder} already holds results ({', '.join(present)}); "
-            "choose another --output, or pass --overwrite to replace them"
+            f"choose another --output, or pass --overwrite to replace them{resumes}"
         )
 
 
@@ -53,11 +63,27 @@ def prepare_folder(folder: Path) -> None:
         folder.mkdir(parents=True, exist_ok=True)
         for name in FILES:
             (folder / name).unlink(missing_ok=True)
+            (folder / (name + ".part")).unlink(missing_ok=True)
+        for name in FOLDERS:
+            clear(folder, name)
         probe = folder / ".write-test"
         probe.touch()
         probe.unlink()
     except OSError as error:
         raise UserError(f"{folder} cannot be written ({error.strerror}); choose another --output") from error
+
+
+def clear(folder: Path, name: str) -> None:
+    """Remove what runs write into one of the folders in a results folder, and it, if nothing else is in it."""
+    for path in list(_within(folder, name)):
+        path.unlink()
+    with suppress(OSError):
+        (folder / name).rmdir()
+
+
+def _within(folder: Path, name: str) -> Iterator[Path]:
+    for pattern in FOLDERS[name]:
+        yield from (folder / name).glob(pattern)
 
 
 def write_beside(path: Path, text: str) -> None:

@@ -14,13 +14,20 @@ from solver.output.records import LOG_FILE
 LOG = logging.getLogger("gapbeam")
 
 
+class _Quiet(logging.FileHandler):
+    """A log that a full disk does not stop; the terminal is told everything anyway."""
+
+    def handleError(self, record: logging.LogRecord) -> None:  # noqa: N802 - the name that logging calls
+        """Leave the line out."""
+
+
 @contextmanager
 def log_file(folder: Path, comm: MPI.Comm) -> Iterator[None]:
     """Send the log of rank 0 to run.log as well; not collective."""
     if comm.rank != 0:
         yield
         return
-    handler = logging.FileHandler(folder / LOG_FILE, delay=True, encoding="utf-8")
+    handler = _Quiet(folder / LOG_FILE, delay=True, encoding="utf-8")
     handler.setFormatter(logging.Formatter("%(asctime)s %(levelname)s %(message)s"))
     LOG.addHandler(handler)
     try:

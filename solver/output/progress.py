@@ -22,10 +22,11 @@ class ProgressLine:
         end: End of the run, s.
         period: Forcing period, s, or None.
         quiet: Show nothing (other ranks).
+        begin: Time that the march goes on from, s.
     """
 
-    def __init__(self, end: float, period: float | None, quiet: bool) -> None:
-        self._end, self._period, self._quiet = end, period, quiet
+    def __init__(self, end: float, period: float | None, quiet: bool, begin: float = 0.0) -> None:
+        self._end, self._period, self._quiet, self._begin = end, period, quiet, begin
         self._started = self._shown = time.perf_counter()
         self._steps = 0
         self._bar: Progress | None = None
@@ -59,7 +60,7 @@ class ProgressLine:
         if self._bar is not None:
             self._bar.update(self._task, completed=now, description=text)
         else:
-            left = (clock - self._started) * (self._end - now) / max(now, 1e-300)
+            left = (clock - self._started) * (self._end - now) / max(now - self._begin, 1e-300)
             LOG.info("%s, %.0f s left", text, left)
 
     def _place(self, now: float) -> str:

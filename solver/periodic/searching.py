@@ -13,6 +13,7 @@ from mpi4py import MPI
 
 from solver.case_file.periodic import value_of
 from solver.case_tables.analysis import Continuation, Periodic
+from solver.errors import Interrupted
 from solver.interruption import Interruption
 from solver.model import Model
 from solver.output.progress import ProgressLine
@@ -27,7 +28,13 @@ LOG = logging.getLogger("gapbeam")
 
 
 def search(
-    model: Model, seat: State, analysis: Periodic, folder: Path, comm: MPI.Comm, summary: dict[str, Any]
+    model: Model,
+    seat: State,
+    analysis: Periodic,
+    folder: Path,
+    comm: MPI.Comm,
+    summary: dict[str, Any],
+    deadline: float | None = None,
 ) -> Response:
     """Find the response of a case, and the curve through it where one is asked for.
 
@@ -38,21 +45,25 @@ def search(
         folder: Results folder, for the curve.
         comm: The ranks.
         summary: Takes what is found, under "periodic" and "warnings".
+        deadline: When to stop, by `time.perf_counter`, s; None: never.
 
     Raises:
         NotConverged: There is no periodic response near the start.
         UserError: Harmonic balance would be too large.
-        Interrupted: A signal came.
+        Interrupted: A signal came, or the deadline.
 
     Collective.
     """
     progress = ProgressLine(model.case.time.end, summary["forcing"]["period"], quiet=comm.rank != 0)
-    with progress, Interruption(comm) as interruption:
+    with progress, Interruption(comm, deadline) as interruption:
 
         def talk(now: float, steps: int) -> None:
             progress.advance(now, steps, "before the search")
 
-        response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
+        try:
+            response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
+        except Interrupted as stopped:
+            raise Interrupted(str(stopped), interruption.agreed().exit_status) from stopped
     found = response.figures
     summary["periodic"] = found
     summary["warnings"] += response.remarks

@@ -13,6 +13,7 @@ from solver.dense import DenseOperators
 from solver.operators import Array, Interface, Operators
 from solver.reduction.basis import Basis
 from solver.resultants import ResultantOperator
+from solver.row_products import row_product
 from solver.system import ContactOperator
 
 Kept = NDArray[np.bool_]
@@ -28,7 +29,7 @@ class DenseRow:
 
     def evaluate(self, x: Array, _operators: Operators) -> Array:
         """Return the vector field at the point, (components,), or row by row of x, (times, components)."""
-        return np.asarray(x @ self.matrix.T)
+        return np.asarray(x @ self.matrix.T) if x.ndim == 1 else row_product(x, self.matrix.T)
 
 
 def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:

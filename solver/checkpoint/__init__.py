@@ -1,0 +1,1 @@
+"""Checkpoints of a march, and how it goes on from one."""

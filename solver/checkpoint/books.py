@@ -1,0 +1,75 @@
+"""Accounts and recorder of a march as text that numbers survive to the last bit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from solver.accounts import Accounts
+from solver.output.rows import Recorder
+
+LEDGER = "ledger"
+PARTS = ("gates", "episodes", "peaks", "tally")
+NOT_KEPT = {"limits", "contact", "dt"}
+RECORDED = ("largest_restraint_energy", "largest_energy", "_last_time")
+VELOCITY = "_last_velocity"
+
+
+def told(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
+    """Return everything that accounts and recorder keep, for JSON."""
+    kept = {
+        name: {key: _plain(value) for key, value in vars(getattr(accounts, name)).items() if key not in NOT_KEPT}
+        for name in PARTS
+    }
+    return kept | {
+        LEDGER: {key: _plain(value) for key, value in vars(accounts.ledger).items()},
+        "time": accounts.time,
+        "recorder": {key: _plain(getattr(recorder, key)) for key in (*RECORDED, VELOCITY)},
+    }
+
+
+def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> None:
+    """Bring accounts and recorder, as they are at a start, to what was told.
+
+    Raises:
+        KeyError: Something is missing; likewise TypeError and ValueError where it is not of the right form.
+    """
+    ledger = {key: _like(value, data[LEDGER][key]) for key, value in vars(accounts.ledger).items()}
+    accounts.ledger = replace(accounts.ledger, **ledger)
+    for name in PARTS:
+        part = getattr(accounts, name)
+        for key, value in vars(part).items():
+            if key not in NOT_KEPT:
+                setattr(part, key, _like(value, data[name][key]))
+    accounts.time = float(data["time"])
+    seen = data["recorder"]
+    for key in RECORDED:
+        setattr(recorder, key, None if seen[key] is None else float(seen[key]))
+    velocity = seen[VELOCITY]
+    recorder._last_velocity = None if velocity is None else np.array(velocity, dtype=float)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return value
+
+
+def _like(value: Any, stored: Any) -> Any:
+    """Return what was stored in the form of a value of the same meaning."""
+    if isinstance(value, np.ndarray):
+        array = np.array(stored, dtype=float)
+        if array.shape != value.shape:
+            raise ValueError(f"an array of shape {array.shape}, expected {value.shape}")
+        return array
+    if isinstance(value, dict):
+        return {int(key): tuple(entry) if isinstance(entry, list) else entry for key, entry in stored.items()}
+    if not isinstance(stored, int | float):
+        raise TypeError(f"{stored!r}, expected a number")
+    return type(value)(stored)

@@ -1,0 +1,71 @@
+"""Whether and where a run in a results folder goes on."""
+
+from __future__ import annotations
+
+import json
+import logging
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from meshes.rank_zero import on_rank_zero
+from solver.case import Case
+from solver.case_tables.analysis import Periodic
+from solver.checkpoint.checkpoints import Left, last_checkpoint, refuse_another_case
+from solver.checkpoint.fingerprint import FREE
+from solver.course import steps_between
+from solver.errors import UserError
+from solver.model import Model
+from solver.output.records import SUMMARY_FILE
+
+LOG = logging.getLogger("gapbeam")
+
+
+def refuse_to_resume(case: Case) -> None:
+    """Refuse a case whose runs have no checkpoints.
+
+    Raises:
+        UserError: It looks for a periodic response.
+    """
+    if isinstance(case.analysis, Periodic):
+        raise UserError(
+            '--resume with analysis.type = "periodic": a search has no checkpoints; expected a transient; '
+            "start again with --overwrite, or with a shorter march before the search (time.end)"
+        )
+
+
+def find_left(folder: Path, model: Model, comm: MPI.Comm) -> Left | dict[str, Any] | None:
+    """Return where the run in a results folder was left.
+
+    Args:
+        folder: Results folder, held by this run.
+        model: The model of the case that shall go on.
+        comm: Its ranks.
+
+    Returns:
+        Where to go on; the summary of a run that is done; or None where a run has not come to its first checkpoint, or
+        there is none, and the run starts.
+
+    Raises:
+        UserError: The case differs from the one that was run, or no checkpoint can be read.
+
+    Collective.
+    """
+    summary: dict[str, Any] = on_rank_zero(comm, lambda: _summary(folder))
+    if summary.get("status") == "completed":
+        refuse_another_case(folder, model, comm, frozenset(FREE - {"time.end"}))
+        return summary
+    left = last_checkpoint(folder, model, comm, steps_between(model))
+    if left is None:
+        refuse_another_case(folder, model, comm, frozenset(FREE))
+        LOG.info("%s has no checkpoint: the run starts", folder)
+    return left
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    try:
+        found = json.loads((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    return found if isinstance(found, dict) else {}

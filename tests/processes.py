@@ -1,0 +1,52 @@
+"""Runs in processes of their own that start from this one, so that imports are paid once."""
+
+from __future__ import annotations
+
+import os
+import signal
+import sys
+import time
+import traceback
+from collections.abc import Callable
+from pathlib import Path
+
+import solver.checkpoint.checkpoints as checkpoints
+
+LONGEST = 120.0  # s
+
+
+def beside(work: Callable[[], int], told: Path) -> int:
+    """Do some work in a process of its own, whose standard error goes to a file, and return its number."""
+    process = os.fork()
+    if process:
+        return process
+    status = 1
+    try:
+        for number in (signal.SIGINT, signal.SIGTERM):
+            signal.signal(number, signal.SIG_DFL)
+        with told.open("w", encoding="utf-8") as errors:
+            os.dup2(errors.fileno(), 2)
+            sys.stderr = errors
+            status = work()
+    except BaseException:
+        traceback.print_exc()
+    finally:
+        os._exit(status)
+
+
+def ended(process: int) -> int:
+    """Wait until a process has ended and return its exit status, negative for the signal that ended it."""
+    deadline = time.monotonic() + LONGEST
+    while time.monotonic() < deadline:
+        done, status = os.waitpid(process, os.WNOHANG)
+        if done:
+            return os.waitstatus_to_exitcode(status)
+        time.sleep(0.01)
+    os.kill(process, signal.SIGKILL)
+    os.waitpid(process, 0)
+    raise AssertionError(f"process {process} did not end in {LONGEST} s")
+
+
+def often() -> None:
+    """Let checkpoints cost what they will."""
+    checkpoints.LARGEST_SHARE = 1.0e9

@@ -1,0 +1,327 @@
+"""Kills, full disks, vanished folders, other cases, damaged checkpoints: nothing is lost, and it is told."""
+
+from __future__ import annotations
+
+import json
+import os
+import random
+import resource
+import signal
+import socket
+import time
+from collections.abc import Callable
+from contextlib import suppress
+from pathlib import Path
+
+import pytest
+import xarray as xr
+from mpi4py import MPI
+
+import gapbeam
+from gapbeam.command_line import main
+from postprocess.results import open_results
+from solver.errors import UserError
+from solver.interruption import Interruption, Wish
+from solver.output.lock import locked
+from tests.command import DEMO, RATTLE, alone, settings
+from tests.interrupted import differing, run_in_parts, stopped_after
+from tests.processes import beside, ended, often
+
+pytestmark = [alone, pytest.mark.filterwarnings("ignore:This process")]
+
+BRIEF = (*RATTLE, "time.end=0.012", "output.fields_interval=2e-3")
+LONGER = (*RATTLE, "time.end=0.15", "output.fields_interval=5e-3", "output.checkpoint_interval=0.05")
+
+
+def command(*arguments: str | Path, first: Callable[[], None] = often) -> Callable[[], int]:
+    """Return the command line as work for a process."""
+
+    def work() -> int:
+        first()
+        try:
+            main([str(argument) for argument in arguments])
+        except SystemExit as leaving:
+            return int(leaving.code or 0)
+
+    return work
+
+
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The longer run without interruption."""
+    folder = tmp_path_factory.mktemp("whole") / "out"
+    assert gapbeam.run(DEMO, LONGER, folder).exit_status == 0
+    return folder
+
+
+def kill_and_resume(folder: Path, keys: tuple[str, ...], whole: Path, kills: int, seed: int) -> None:
+    """Kill a run at random moments, one in four of them in its set-up; look at what is left, and resume each time."""
+    chance, told = random.Random(seed), folder.parent / "told"
+    expected, summary = open_results(whole).history, open_results(whole).summary
+    work = command("run", DEMO, *settings(*keys), "--output", folder, "--resume")
+    for _ in range(kills):
+        started, process = time.time(), beside(work, told)
+        if chance.random() < 0.25:
+            time.sleep(chance.uniform(0.02, summary["wall_time"]["total"] - summary["wall_time"]["march"]))
+        else:
+            wait_for(folder / "history.h5.part", started)
+            time.sleep(chance.uniform(0.0, 1.4 * summary["wall_time"]["march"] / kills))
+        os.kill(process, signal.SIGKILL)
+        assert ended(process) == -signal.SIGKILL, "the run was done before it was killed"
+        if (folder / "history.h5").exists():
+            check_is_part_of(open_results(folder).history, expected)
+        if (folder / "fields.xdmf").exists():
+            with open_results(folder).fields() as fields:
+                assert len(list(fields)) == len(fields)
+    assert ended(beside(work, told)) == 0, told.read_text(encoding="utf-8")
+    assert differing(whole, folder) == []
+    assert len(set(open_results(folder).summary["resumed"])) >= kills // 3
+    assert {path.name for path in folder.iterdir()} - {path.name for path in whole.iterdir()} <= {"run.log"}
+
+
+def wait_for(path: Path, since: float) -> None:
+    """Wait until a file has been written after a time of day."""
+    for _ in range(6000):
+        with suppress(FileNotFoundError):
+            if path.stat().st_mtime > since:
+                return
+        time.sleep(0.005)
+    raise AssertionError(f"no {path} in 30 s")
+
+
+def check_is_part_of(history: xr.Dataset, expected: xr.Dataset) -> None:
+    """Check that the records of a history are the first ones of another, to the last bit."""
+    for name, variable in history.variables.items():
+        first = expected[name].isel(time=slice(len(history["time"]))) if "time" in variable.dims else expected[name]
+        assert variable.equals(first.variable), name
+
+
+def test_killed_run_goes_on(whole: Path, tmp_path: Path) -> None:
+    """Three kills at random moments: everything on disk can be read after each, the end is the same to the last bit."""
+    kill_and_resume(tmp_path / "out", LONGER, whole, 3, 1)
+
+
+@pytest.mark.slow
+def test_run_survives_thirty_kills(tmp_path: Path) -> None:
+    """Thirty of them over a longer run."""
+    keys = (*LONGER, "time.end=0.9", "output.checkpoint_interval=0.02")
+    assert gapbeam.run(DEMO, keys, tmp_path / "whole").exit_status == 0
+    kill_and_resume(tmp_path / "out", keys, tmp_path / "whole", 30, 2)
+
+
+def limited(size: int) -> Callable[[], None]:
+    """Return what lets no file of this process grow beyond a size after the first steps of a march, bytes."""
+
+    def first() -> None:
+        often()
+        signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
+        agreed, passed = Interruption.agreed, []
+
+        def limit(self: Interruption, own: Wish = Wish.NONE) -> Wish:
+            passed.append(own)
+            if len(passed) == 20:
+                resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
+            return agreed(self, own)
+
+        Interruption.agreed = limit  # type: ignore[method-assign]
+
+    return first
+
+
+@pytest.mark.parametrize("size", [8_000, 70_000, 400_000], ids=["field", "history or checkpoint", "at the end"])
+def test_full_disk_is_told_and_survived(size: int, whole: Path, tmp_path: Path) -> None:
+    """Files that cannot grow: exit status 6, where and what to try; what is there is whole, and the run goes on."""
+    folder, told = tmp_path / "out", tmp_path / "told"
+    words = ("run", DEMO, *settings(*LONGER), "--output", folder)
+    assert ended(beside(command(*words, first=limited(size)), told)) == 6
+    errors = told.read_text(encoding="utf-8")
+    assert "could not be written: File too large" in errors
+    assert "--resume" in errors
+    assert "Traceback" not in errors
+    left = open_results(folder)
+    assert left.summary["exit_status"] == 6
+    assert left.history.sizes["time"] >= 1
+    with left.fields() as fields:
+        assert len(list(fields)) == len(fields)
+    assert ended(beside(command(*words, "--resume"), told)) == 0, told.read_text(encoding="utf-8")
+    assert differing(whole, folder) == []
+
+
+def test_vanished_folder_is_told(whole: Path, tmp_path: Path) -> None:
+    """A folder that is moved away during a march: exit status 6; what was moved is whole, and the run goes on there."""
+    folder, moved, told = tmp_path / "out", tmp_path / "moved", tmp_path / "told"
+    words = ("run", DEMO, *settings(*LONGER, "time.end=300.0", "output.fields_interval=5e-3"))
+    process = beside(command(*words, "--output", folder), told)
+    for _ in range(6000):
+        if list(folder.glob("checkpoint/*.checkpoint")):
+            break
+        time.sleep(0.01)
+    folder.rename(moved)
+    assert ended(process) == 6
+    errors = told.read_text(encoding="utf-8")
+    assert str(folder) in errors
+    assert "could not be written" in errors
+    assert "Traceback" not in errors
+    assert open_results(moved).history.sizes["time"] > 1
+    assert ended(beside(command("run", DEMO, *settings(*LONGER), "--output", moved, "--resume"), told)) == 0
+    assert differing(whole, moved) == []
+
+
+def test_folder_that_nobody_can_write_is_refused() -> None:
+    """A folder of the kernel: exit status 2, before anything is computed."""
+    with pytest.raises(UserError, match="cannot be written"):
+        gapbeam.run(DEMO, BRIEF, "/proc/gapbeam/out")
+
+
+def test_folder_is_written_by_one_run(tmp_path: Path) -> None:
+    """A folder that a run holds is refused by its process and host; one whose holder is gone is not."""
+    folder = tmp_path / "out"
+    with (
+        locked(folder, MPI.COMM_SELF),
+        pytest.raises(UserError, match=rf"process {os.getpid()} on {socket.gethostname()}"),
+    ):
+        gapbeam.run(DEMO, BRIEF, folder)
+    assert not (folder / "run.lock").exists()
+    (folder / "run.lock").write_text(json.dumps({"host": socket.gethostname(), "pid": os.getpid()}), encoding="utf-8")
+    assert gapbeam.run(DEMO, BRIEF, folder).exit_status == 0
+    (folder / "run.lock").write_text(json.dumps({"host": "elsewhere", "pid": 1}), encoding="utf-8")
+    with pytest.raises(UserError, match=r"process 1 on elsewhere.*delete .*run\.lock"):
+        gapbeam.run(DEMO, BRIEF, folder, overwrite=True)
+    (folder / "run.lock").write_bytes(b"\x00\xff")
+    assert gapbeam.run(DEMO, BRIEF, folder, overwrite=True).exit_status == 0
+
+
+@pytest.fixture
+def left(tmp_path: Path) -> Path:
+    """A run that was stopped twice, with two checkpoints."""
+    for number, stop in enumerate((30, 40)):
+        with stopped_after(stop):
+            assert gapbeam.run(DEMO, BRIEF, tmp_path / "out", resume=number > 0).exit_status == 143
+    return tmp_path / "out"
+
+
+def checkpoints_of(folder: Path) -> list[Path]:
+    return sorted((folder / "checkpoint").iterdir())
+
+
+def test_other_case_is_refused_key_by_key(left: Path, tmp_path: Path) -> None:
+    """Every key that differs, what was found and what was expected; what does not change the result may differ."""
+    before = {path: path.read_bytes() for path in left.rglob("*") if path.is_file()}
+    other = (*BRIEF, "support.clearance=0.2e-3", "load.shaker.amplitude=400.0", "contact.stiffness=1e12")
+    with pytest.raises(UserError) as refused:
+        gapbeam.run(DEMO, other, left, resume=True)
+    told = str(refused.value)
+    for line in (
+        "support.clearance: found 0.0002, expected 0.000107",
+        "load.shaker.amplitude: found 400.0, expected 500.0",
+        "contact.stiffness: found 1000000000000.0, expected 'auto'",
+    ):
+        assert line in told
+    assert told.count("expected") == 3
+    with pytest.raises(UserError, match=r"time\.end: found 0\.005, expected more than 0\.007"):
+        gapbeam.run(DEMO, (*BRIEF, "time.end=0.005"), left, resume=True)
+    assert {path: path.read_bytes() for path in left.rglob("*") if path.is_file()} == before
+    longer = (*BRIEF, "time.end=0.016", "output.checkpoint_interval=0.0", "title=Longer")
+    assert gapbeam.run(DEMO, longer, left, resume=True).exit_status == 0
+    gapbeam.run(DEMO, longer, tmp_path / "whole")
+    assert differing(tmp_path / "whole", left) == []
+
+
+def test_broken_checkpoint_falls_back(left: Path, tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    """The last one truncated: it is told, the one before it is taken, and the result is the same."""
+    first, second = checkpoints_of(left)
+    second.write_bytes(second.read_bytes()[:-100])
+    with caplog.at_level("INFO", logger="gapbeam"):
+        assert gapbeam.run(DEMO, BRIEF, left, resume=True).exit_status == 0
+    assert f"{second} cannot be read: it has " in caplog.text
+    gapbeam.run(DEMO, BRIEF, tmp_path / "whole")
+    assert differing(tmp_path / "whole", left) == []
+    assert not first.exists()
+
+
+@pytest.mark.parametrize(
+    ("damage", "told"),
+    [
+        (lambda _: b"", "it is empty or no checkpoint"),
+        (lambda _: os.urandom(1000), "it is empty or no checkpoint"),
+        (lambda data: data[: len(data) // 2], "expected"),
+        (lambda data: data[:-1] + bytes([data[-1] ^ 1]), "the checksum differs"),
+        (lambda data: data.replace(b"gapbeam-checkpoint 1 ", b"gapbeam-checkpoint 7 ", 1), "it is of version 7"),
+    ],
+    ids=["empty", "noise", "half", "one bit", "another version"],
+)
+def test_damaged_checkpoints_are_refused(damage: Callable[[bytes], bytes], told: str, left: Path) -> None:
+    """None that can be read: exit status 2, every one named with its reason, and nothing changed."""
+    for path in checkpoints_of(left):
+        path.write_bytes(damage(path.read_bytes()))
+    before = {path: path.read_bytes() for path in left.rglob("*") if path.is_file()}
+    with pytest.raises(UserError) as refused:
+        gapbeam.run(DEMO, BRIEF, left, resume=True)
+    assert str(refused.value).count(told) == 2
+    assert "--overwrite" in str(refused.value)
+    assert {path: path.read_bytes() for path in left.rglob("*") if path.is_file()} == before
+
+
+def test_histories_that_are_gone_are_told(left: Path) -> None:
+    """A checkpoint beside a history that is damaged: exit status 2, and the way out."""
+    (left / "history.h5").write_bytes(b"\x89HDF\r\n\x1a\nno more")
+    outcome = gapbeam.run(DEMO, BRIEF, left, resume=True)
+    assert outcome.exit_status == 2
+    assert "history.h5 cannot be read" in outcome.message
+    assert "--overwrite" in outcome.message
+
+
+def test_periodic_search_is_not_resumed(tmp_path: Path) -> None:
+    """Its runs have no checkpoints: exit status 2."""
+    with pytest.raises(UserError, match="a search has no checkpoints"):
+        gapbeam.run(DEMO.with_name("periodic.toml"), (), tmp_path / "out", resume=True)
+    assert not (tmp_path / "out").exists()
+
+
+def test_run_that_is_done_is_left_alone(tmp_path: Path) -> None:
+    """--resume without results starts; a run that is done is told and left alone; a longer one is refused."""
+    folder = tmp_path / "out"
+    assert gapbeam.run(DEMO, BRIEF, folder, resume=True).exit_status == 0
+    before = {path: path.read_bytes() for path in folder.iterdir()}
+    again = gapbeam.run(DEMO, BRIEF, folder, resume=True)
+    assert (again.exit_status, again.message.startswith("was done before: 120 steps")) == (0, True)
+    with pytest.raises(UserError, match=r"time\.end: found 0\.02, expected 0\.012"):
+        gapbeam.run(DEMO, (*BRIEF, "time.end=0.02"), folder, resume=True)
+    assert {path: path.read_bytes() for path in folder.iterdir()} == before
+
+
+def test_wall_time_limit_stops_in_order(tmp_path: Path) -> None:
+    """The limit: exit status 124 and a checkpoint; without it, the run goes on to the same end."""
+    told, folder = tmp_path / "told", tmp_path / "out"
+    words = ("run", DEMO, *settings(*BRIEF, "time.end=600.0"), "--output", folder, "--wall-time", "0m3s")
+    assert ended(beside(command(*words), told)) == 124
+    assert "the wall-time limit was reached at t = " in told.read_text(encoding="utf-8")
+    assert len(checkpoints_of(folder)) == 1
+    summary = open_results(folder).summary
+    assert summary["status"] == "interrupted"
+    assert 3.0 <= summary["wall_time"]["total"] < 30.0
+
+
+@pytest.mark.parametrize("text", ["0s", "-3s", "soon", "", "3x", "1m2h"])
+def test_wall_times_that_are_none_are_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+    """Exit status 2, what was found and what is expected."""
+    with pytest.raises(SystemExit) as leaving:
+        main(["run", str(DEMO), "--wall-time", text])
+    assert leaving.value.code == 2
+    assert "expected a time such as 2h30m" in capsys.readouterr().err
+
+
+def test_interrupt_and_termination_have_statuses_of_their_own(tmp_path: Path) -> None:
+    """SIGINT 130, SIGTERM 143, the wall-time limit 124; each with a checkpoint to go on from."""
+    for wish, status in ((Wish.INTERRUPT, 130), (Wish.TERMINATE, 143), (Wish.WALL_TIME, 124)):
+        with stopped_after(9, wish):
+            assert gapbeam.run(DEMO, BRIEF, tmp_path / str(status)).exit_status == status
+        assert len(checkpoints_of(tmp_path / str(status))) == 1
+
+
+def test_checkpoints_cost_little(tmp_path: Path) -> None:
+    """At the default interval a short run writes none."""
+    run_in_parts(DEMO, BRIEF, tmp_path / "parts", (10, 10, 10))
+    summary = open_results(tmp_path / "parts").summary
+    assert len(summary["resumed"]) == 3
+    assert summary["checkpoints"] == {"count": 0, "seconds": 0.0}

@@ -2,12 +2,12 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from postprocess.errors import ResultsError
+from postprocess.plain_json import read_json
 
 _REMEDY = "repeat the study that wrote it"
 
@@ -22,7 +22,7 @@ def read_object(path: Path, keys: Sequence[str] = ()) -> dict[str, Any]:
     Raises:
         ResultsError: It cannot be read, is no object, or lacks a key.
     """
-    found = _read(path)
+    found = read_json(path, _REMEDY)
     if not isinstance(found, dict):
         raise ResultsError(path, f"a {type(found).__name__}", "a JSON object", _REMEDY)
     _check(path, found, keys)
@@ -39,19 +39,12 @@ def read_records(path: Path, keys: Sequence[str]) -> list[dict[str, Any]]:
     Raises:
         ResultsError: It cannot be read, is no such list, or an object lacks a key.
     """
-    found = _read(path)
+    found = read_json(path, _REMEDY)
     if not isinstance(found, list) or not found or not all(isinstance(one, dict) for one in found):
         raise ResultsError(path, f"a {type(found).__name__}", "a JSON list of one object or more", _REMEDY)
     for one in found:
         _check(path, one, keys)
     return found
-
-
-def _read(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as fault:
-        raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON file", _REMEDY) from fault
 
 
 def _check(path: Path, found: dict[str, Any], keys: Sequence[str]) -> None:

@@ -1,5 +1,7 @@
 # Every target goes through environment/run, which sets DOLFINx and the rest up when first needed.
 run := environment/run
+# Test files side by side; each process computes with one thread.
+side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
 .PHONY: help demo paper test test-slow test-parallel test-sid bench bench-large lint format image clean
@@ -16,8 +18,8 @@ demo: ## run cases/demo.toml and draw it
 paper: ## the paper behind gapbeam, computed again, as one report: about 20 minutes
 	$(run) gapbeam paper
 
-test: ## the tests but the slow ones
-	$(run) pytest
+test: ## the tests but the slow ones, on up to four cores
+	$(run) pytest $(side_by_side)
 
 test-slow: ## the slow tests
 	$(run) pytest -m slow
@@ -26,7 +28,7 @@ test-parallel: ## the tests on two ranks
 	$(run) mpirun -n 2 python3 -m mpi4py -m pytest -p no:cacheprovider
 
 test-sid: ## the tests with the DOLFINx of Debian sid
-	GAPBEAM_SUITE=sid $(run) pytest
+	GAPBEAM_SUITE=sid $(run) pytest $(side_by_side)
 
 bench: ## speed, accuracy and memory beside others, into results/bench: a quarter of an hour
 	$(run) python3 -m benchmarks

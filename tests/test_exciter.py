@@ -17,6 +17,8 @@ import gapbeam
 from solver.accounts import Accounts
 from solver.analyses.transient import EffectiveOperators, March, begun, march
 from solver.attached import AttachedOperators, attached
+from solver.case_file.periodic import value_of
+from solver.case_file.reader import CaseError, read_case
 from solver.compiled.loop import CompiledLoop
 from solver.integrators.central_difference import CentralDifference
 from solver.integrators.generalized_alpha import GeneralizedAlpha
@@ -30,6 +32,7 @@ from solver.periodic.fourier import Fourier
 from solver.periodic.harmonic_balance import HarmonicBalance
 from solver.periodic.marched_map import MarchedMap
 from solver.periodic.modal_map import ModalMap
+from solver.run import run_case
 from solver.system import VALUE, SemiDiscreteSystem, State, imaged
 from solver.timoshenko import TimoshenkoBeam
 from solver.variants import body_key
@@ -41,6 +44,7 @@ from tests.test_compiled import LAWS, assert_same_accounts, close
 from tests.toys import ledger_of, steps_of
 
 WEIGHTLESS = {"type": "exciter", "point": 0.255, "amplitude": 0.0, "frequency": 20.0}
+EXCITER_CASE = Path(__file__).parents[1] / "cases" / "exciter.toml"
 MASS, SPRING, DAMPER = 0.3, 2.0e4, 12.0
 EXCITER = {**WEIGHTLESS, "mass": MASS, "stiffness": SPRING, "damping": DAMPER}
 BEAM_MASS = 7919.0 * 0.51 * 0.012 * 0.02
@@ -391,6 +395,17 @@ def test_all_that_is_wrong_with_an_exciter_is_told_at_once(tmp_path: Path) -> No
         assert_tells(fault, ["case.toml", "[[load]]"])
 
 
+def test_curves_in_what_an_exciter_adds_stay_physical() -> None:
+    curve = "analysis.continuation={key='load.exciter.mass', low=-0.1, high=0.3}"
+    with pytest.raises(CaseError) as caught:
+        read_case(EXCITER_CASE, [curve])
+    assert_tells(caught.value.faults[0], ["-0.1, of load.exciter.mass", "0 or more"])
+    case = read_case(EXCITER_CASE, [curve.replace("-0.1", "0.0")])
+    assert value_of("load.exciter.mass", {}, dict(enumerate(case.load))) == 0.15
+    assert value_of("load.exciter.preload", {}, dict(enumerate(case.load))) == 0.0
+    assert value_of("load.gravity.mass", {}, dict(enumerate(case.load))) is None
+
+
 def test_an_exciter_needs_mass_and_a_name_of_its_own(tmp_path: Path) -> None:
     mended = BAD.replace("-0.1", "0.1").replace("-5.0", "5.0").replace('"much"', "1.0") + "preload = 3.0\n"
     text = GOOD.replace('name = "shaker"', 'name = "modal preload"') + mended
@@ -434,3 +449,24 @@ preload = -5.0
         size = float(np.abs(one[name]).max())
         assert size > 0.0
         assert np.abs(one[name].values - two[name].values).max() < 1e-7 * size, name
+
+
+def test_periodic_responses_of_mesh_and_basis_agree(tmp_path: Path) -> None:
+    """Newton-Krylov on all DOFs of a coarse mesh, and shooting on a basis of it, with the exciter coupled."""
+    found = []
+    for model in ("{type='full'}", "{type='reduced'}"):
+        overrides = {
+            "model": model,
+            "mesh.support_size": "0.0125",
+            "mesh.size": "0.06",
+            "mesh.cells_through_thickness": "1",
+            "time.step": "5e-4",
+            "time.end": "0.2",
+            "load.exciter.ramp": "0.05",
+        }
+        words = [f"{key}={value}" for key, value in overrides.items()]
+        outcome = run_case(read_case(EXCITER_CASE, words), tmp_path / model[7:11], MPI.COMM_SELF)
+        assert outcome.exit_status == 0, outcome.message
+        probes = outcome.summary["periodic"]["probes"]
+        found.append([probes["tip"]["peak_to_peak"], *probes["tip"]["harmonics"][:3]])
+    assert found[1] == pytest.approx(found[0], rel=5e-3)

@@ -35,6 +35,14 @@ REFUSED = {
         ["model.type=reduced", "time.scheme=central-difference"],
         ["time.scheme", "central-difference, with the model reduced", "discrete-gradient"],
     ),
+    "explicit on a rigid body": (
+        ["model.type=rigid", "time.scheme=central-difference"],
+        ["time.scheme", "central-difference, with the model rigid", "lumped masses"],
+    ),
+    "constraints on a rigid body": (
+        ["model.type=rigid", "contact.formulation=unilateral"],
+        ["model.type", "rigid, with the formulation unilateral"],
+    ),
     "along the beam": (
         ["model.type=beam", "load.shaker.direction=[1.0, 1.0]"],
         ["load.shaker.direction", "with the model beam", "along y", "bending alone"],
@@ -60,6 +68,7 @@ def test_a_mesh_file_has_no_section(tmp_path: Path) -> None:
     [
         ["model=reduced"],
         ["model=beam", "load.shaker.direction=[0.0, -1.0]"],
+        ["model=rigid", "load.shaker.direction=[1.0, 1.0]"],
         ["model.type=reduced", "model.contact=all", "contact.formulation=unilateral"],
         ["model.type=reduced", "model.contact=all", "contact.friction.coefficient=0.2"],
         ["model.type=beam", "contact.points=[0.0, 0.025, 0.05]", "contact.stiffness=1e6"],

@@ -97,7 +97,7 @@ def test_a_run_that_fails_ends_the_section(folder: Path):
         motions(folder / CASE, [0.243e-3], settings)
 
 
-@pytest.mark.parametrize("study", ["table4", "table4-all", "table4-unknowns"])
+@pytest.mark.parametrize("study", ["table4", "table4-all", "table4-unknowns", "table4-place"])
 def test_identifications_of_table_4_are_read_and_hold_the_table(folder: Path, study: str):
     problem = read_identification(folder / f"{study}.toml", [])
     measured = [measurement.value / G for measurement in problem.measurements]

@@ -147,8 +147,35 @@ def test_values_that_are_not_finite_do_not_stop_a_report(tmp_path: Path) -> None
     made = report_on([write_results(tmp_path / "nan", time, records)], "c")
     assert any(level == "error" and "are not finite" in text for level, text in verdicts(made))
     assert [section.title for section in made.sections][:4] == ["Summary", "Motion", "Contact", "Energy"]
+    seat = write_results(tmp_path / "seat", np.zeros(1), sine_records(np.zeros(1)))
+    assert any("one record only: no motion to analyze" in text for _, text in verdicts(report_on([seat], "c")))
+    bare = write_results(tmp_path / "bare", time, sine_records(time), probes=(), frequency=None)
+    assert any("no motion of a probe" in text for _, text in verdicts(report_on([bare], "c")))
+    html_of(report_on([seat, bare], "c"))
     (tmp_path / "nan" / HISTORY_FILE).unlink()
     assert ("warning", f"There is no `{HISTORY_FILE}`.") in verdicts(report_on([tmp_path / "nan"], "c"))
+
+
+def test_periodic_response_is_shown_as_it_repeats(tmp_path: Path) -> None:
+    """One computed period of 2 mm: a settled cycle of one forcing period, its harmonics, its multipliers."""
+    time = np.linspace(0.0, 1.0 / FORCING, 501)
+    phase = 2.0 * np.pi * FORCING * time
+    records = {"displacement": 2e-3 * np.sin(phase), "velocity": 4e-3 * np.pi * FORCING * np.cos(phase)}
+    multipliers = [{"real": 0.6, "imaginary": 0.5}, {"real": -1.2, "imaginary": 0.0}]
+    found = {"stable": False, "stability": "period doubling", "largest_multiplier": 1.2, "multipliers": multipliers}
+    folder = described(write_results(tmp_path / "orbit", time, records), periodic=found)
+    with (folder / "case.toml").open("a", encoding="utf-8") as case:
+        case.write('[analysis]\ntype = "periodic"\n')
+    made = report_on([folder], "c")
+    told = verdicts(made)
+    assert any(text.startswith("tip: period 1") for _, text in told)
+    assert ("warning", "The periodic response is unstable: period doubling.") in told
+    assert not any("too few" in text for _, text in told)
+    harmonics = {row[0]: row for row in tables(made)["Amplitudes of the harmonics at the probe tip"].rows}
+    assert harmonics["1"][2] == pytest.approx(2.0, rel=1e-6)
+    plane = next(chart for chart in charts(made) if chart.equal)
+    assert list(plane.curves[0].x) == [0.6, -1.2]
+    assert np.hypot(plane.curves[1].x, plane.curves[1].y) == pytest.approx(1.0)
 
 
 def test_runs_side_by_side(forced: Path, tmp_path: Path) -> None:

@@ -11,7 +11,7 @@ from gapbeam.identify import identify
 from postprocess.identified import read_identification_data
 
 CASE = "experiment.toml"
-FITTED, ALL, WIDE = "table4", "table4-all", "table4-unknowns"
+FITTED, ALL, WIDE, PLACED = "table4", "table4-all", "table4-unknowns", "table4-place"
 LEAVE_ONE_OUT = (ALL,)
 PLACES = (0.15, 0.2, 0.35)  # m, of the exciter, beside that of the case
 
@@ -19,7 +19,7 @@ PLACES = (0.15, 0.2, 0.35)  # m, of the exciter, beside that of the case
 def copied(folder: Path) -> None:
     """Put the case of the experiment and its identifications into a folder, as they come with gapbeam."""
     folder.mkdir(parents=True, exist_ok=True)
-    for name in (CASE, *(f"{study}.toml" for study in (FITTED, ALL, WIDE))):
+    for name in (CASE, *(f"{study}.toml" for study in (FITTED, ALL, WIDE, PLACED))):
         text = files("gapbeam.paper").joinpath(name).read_text(encoding="utf-8")
         (folder / name).write_text(text, encoding="utf-8")
 
@@ -40,9 +40,7 @@ def identified(study: str, folder: Path, overrides: Sequence[str] = (), name: st
         ResultsError: No set of values passed in all experiments.
     """
     results = folder / (name or study)
-    status = identify(
-        folder / f"{study}.toml", list(overrides), study in LEAVE_ONE_OUT and not name, results, None, False
-    )
+    status = identify(folder / f"{study}.toml", list(overrides), study in LEAVE_ONE_OUT, results, None, False)
     return read_identification_data(results) | {"exit_status": status}
 
 
@@ -59,7 +57,7 @@ def by_place(folder: Path, found: dict[str, Any]) -> list[tuple[float, dict[str,
         found: With the place of the case.
     """
     place = placed(folder / CASE)
-    others = [(x, identified(ALL, folder, [f"load.exciter.point={x:g}"], f"{ALL}-at-{x:g}")) for x in PLACES]
+    others = [(x, identified(PLACED, folder, [f"load.exciter.point={x:g}"], f"{PLACED}-{x:g}")) for x in PLACES]
     return sorted([(place, found), *others], key=lambda pair: pair[0])
 
 

@@ -59,7 +59,10 @@ def section_four(folder: Path) -> Section:
             "damping and the sampling rate. A force alone on stiff contact cannot give Table 4: it either leaves the "
             "beam on its seat, whatever the clearance, or lets it fly through the gap at tens of g. What gives the "
             "whole table is **contact of finite stiffness** and **the moving mass of the exciter**, which rides on "
-            "the beam."
+            "the beam.\n\nIt is not the only beam that does. On springs at the edges of its support alone, under an "
+            "exciter whose suspension nearly carries it, it gives the table as well, with six unknowns "
+            "(`environment/run gapbeam identify cases/studies/identify-li2013.toml`, docs/identify.md). Seven values "
+            "do not decide between them: a second point, or the force of the exciter, measured, would."
         ),
         _verdict(found),
         table_four(moved, held_out, COMMAND),

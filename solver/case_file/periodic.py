@@ -17,6 +17,7 @@ Analysis = Transient | Periodic
 TYPE: Key = ("analysis", "type")
 FORCING_FIELDS = ("frequency", "amplitude")
 EXCITER_FIELDS = ("mass", "stiffness", "damping", "preload")
+NOT_NEGATIVE = ("mass", "stiffness", "damping")
 VARIED = ("support.clearance", "contact.stiffness", "contact.damping")
 
 
@@ -168,6 +169,8 @@ def curve_is_in_reach(analysis: Analysis, support: Support, contact: Contact, lo
         )
     elif curve.key.endswith(".frequency") and curve.low <= 0.0:
         yield Fault((*table, "low"), f"{curve.low:g} Hz", "a frequency above 0", f"low = {0.1 * value:g}")
+    elif curve.key.rpartition(".")[2] in NOT_NEGATIVE and curve.low < 0.0:
+        yield Fault((*table, "low"), f"{curve.low:g}, of {curve.key}", "0 or more", "low = 0.0")
 
 
 def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | None:

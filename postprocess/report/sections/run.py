@@ -71,8 +71,8 @@ def case_section(results: Results, anchor: str = "case") -> Section | None:
 
 
 def is_periodic(results: Results) -> bool:
-    """Return whether a run looked for a periodic response, so that its records are one period of it."""
-    return (results.case.get("analysis") or {}).get("type") == "periodic"
+    """Return whether a run found a periodic response, so that its records are one period of it."""
+    return results.status == "completed" and (results.case.get("analysis") or {}).get("type") == "periodic"
 
 
 def probe_analyses(results: Results) -> dict[str, Analysis]:
@@ -86,8 +86,7 @@ def probe_analyses(results: Results) -> dict[str, Analysis]:
     if is_periodic(results) and frequency is not None:
         history = repeated(history, frequency)
     probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
-    found = {probe: analyze(results, Options(probe=probe), history) for probe in probes}
-    return {probe: one for probe, one in found.items() if one.displacement is not None}
+    return {probe: analyze(results, Options(probe=probe), history) for probe in probes}
 
 
 def _of_history(results: Results, command: str) -> list[Section]:
@@ -111,16 +110,19 @@ def _of_history(results: Results, command: str) -> list[Section]:
 
 
 def _of_probes(results: Results, command: str) -> list[Section | None]:
-    analyses = probe_analyses(results)
-    if not analyses:
+    found = probe_analyses(results)
+    if not found:
         words = "The run recorded no motion of a probe: add `[[probe]]` to the case."
         return [Section("Motion", "motion", [Verdict("note", words)])]
-    told = [text for one in analyses.values() for text in one.warnings]
+    told = [text for one in found.values() for text in one.warnings]
     notes = dict.fromkeys(
-        text if told.count(text) == len(analyses) else f"{probe}: {text}"
-        for probe, one in analyses.items()
+        text if told.count(text) == len(found) else f"{probe}: {text}"
+        for probe, one in found.items()
         for text in one.warnings
     )
+    analyses = {probe: one for probe, one in found.items() if one.displacement is not None}
+    if not analyses:
+        return [Section("Motion", "motion", warnings_of(list(notes)))]
     repeats = is_periodic(results)
     motion = motion_section(analyses, command, repeats)
     opening = [Words("The run computed one period of the response; it is shown here as it repeats.")] if repeats else []

@@ -28,9 +28,8 @@ def check_hdf5(path: Path, file: h5py.File) -> None:
         ResultsError: There is such an entry.
     """
     room = 2 * path.stat().st_size + _SPARE
-    needed = count = 0
-    for name, data in _datasets(path, file, 0):
-        count += 1
+    needed = 0
+    for count, (name, data) in enumerate(_datasets(path, file, 0)):
         needed += data.size * data.dtype.itemsize if data.shape is not None else 0
         if data.external or data.is_virtual:
             raise _refused(path, f"{name}, whose data lie in another file", "data in the file itself")

@@ -6,6 +6,7 @@ environment/run python3 -m benchmarks.fuzz --minutes 5 --seed 1
 from __future__ import annotations
 
 import argparse
+import importlib
 import os
 import random
 import resource
@@ -63,13 +64,13 @@ def _options() -> argparse.Namespace:
 
 def _warm_up() -> None:
     """Import what every attempt needs, once."""
-    import gapbeam.command_line
-    import gapbeam.identification.reading
-    import gapbeam.sweeping.tables
-    import postprocess.plot
-    import postprocess.results
-    import solver.case_file.reader  # noqa: F401
-
+    for module in (
+        "gapbeam.command_line",
+        "gapbeam.identification.reading",
+        "gapbeam.sweeping.tables",
+        "postprocess.plot",
+    ):
+        importlib.import_module(module)
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
 
 
@@ -140,7 +141,8 @@ def _table(counts: dict[str, Count], options: argparse.Namespace) -> Table:
         told = (sum(count.kinds.values()), count.kinds["done"], count.kinds["refused"])
         rows.append((name, *told, *findings, round(count.longest, 2), round(count.memory / 1e6)))
     totals = [sum(int(row[column] or 0) for row in rows) for column in range(1, 7)]
-    longest, memory = max((float(row[7] or 0) for row in rows), default=0.0), max((int(row[8] or 0) for row in rows))
+    longest = max(float(row[7] or 0) for row in rows)
+    memory = max(int(row[8] or 0) for row in rows)
     rows.append(("all", *totals, longest, memory))
     used = sum(sum(resource.getrusage(who)[:2]) for who in (resource.RUSAGE_SELF, resource.RUSAGE_CHILDREN))
     return Table(

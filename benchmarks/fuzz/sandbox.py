@@ -59,7 +59,7 @@ class Outcome:
         return self.kind not in ("done", "refused")
 
 
-def attempt(work: Callable[[], int], said: Path, limits: Limits = Limits()) -> Outcome:  # noqa: B008
+def attempt(work: Callable[[], int], said: Path, limits: Limits = Limits()) -> Outcome:
     """Do some work in a forked process.
 
     Args:

@@ -61,8 +61,9 @@ def _setting(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa:
     from solver.studies.axes import read_axis
 
     keys = ("support.clearance", "mesh.size", "time.step", "load.shaker.amplitude", "load.0", "contact.formulation",
-            "time.scheme.type", "model", "beam", "mesh.file", "load", "", ".", "a.b.c.d", "x" * 3000, "load.99999999999.x",
-            "time.end", "output.history_interval", "contact", "probe.tip.point", "title", "model.type")  # fmt: skip
+            "time.scheme.type", "model", "beam", "mesh.file", "load", "", ".", "a.b.c.d", "x" * 3000,
+            "load.99999999999.x", "time.end", "output.history_interval", "contact", "probe.tip.point", "title",
+            "model.type")  # fmt: skip
     texts = []
     for _ in range(chance.choice((1, 1, 2, 5))):
         text = f"{chance.choice(keys)}={chance.choice((*NUMBERS, *WORDS, '[' * 2000, '{a=1}', '[[1]]'))}"
@@ -141,15 +142,15 @@ def _spoiled_folder(seeds: Path, kind: str, folder: Path, chance: random.Random,
     return copy
 
 
-RUN = ("history.h5", "history.h5", "history.h5", "summary.json", "summary.json", "case.toml", "fields.xdmf", "fields.h5")
+RUN = (*("history.h5",) * 3, *("summary.json",) * 2, "case.toml", "fields.xdmf", "fields.h5")
 
 
 def _analysis(seeds: Path, folder: Path, chance: random.Random) -> Work:
     copy = _spoiled_folder(seeds, "run", folder, chance, *RUN)
 
     def work() -> int:
-        from postprocess.damage import as_written
         from postprocess.analysis import Options, analyze
+        from postprocess.damage import as_written
         from postprocess.results import open_results
         from postprocess.tables import as_data, as_text
 

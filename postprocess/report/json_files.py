@@ -12,19 +12,20 @@ from postprocess.plain_json import read_json
 _REMEDY = "repeat the study that wrote it"
 
 
-def read_object(path: Path, keys: Sequence[str] = ()) -> dict[str, Any]:
+def read_object(path: Path, keys: Sequence[str] = (), remedy: str = _REMEDY) -> dict[str, Any]:
     """Read an object.
 
     Args:
         path: The file.
         keys: That it must have.
+        remedy: What to try where it cannot be read.
 
     Raises:
         ResultsError: It cannot be read, is no object, or lacks a key.
     """
-    found = read_json(path, _REMEDY)
+    found = read_json(path, remedy)
     if not isinstance(found, dict):
-        raise ResultsError(path, f"a {type(found).__name__}", "a JSON object", _REMEDY)
+        raise ResultsError(path, f"a {type(found).__name__}", "a JSON object", remedy)
     _check(path, found, keys)
     return found
 

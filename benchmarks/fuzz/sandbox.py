@@ -13,6 +13,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NoReturn
 
+from gapbeam.terminal import harmless
+
 Kind = Literal["done", "refused", "crash", "hang", "escape"]
 LONGEST_MESSAGE = 50_000  # characters
 REFUSED = 2
@@ -121,7 +123,7 @@ def _do(work: Callable[[], int], said: Path, limits: Limits) -> NoReturn:
         if known is None:
             traceback.print_exc()
         else:
-            print(f"gapbeam: {error}", file=sys.stderr)
+            print(f"gapbeam: {harmless(error)}", file=sys.stderr)
             status = int(known)
     finally:
         sys.stdout.flush()

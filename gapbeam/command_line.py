@@ -23,7 +23,7 @@ from gapbeam.drawing import plot, render
 from gapbeam.identify import identify
 from gapbeam.modes import modes
 from gapbeam.paper.command import paper
-from gapbeam.ranks import abort_together, first_rank
+from gapbeam.ranks import abort_together, first_rank, on_one_rank
 from gapbeam.report import report
 from gapbeam.stability import stability
 from gapbeam.sweep import sweep
@@ -100,16 +100,16 @@ def schema() -> int:
     return 0
 
 
-app.command()(plot)
-app.command()(render)
-app.command()(report)
-app.command()(stability)
-app.command()(compare)
-app.command()(sweep)
-app.command()(identify)
-app.command()(tradeoff)
+app.command()(on_one_rank(plot))
+app.command()(on_one_rank(render))
+app.command()(on_one_rank(report))
+app.command()(on_one_rank(stability))
+app.command()(on_one_rank(compare))
+app.command()(on_one_rank(sweep))
+app.command()(on_one_rank(identify))
+app.command()(on_one_rank(tradeoff))
 app.command()(modes)
-app.command()(paper)
+app.command()(on_one_rank(paper))
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:

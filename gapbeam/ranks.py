@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
+import functools
 import os
 import sys
 import time
 import traceback
 from collections.abc import Callable
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, ParamSpec
 
 import click
 
@@ -15,6 +16,8 @@ from gapbeam.terminal import harmless
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+Arguments = ParamSpec("Arguments")
 
 RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID")
 PATIENCE = 5.0  # s in which all ranks must have come to the same end
@@ -25,6 +28,30 @@ def first_rank() -> bool:
     if "mpi4py.MPI" in sys.modules:
         return bool(sys.modules["mpi4py.MPI"].COMM_WORLD.rank == 0)
     return (_rank_told() or "0") == "0"
+
+
+def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
+    """Return a command that several ranks of mpirun refuse: each would do all of it, in one folder.
+
+    Raises:
+        UserError: When it is called, where there is more than one rank.
+    """
+
+    @functools.wraps(command)
+    def guarded(*arguments: Arguments.args, **options: Arguments.kwargs) -> int:
+        if any(name in os.environ for name in RANK_VARIABLES):
+            from mpi4py import MPI
+
+            from solver.errors import UserError
+
+            if MPI.COMM_WORLD.size > 1:
+                raise UserError(
+                    f"gapbeam {command.__name__} takes one process, and starts others itself where that helps; found "
+                    f"{MPI.COMM_WORLD.size} ranks: call it without mpirun (run, check and modes take ranks)"
+                )
+        return command(*arguments, **options)
+
+    return guarded
 
 
 def abort_together(work: Callable[[], int]) -> int:

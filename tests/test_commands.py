@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import gapbeam
-from tests.command import DEMO, RATTLE, alone, called, called_in_turn
+from tests.command import DEMO, RATTLE, alone, called, called_in_turn, on_ranks
 
 pytestmark = alone
 
@@ -199,3 +199,13 @@ def assert_not_blank(path: Path) -> None:
     assert pixels.std() > 5.0, path
     ground = np.bincount(pixels.astype(int).ravel()).argmax()
     assert np.mean(np.abs(pixels - ground) > 10.0) > 0.01, path
+
+
+@alone
+def test_studies_refuse_several_ranks(tmp_path: Path) -> None:
+    """Each rank would do all of it, in one folder."""
+    result = on_ranks(2, "sweep", DEMO, "support.clearance=1e-4", "--output", tmp_path / "sweep")
+    assert result.returncode == 2
+    assert "gapbeam sweep takes one process" in result.stderr
+    assert "call it without mpirun" in result.stderr
+    assert not (tmp_path / "sweep").exists()

@@ -5,7 +5,6 @@ from __future__ import annotations
 import functools
 import os
 import sys
-import time
 import traceback
 from collections.abc import Callable
 from typing import TYPE_CHECKING, ParamSpec
@@ -20,7 +19,6 @@ if TYPE_CHECKING:
 Arguments = ParamSpec("Arguments")
 
 RANK_VARIABLES = ("OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID")
-PATIENCE = 5.0  # s in which all ranks must have come to the same end
 
 
 def first_rank() -> bool:
@@ -73,7 +71,7 @@ def abort_together(work: Callable[[], int]) -> int:
         if ranks is None:
             raise
         status = 2 if isinstance(error, click.ClickException) else getattr(error, "exit_status", None)
-        if status is not None and _all_there(ranks):
+        if status is not None and _came_together(ranks):
             raise
         print(f"gapbeam: rank {ranks.rank} failed; ending all ranks", file=sys.stderr)
         if status is None:
@@ -100,11 +98,8 @@ def _duplicated_ranks() -> MPI.Intracomm | None:
     return MPI.COMM_WORLD.Dup() if MPI.COMM_WORLD.size > 1 else None
 
 
-def _all_there(ranks: MPI.Intracomm) -> bool:
-    """Return whether all ranks end with an error of the same kind, soon."""
-    arrival, until = ranks.Ibarrier(), time.monotonic() + PATIENCE
-    while not arrival.Test():
-        if time.monotonic() > until:
-            return False
-        time.sleep(0.01)
-    return True
+def _came_together(ranks: MPI.Intracomm) -> bool:
+    """Return whether all ranks end with an error that has a status, soon."""
+    from meshes.rank_zero import all_there
+
+    return all_there(ranks)

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-from meshes.rank_zero import on_rank_zero
+from meshes.rank_zero import all_there, on_rank_zero
 from solver.accounts import Accounts
 from solver.analyses.start import start_of_case
 from solver.analyses.static import find_seat
@@ -93,7 +93,7 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
 
     Collective.
     """
-    started = time.perf_counter()
+    started, ends = time.perf_counter(), comm.Dup()
     on_rank_zero(comm, lambda: check_folder(folder, overwrite))
     model = build_model(case, comm)
     refuse_energy_creators(model)
@@ -106,6 +106,8 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
         try:
             _run(model, folder, comm, summary)
         except RunError as error:
+            if comm.size > 1 and not all_there(ends):  # the others wait for this rank
+                raise
             summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
             summary["exit_status"], summary["message"] = error.exit_status, str(error)
             LOG.error("%s", error)
@@ -119,6 +121,7 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
         summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
         if comm.rank == 0:
             summaries.write_summary(folder, summary)
+    ends.Free()
     return Outcome(folder, summary["exit_status"], summary["message"], summary)
 
 

@@ -112,7 +112,7 @@ def _one(target: Target, seeds: Path, folder: Path, chance: random.Random) -> Ou
     if _listing(precious) != before:
         told = f"{outcome.told}\nwritten outside of the results folder: {sorted(_listing(precious))}"
         return Outcome("crash", outcome.status, outcome.seconds, outcome.memory, told)
-    if SECRET in outcome.told:
+    if SECRET in outcome.told and not target.quotes:
         return Outcome("crash", outcome.status, outcome.seconds, outcome.memory, f"{outcome.told}\nleaked a secret")
     return outcome
 

@@ -25,12 +25,14 @@ class Target:
         weight: Share of the inputs.
         spoil: Makes the input in a folder and returns the work; gets seeds, folder, chance.
         limits: Of an attempt.
+        quotes: Whether its messages quote the line of the file that the user named, as those of case files do.
     """
 
     name: str
     weight: float
     spoil: Callable[[Path, Path, random.Random], Work]
-    limits: Limits = Limits()  # noqa: RUF009
+    limits: Limits = Limits()
+    quotes: bool = False
 
 
 def _command(*words: object) -> Work:
@@ -265,9 +267,9 @@ def _fixed() -> tuple[str, ...]:
 
 QUICK_FIXED = _fixed()
 TARGETS = (
-    Target("case files", 20.0, _case),
-    Target("--set and swept keys", 10.0, _setting),
-    Target("identification files", 10.0, _identification),
+    Target("case files", 20.0, _case, quotes=True),
+    Target("--set and swept keys", 10.0, _setting, quotes=True),
+    Target("identification files", 10.0, _identification, quotes=True),
     Target("results: records, tables, fields", 24.0, _analysis),
     Target("gapbeam plot", 1.0, _of_run("plot"), Limits(60.0)),
     Target("gapbeam report of a run", 4.0, _of_run("report", "--no-pdf"), Limits(60.0)),

@@ -177,9 +177,10 @@ def _check(page: Path, printed: Path, prints: bool, overwrite: bool) -> None:
     Raises:
         OptionError: Another suffix, a report that is there, or a folder that cannot be written.
     """
-    from postprocess.errors import OptionError
+    from gapbeam.stored_records import refuse_links
     from solver.output.folder import check_folder
 
+    refuse_links(places=(page, printed, page.with_name(page.name + ".part")))
     if page.suffix.lower() not in (".html", ".htm"):
         raise OptionError(f"--output {page}: expected a file that ends in .html; its PDF stands beside it")
     there = [path for path in (page, *([printed] if prints else [])) if path.exists()]

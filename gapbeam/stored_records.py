@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Annotated, Any, TypeVar
 
@@ -85,15 +86,21 @@ def checked(found: Any, kind: type[Kind], path: Path) -> dict[str, Any]:
     return record
 
 
-def refuse_links(*folders: Path) -> None:
+def refuse_links(*folders: Path, places: Sequence[Path] = ()) -> None:
     """Refuse to write where links lead out of a folder of ours.
 
     Args:
         folders: Whose entries are about to be written, as far as they are there.
+        places: Files and folders that must be no links themselves.
 
     Raises:
-        UserError: One of their entries is a link.
+        UserError: One of their entries is a link, or one of the places is.
     """
+    for place in places:
+        if place.is_symlink():
+            raise UserError(
+                f"{place} is a link; gapbeam does not write through it: remove it, or choose another --output"
+            )
     for folder in folders:
         links = sorted(entry.name for entry in folder.iterdir() if entry.is_symlink()) if folder.is_dir() else []
         if links:

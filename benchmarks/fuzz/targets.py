@@ -31,7 +31,7 @@ class Target:
     name: str
     weight: float
     spoil: Callable[[Path, Path, random.Random], Work]
-    limits: Limits = Limits()
+    limits: Limits = Limits()  # noqa: RUF009
     quotes: bool = False
 
 

@@ -178,6 +178,7 @@ def _check(page: Path, printed: Path, prints: bool, overwrite: bool) -> None:
         OptionError: Another suffix, a report that is there, or a folder that cannot be written.
     """
     from gapbeam.stored_records import refuse_links
+    from postprocess.errors import OptionError
     from solver.output.folder import check_folder
 
     refuse_links(places=(page, printed, page.with_name(page.name + ".part")))

@@ -46,7 +46,7 @@ def on_rank_zero(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
     return done
 
 
-def all_there(comm: MPI.Intracomm, patience: float = PATIENCE) -> bool:
+def all_there(comm: MPI.Comm, patience: float = PATIENCE) -> bool:
     """Return whether all ranks come here within some seconds, without waiting for those that do not.
 
     Args:

@@ -7,6 +7,7 @@ import os
 import random
 import re
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -178,7 +179,8 @@ def spoil_hdf5(path: Path, chance: random.Random) -> None:
         if not names:
             return
         for _ in range(chance.choice((1, 1, 2))):
-            chance.choice(_HDF5)(file, chance.choice(names), chance)
+            with suppress(OSError, RuntimeError, ValueError, TypeError, KeyError):  # a second change to a broken first
+                chance.choice(_HDF5)(file, chance.choice(names), chance)
 
 
 def _h5_value(file: h5py.File, name: str, chance: random.Random) -> None:

@@ -8,6 +8,7 @@ import signal
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -75,7 +76,9 @@ def attempt(work: Callable[[], int], said: Path, limits: Limits = Limits()) -> O
     started = time.perf_counter()
     sys.stdout.flush()
     sys.stderr.flush()
-    child = os.fork()
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # threads of numerical libraries, which forks do not use
+        child = os.fork()
     if child == 0:
         _do(work, said, limits)
     deadline, hung = started + limits.seconds, False
@@ -113,6 +116,7 @@ def _do(work: Callable[[], int], said: Path, limits: Limits) -> NoReturn:
         with said.open("wb") as file:
             os.dup2(file.fileno(), 1)
             os.dup2(file.fileno(), 2)
+        sys.stdout = sys.stderr = os.fdopen(2, "w", encoding="utf-8", errors="backslashreplace", closefd=False)
         memory = _address_space() + limits.memory
         resource.setrlimit(resource.RLIMIT_AS, (memory, memory))
         resource.setrlimit(resource.RLIMIT_FSIZE, (limits.file, limits.file))

@@ -165,8 +165,8 @@ def harmonics(motions: Sequence[Motion], command: str) -> list[Block]:
         )
     told = "From 0.008 to 0.243 mm, each at its own ratio: " + "; ".join(words) + "."
     pressed = (
-        "At -0.006 mm the gland presses on the beam. The ends of the contact open and close in every period, and the 40 Hz "
-        "of that are more than those of the smallest play."
+        "At -0.006 mm the gland presses on the beam. The ends of the contact open and close in every period, and the "
+        "40 Hz of that are more than those of the smallest play."
     )
     return [
         Table("Harmonics of the smoothed acceleration", heads, rows, (pressed,), 3, command),

@@ -9,7 +9,6 @@ from pathlib import Path
 
 from postprocess.errors import ResultsError
 
-_SIGNS = (ArithmeticError, AttributeError, LookupError, MemoryError, RuntimeError, TypeError, ValueError)
 _LONGEST = 200  # characters of a foreign message
 
 
@@ -38,8 +37,8 @@ def as_written(*places: Path) -> Iterator[None]:
             expected="files that can be read, and a folder that can be written",
             remedy="look at permissions and free space, or choose another --output",
         ) from fault
-    except _SIGNS as fault:
-        if hasattr(fault, "exit_status"):
+    except Exception as fault:  # of any of the libraries that read and draw
+        if hasattr(fault, "exit_status") or hasattr(fault, "exit_code"):
             raise
         frames = traceback.extract_tb(fault.__traceback__)
         ours = [frame for frame in frames if "postprocess" in frame.filename] or list(frames)

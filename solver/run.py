@@ -37,6 +37,7 @@ from solver.output.log_file import log_file
 from solver.output.progress import ProgressLine
 from solver.output.records import CASE_FILE, HISTORY_FILE
 from solver.output.rows import Recorder, Rows
+from solver.output.space import check_space, size_of_results
 from solver.periodic.probe_figures import ProbeFigures
 from solver.periodic.searching import search
 from solver.stretches import Wanted, marched, stretches_of
@@ -86,8 +87,8 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
         interrupted, and what was computed up to then is on disk.
 
     Raises:
-        UserError: The folder holds results or cannot be written, a point lies outside the mesh, or scheme and contact
-            are known to create energy and the case does not accept that.
+        UserError: The folder holds results, cannot be written or has no room for them, a point lies outside the mesh,
+            or scheme and contact are known to create energy and the case does not accept that.
         CaseError: The computed time step does not go with the rest of the case.
         MeshError: The mesh file does not fit the case.
 
@@ -97,6 +98,9 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False) 
     on_rank_zero(comm, lambda: check_folder(folder, overwrite))
     model = build_model(case, comm)
     refuse_energy_creators(model)
+    if not isinstance(model.case.analysis, Periodic):
+        sizes = size_of_results(model)
+        on_rank_zero(comm, lambda: check_space(folder, *sizes))
     on_rank_zero(comm, lambda: prepare_folder(folder))
     with log_file(folder, comm):
         summary = _opening(model)

@@ -30,10 +30,14 @@ from postprocess.results import open_results
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
 from solver.errors import UserError
+from solver.output.history import HistoryWriter
 from solver.output.records import CASE_FILE, FIELDS_DATA_FILE, FIELDS_FILE, HISTORY_FILE, SUMMARY_FILE
+from solver.output.rows import Recorder
+from solver.output.space import check_space, size_of_results
 from solver.studies.axes import points_of, read_axis
 from tests.case_texts import GOOD
 from tests.command import DEMO, alone
+from tests.models import beam_model
 
 pytestmark = alone
 
@@ -352,4 +356,18 @@ def test_absurd_sizes_are_refused_before_anything_is_made(tmp_path: Path) -> Non
     with pytest.raises(CaseError, match=r"makes 6e\+14 steps"):
         read_case(DEMO, {"time.step": 1e-15})
     said = answer(tmp_path / "x", "check", DEMO, "--set", "mesh.size=1e-9")
-    assert "layers" in said
+    assert "which makes about 4.6e+08 layers" in said
+
+
+def test_results_that_the_disk_has_no_room_for(tmp_path: Path) -> None:
+    """The size is that of the files that are written; too large, it is refused before anything is."""
+    model = beam_model({"time": {"end": 0.02, "step": 1e-4}}, ({"type": "gravity"},), {"tip": 0.51})
+    history, fields = size_of_results(model)
+    HistoryWriter(tmp_path / HISTORY_FILE, Recorder(model).labels).close()
+    with h5py.File(tmp_path / HISTORY_FILE) as file:
+        values = sum(int(np.prod(data.shape[1:])) for data in file.values() if data.maxshape[0] is None)
+    assert history == pytest.approx(8 * values * 200)
+    check_space(tmp_path / "not" / "there", history, fields)
+    with pytest.raises(UserError, match=r"history\.h5 will take about 1e\+09 GB and .* has room for"):
+        check_space(tmp_path / "not" / "there", 1e18, fields)
+    assert not (tmp_path / "not").exists()

@@ -207,14 +207,16 @@ def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
         from gapbeam.sweeping.plan import Sweep, finished, prepare, read_points
         from gapbeam.sweeping.tables import write_tables
         from postprocess.census import census
+        from postprocess.damage import as_written
         from solver.case import Case
         from solver.studies.axes import read_axis
 
         sweep = Sweep(STABILITY, QUICK_FIXED, (read_axis("support.clearance=0.05e-3,0.1e-3", "linear", ""),))
         cases = [entry for entry in read_points(sweep).values() if isinstance(entry, Case)]
         prepare(sweep, copy, cases, False)
-        records = [record for _, record in sorted(finished(copy).items())]
-        write_tables(copy, records, census(records, sweep.tolerance))
+        with as_written(copy):
+            records = [record for _, record in sorted(finished(copy).items())]
+            write_tables(copy, records, census(records, sweep.tolerance))
         return 0
 
     return work

@@ -54,6 +54,22 @@ def _case(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: AR
     return lambda: _read_case(path, [])
 
 
+def _check(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: ARG001
+    """Check a case with absurd values, most of which are valid."""
+    places = (
+        "beam.length", "beam.thickness", "beam.width", "material.young_modulus", "material.density",
+        "material.poisson_ratio", "support.length", "support.clearance", "restraint.axial", "mesh.size",
+        "mesh.support_size", "contact.stiffness", "load.shaker.amplitude", "load.shaker.frequency", "load.shaker.point",
+        "time.end", "time.step", "damping.ratios", "mesh.dimension", "mesh.cells_through_thickness",
+    )  # fmt: skip
+    words = []
+    for key in chance.sample(places, chance.choice((1, 1, 2, 3))):
+        value = f"{chance.choice((1.0, -1.0, 3.0))}e{chance.choice((-300, -30, -12, -6, -3, 0, 3, 6, 12, 30, 300))}"
+        value = {"damping.ratios": f"[{value}, 0.01]", "mesh.dimension": chance.choice("1234")}.get(key, value)
+        words += ["--set", f"{key}={'200' if key.endswith('thickness') and 'mesh' in key else value}"]
+    return _command("check", PROJECT / "cases" / "demo.toml", *words)
+
+
 def _cases() -> list[Path]:
     return sorted((PROJECT / "cases").glob("*.toml"))
 
@@ -271,6 +287,7 @@ QUICK_FIXED = _fixed()
 TARGETS = (
     Target("case files", 20.0, _case, quotes=True),
     Target("--set and swept keys", 10.0, _setting, quotes=True),
+    Target("gapbeam check of absurd values", 1.5, _check, Limits(180.0, 8 * 2**30)),
     Target("identification files", 10.0, _identification, quotes=True),
     Target("results: records, tables, fields", 24.0, _analysis),
     Target("gapbeam plot", 1.0, _of_run("plot"), Limits(60.0)),

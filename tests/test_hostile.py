@@ -359,6 +359,18 @@ def test_absurd_sizes_are_refused_before_anything_is_made(tmp_path: Path) -> Non
     assert "which makes about 4.6e+08 layers" in said
 
 
+@pytest.mark.parametrize(
+    ("key", "value"),
+    [("load.shaker.phase", 1e300), ("support.clearance", -1e31), ("mesh.size", 1e-300), ("beam.length", 1e-31)],
+)
+def test_numbers_beyond_reason(key: str, value: float) -> None:
+    """Numbers whose squares would leave what a computer holds are told at their key; round-off in place of 0 is not."""
+    with pytest.raises(CaseError) as caught:
+        read_case(DEMO, {key: value, "load.shaker.ramp": 1e-300})
+    assert any(f"--set {key}" in fault.where and "1e" in fault.expected for fault in caught.value.faults)
+    assert not any("ramp" in fault.where for fault in caught.value.faults)
+
+
 def test_results_that_the_disk_has_no_room_for(tmp_path: Path) -> None:
     """The size is that of the files that are written; too large, it is refused before anything is."""
     model = beam_model({"time": {"end": 0.02, "step": 1e-4}}, ({"type": "gravity"},), {"tip": 0.51})

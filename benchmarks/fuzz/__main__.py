@@ -6,6 +6,7 @@ environment/run python3 -m benchmarks.fuzz --minutes 5 --seed 1
 from __future__ import annotations
 
 import argparse
+import gc
 import importlib
 import os
 import random
@@ -62,15 +63,19 @@ def _options() -> argparse.Namespace:
     return parser.parse_args()
 
 
+WARM = (
+    "gapbeam.command_line", "gapbeam.identification.evaluations", "gapbeam.identification.misfit",
+    "gapbeam.sweeping.tables",
+    "postprocess.plot", "postprocess.comparison_report", "postprocess.report.html", "postprocess.report.sections.run",
+    "postprocess.report.sections.several", "h5netcdf.legacyapi", "xarray.backends.h5netcdf_",
+)  # fmt: skip
+
+
 def _warm_up() -> None:
-    """Import what every attempt needs, once."""
-    for module in (
-        "gapbeam.command_line",
-        "gapbeam.identification.reading",
-        "gapbeam.sweeping.tables",
-        "postprocess.plot",
-    ):
+    """Import what attempts need, once."""
+    for module in WARM:
         importlib.import_module(module)
+    gc.freeze()
     signal.signal(signal.SIGPIPE, signal.SIG_DFL)
 
 

@@ -20,7 +20,7 @@ from gapbeam.paper.experiment_figures import (
     table_four,
     waveforms,
 )
-from gapbeam.paper.identified import CASE, copied, placed
+from gapbeam.paper.identified import CASE, _started, copied, placed
 from gapbeam.paper.motion import G, Motion, motions
 from gapbeam.paper.printed import printed
 from postprocess.report.blocks import Chart, Report, Section, Table, Verdict
@@ -157,3 +157,11 @@ def test_the_paper_is_computed_again(tmp_path: Path):
     assert data["rms_log10"]["fit"] < 0.06
     assert data["rms_log10"]["predict"] < 0.06
     assert (tmp_path / "report.pdf").read_bytes().startswith(b"%PDF")
+
+
+def test_another_place_starts_with_the_same_moments_about_the_edge(folder: Path):
+    text = (folder / "table4-place.toml").read_text()
+    known = {"contact.stiffness": 5e10, "load.exciter.amplitude": 2.3, "load.exciter.mass": 0.46}
+    (folder / "moved.toml").write_text(_started(text, known, 0.28, 0.165))
+    starts = {one.key: one.start for one in read_identification(folder / "moved.toml", []).file.unknown}
+    assert starts == pytest.approx({**known, "load.exciter.amplitude": 4.6, "load.exciter.mass": 1.84})

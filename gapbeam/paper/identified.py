@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from importlib.resources import files
 from pathlib import Path
 from typing import Any
 
 from gapbeam.identify import identify
+from gapbeam.paper.printed import printed
 from postprocess.identified import read_identification_data
 
 CASE = "experiment.toml"
@@ -24,14 +26,13 @@ def copied(folder: Path) -> None:
         (folder / name).write_text(text, encoding="utf-8")
 
 
-def identified(study: str, folder: Path, overrides: Sequence[str] = (), name: str = "") -> dict[str, Any]:
+def identified(study: str, folder: Path, overrides: Sequence[str] = ()) -> dict[str, Any]:
     """Run an identification of Table 4, or go on with it, and return what it found.
 
     Args:
         study: Name of its file, without ending.
         folder: Where the copies of the files are; results go into a folder in it.
         overrides: Keys of the case, KEY=VALUE.
-        name: Of the folder; by default that of the study.
 
     Returns:
         The content of its `identification.json`, with "exit_status".
@@ -39,14 +40,14 @@ def identified(study: str, folder: Path, overrides: Sequence[str] = (), name: st
     Raises:
         ResultsError: No set of values passed in all experiments.
     """
-    results = folder / (name or study)
+    results = folder / study
     status = identify(folder / f"{study}.toml", list(overrides), study in LEAVE_ONE_OUT, results, None, False)
     return read_identification_data(results) | {"exit_status": status}
 
 
-def settings_of(found: dict[str, Any]) -> dict[str, object]:
+def settings_of(found: dict[str, Any]) -> dict[str, float]:
     """Return what an identification sets the keys of the case to."""
-    return {unknown["key"]: unknown["value"] for unknown in found["unknowns"]}
+    return {unknown["key"]: float(unknown["value"]) for unknown in found["unknowns"]}
 
 
 def by_place(folder: Path, found: dict[str, Any]) -> list[tuple[float, dict[str, Any]]]:
@@ -57,8 +58,27 @@ def by_place(folder: Path, found: dict[str, Any]) -> list[tuple[float, dict[str,
         found: With the place of the case.
     """
     place = placed(folder / CASE)
-    others = [(x, identified(PLACED, folder, [f"load.exciter.point={x:g}"], f"{PLACED}-{x:g}")) for x in PLACES]
+    known = settings_of(found)
+    others = []
+    for x in PLACES:
+        study = f"{PLACED}-{x:g}"
+        text = (folder / f"{PLACED}.toml").read_text(encoding="utf-8")
+        (folder / f"{study}.toml").write_text(_started(text, known, place, x), encoding="utf-8")
+        others.append((x, identified(study, folder, [f"load.exciter.point={x:g}"])))
     return sorted([(place, found), *others], key=lambda pair: pair[0])
+
+
+def _started(text: str, known: dict[str, float], place: float, x: float) -> str:
+    """Return a study that starts where force and mass have the same moments about the edge of the base."""
+    arm = (place - printed()["beam"]["support_length"]) / (x - printed()["beam"]["support_length"])
+    starts = {
+        "contact.stiffness": known["contact.stiffness"],
+        "load.exciter.amplitude": known["load.exciter.amplitude"] * arm,
+        "load.exciter.mass": known["load.exciter.mass"] * arm**2,
+    }
+    for key, value in starts.items():
+        text = re.sub(rf'(key = "{re.escape(key)}".*?\nstart = )[^\n]*', rf"\g<1>{value:.4g}", text, flags=re.S)
+    return text
 
 
 def placed(case: Path) -> float:

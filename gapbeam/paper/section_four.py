@@ -138,13 +138,14 @@ def _places(folder: Path, found: dict[str, Any]) -> list[Block]:
         values = [unknown["value"] for unknown in fit["unknowns"]]
         rows.append((1e3 * place, *values, fit["rms_log10"]["fit"]))
     heads = ("place (mm)", *(f"{key} ({unit})" for key, unit in zip(keys, units, strict=True)), "rms of log10")
-    return [
-        Words(
-            "The place of the exciter is not identifiable: a larger force further in, with a larger mass there, does "
-            "the same. The contact stiffness hardly depends on it."
-        ),
-        Table("Refitted for several places of the exciter", heads, rows, (), 4, COMMAND),
-    ]
+    good = [place for place, fit in pairs if (fit["rms_log10"]["fit"] or np.inf) <= TOLERANCE]
+    told = (
+        f"Of {len(pairs)} places of the exciter from {1e3 * pairs[0][0]:g} to {1e3 * pairs[-1][0]:g} mm, {len(good)} "
+        "give the table, each with another force and another mass: "
+    )
+    answer = "the table does not tell the place." if len(good) > 1 else "the table tells the place."
+    table = Table("Refitted for several places of the exciter", heads, rows, (), 4, COMMAND)
+    return [Verdict("note" if len(good) == len(pairs) else "warning", told + answer), table]
 
 
 def _models(

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import random
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -22,11 +23,15 @@ from benchmarks.fuzz.mutations import spoil_bytes, spoil_json, spoil_text
 from benchmarks.fuzz.sandbox import Limits, attempt
 from gapbeam.command_line import _dispatch
 from gapbeam.stored_records import StoredPiece, StoredResponse, checked, refuse_links
+from gapbeam.sweeping.plan import Sweep, chains_of, point_file, prepare, read_points
 from gapbeam.terminal import harmless
+from meshes.errors import MeshError
+from meshes.msh_file import load_msh
 from postprocess.damage import as_written
 from postprocess.errors import ResultsError
 from postprocess.plain_json import read_json
 from postprocess.results import open_results
+from solver.case import Case
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
 from solver.errors import UserError
@@ -252,6 +257,54 @@ def test_stored_records_are_checked(change: dict[str, Any]) -> None:
         if change.keys() <= record.keys():
             with pytest.raises(ResultsError, match="a record as gapbeam writes it"):
                 checked(record | change, kind, Path("x"))
+
+
+@pytest.fixture
+def sweep(tmp_path: Path) -> tuple[Sweep, list[Case], Path]:
+    """Return a sweep of two points, their cases, and its folder with both responses on disk."""
+    sweep = Sweep(DEMO, (), (read_axis("support.clearance=1e-4,2e-4", "linear"),))
+    cases = [case for case in read_points(sweep).values() if isinstance(case, Case)]
+    assert prepare(sweep, tmp_path / "sweep", cases, False) == 0
+    for chain in chains_of(sweep, tmp_path / "sweep"):
+        for task in chain.tasks:
+            record = RESPONSE | {"values": {"support.clearance": task.values[0]}}
+            point_file(tmp_path / "sweep", task).write_text(json.dumps(record), encoding="utf-8")
+    return sweep, cases, tmp_path / "sweep"
+
+
+@pytest.mark.parametrize(
+    ("name", "content", "told"),
+    [
+        ("plan.json", "[]", "JSON object"),
+        ("plan.json", "{", "not JSON"),
+        ("plan.json", "[" * 100_000, "not JSON"),
+        ("plan.json", "{}", "holds another sweep"),
+        ("points/000000.json", "", "not JSON"),
+        ("points/000001.json", json.dumps(RESPONSE), "the response at {'support.clearance': '2e-4'}"),
+        ("points/000007.json", json.dumps(RESPONSE), "at most 2 responses"),
+        ("points/000000.json", json.dumps({"values": 1}), "a record as gapbeam writes it"),
+    ],
+)
+def test_sweeps_that_are_not_gone_on_with(
+    name: str, content: str, told: str, sweep: tuple[Sweep, list[Case], Path]
+) -> None:
+    """Another plan, responses at other values, more of them than the sweep has, files cut off."""
+    wanted, cases, folder = sweep
+    (folder / "points" / "notes.json").write_text("not a record, and none of ours", encoding="utf-8")
+    assert prepare(wanted, folder, cases, False) == 2
+    (folder / name).write_text(content, encoding="utf-8")
+    with pytest.raises((ResultsError, UserError), match=re.escape(told)):
+        prepare(wanted, folder, cases, False)
+
+
+@pytest.mark.parametrize("instead", ["folder", "pipe", "device"])
+def test_meshes_that_are_no_files(instead: str, tmp_path: Path) -> None:
+    """A pipe that nobody writes to, an endless device: refused before they are read."""
+    path = {"folder": tmp_path, "pipe": tmp_path / "pipe.msh", "device": Path("/dev/zero")}[instead]
+    if instead == "pipe":
+        os.mkfifo(path)
+    with pytest.raises(MeshError, match="found a"):
+        load_msh(path)
 
 
 def test_links_in_a_folder_to_be_written(tmp_path: Path) -> None:

@@ -29,6 +29,7 @@ from gapbeam.ranks import abort_together, first_rank, on_one_rank
 from gapbeam.report import report
 from gapbeam.stability import stability
 from gapbeam.sweep import sweep
+from gapbeam.terminal import harmless
 from gapbeam.tradeoff import rung_for, tradeoff
 
 INPUT_FAULT = 2
@@ -173,7 +174,7 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
         if status is None:
             raise
         if talks:
-            print(f"gapbeam: {error}", file=sys.stderr)
+            print(f"gapbeam: {harmless(error)}", file=sys.stderr)
         return int(status)
 
 

@@ -46,15 +46,18 @@ def compare(
     from postprocess.comparison import DISAGREE
     from postprocess.comparison import compare as lay_side_by_side
     from postprocess.comparison_report import as_data, as_tables, draw_comparison
+    from postprocess.damage import as_written
     from postprocess.results import open_results
 
     limit = fraction(tolerance)
-    found = lay_side_by_side(open_results(a), open_results(b), limit, after)
+    with as_written(a, b):
+        found = lay_side_by_side(open_results(a), open_results(b), limit, after)
     folder = output if output is not None else Path("results") / f"{a.resolve().name}-against-{b.resolve().name}"
-    folder.mkdir(parents=True, exist_ok=True)
     data, picture = folder / "comparison.json", folder / "comparison.png"
-    data.write_text(json.dumps(as_data(found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    draw_comparison(found, picture)
+    with as_written(a, b):
+        folder.mkdir(parents=True, exist_ok=True)
+        data.write_text(json.dumps(as_data(found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        draw_comparison(found, picture)
     console = Console(soft_wrap=True, highlight=False)
     if not console.is_terminal:
         console.width = max(console.width, WIDTH)

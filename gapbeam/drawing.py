@@ -44,24 +44,29 @@ def plot(
     zoom: Annotated[int, typer.Option(min=1, help="forcing periods in the enlarged panels")] = 3,
 ) -> int:
     """Draw peaks, time histories, spectrum and contact forces of a run, and print its tables."""
-    from postprocess.plot import TABLES_FILE
+    from gapbeam.stored_records import refuse_links
+    from postprocess.damage import as_written
+    from postprocess.plot import FOLDER, TABLES_FILE
     from postprocess.plot import plot as draw
 
+    inside = results / FOLDER
+    refuse_links(output or inside, places=() if output else (inside,))
     chosen: dict[str, Any] = {"acceleration": acceleration, "sampling": sampling, "window": window}
-    paths = draw(
-        results,
-        output,
-        tuple(format_ or ("png",)),
-        probe,
-        component,
-        rate=rate,
-        points=points,
-        periods=periods,
-        harmonics=harmonics,
-        tolerance=tolerance,
-        zoom=zoom,
-        **chosen,
-    )
+    with as_written(results):
+        paths = draw(
+            results,
+            output,
+            tuple(format_ or ("png",)),
+            probe,
+            component,
+            rate=rate,
+            points=points,
+            periods=periods,
+            harmonics=harmonics,
+            tolerance=tolerance,
+            zoom=zoom,
+            **chosen,
+        )
     print(next(path for path in paths if path.name == TABLES_FILE).read_text(encoding="utf-8"))
     _tell(paths)
     return 0
@@ -77,12 +82,20 @@ def render(
     frames_per_second: Annotated[float, typer.Option(min=0.1, help="speed of the film")] = 20.0,
 ) -> int:
     """Draw the deformed beam in its support, off-screen: pictures and a film."""
+    from gapbeam.stored_records import refuse_links
+    from postprocess.damage import as_written
+    from postprocess.render import FOLDER
     from postprocess.render import render as draw
 
+    inside = results / FOLDER
+    refuse_links(output or inside, places=() if output else (inside,))
     factor, pixels = _scale(scale), _size(size)
     console = Console(stderr=True)
     console.quiet = not console.is_terminal  # else a disabled bar still leaves an empty line
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    with (
+        Progress(console=console, transient=True, disable=not console.is_terminal) as progress,
+        as_written(results),
+    ):
         task = progress.add_task("drawing", total=None)
         paths = draw(
             results,

@@ -7,7 +7,14 @@ import os
 import sys
 import traceback
 from collections.abc import Callable
-from typing import ParamSpec
+from typing import TYPE_CHECKING, ParamSpec
+
+import click
+
+from gapbeam.terminal import harmless
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 Arguments = ParamSpec("Arguments")
 
@@ -18,8 +25,7 @@ def first_rank() -> bool:
     """Return whether this process should talk, without importing MPI."""
     if "mpi4py.MPI" in sys.modules:
         return bool(sys.modules["mpi4py.MPI"].COMM_WORLD.rank == 0)
-    ranks = (os.environ.get(name) for name in RANK_VARIABLES[: 3 if "SLURM_STEP_ID" not in os.environ else 4])
-    return next((rank for rank in ranks if rank is not None), "0") == "0"
+    return (_rank_told() or "0") == "0"
 
 
 def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
@@ -47,27 +53,53 @@ def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
 
 
 def abort_together(work: Callable[[], int]) -> int:
-    """Do the work; an unexpected error on one rank aborts the whole MPI job with that rank's trace.
+    """Do the work; an error on one rank ends the whole MPI job with what that rank has to say.
 
-    Errors that all ranks raise together (faults of the user's input) pass through.
+    An error that all ranks raise together (a fault of the user's input, a march that did not converge) passes through;
+    where some ranks go on or wait, such an error aborts the job with its own exit status. An unexpected error aborts it
+    at once, with the trace.
+
+    Returns:
+        What the work returns.
     """
-    from meshes.errors import MeshError
-    from solver.case_file.faults import CaseError
-    from solver.errors import RunError
-
+    ranks = _duplicated_ranks()
     try:
         return work()
-    except (CaseError, MeshError, RunError):
+    except (KeyboardInterrupt, click.exceptions.Exit, click.Abort):
         raise
-    except KeyboardInterrupt:
-        raise
-    except BaseException:
-        from mpi4py import MPI
-
-        if MPI.COMM_WORLD.size == 1:
+    except BaseException as error:
+        if ranks is None:
             raise
-        print(f"gapbeam: rank {MPI.COMM_WORLD.rank} failed; ending all ranks", file=sys.stderr)
-        traceback.print_exc()
+        status = 2 if isinstance(error, click.ClickException) else getattr(error, "exit_status", None)
+        if status is not None and _came_together(ranks):
+            raise
+        print(f"gapbeam: rank {ranks.rank} failed; ending all ranks", file=sys.stderr)
+        if status is None:
+            traceback.print_exc()
+        else:
+            print(f"gapbeam: {harmless(error)}", file=sys.stderr)
         sys.stderr.flush()
-        MPI.COMM_WORLD.Abort(1)
+        ranks.Abort(1 if status is None else int(status))
         raise
+
+
+def _rank_told() -> str | None:
+    """Return the rank as the launcher tells it; None where there is none."""
+    names = RANK_VARIABLES[: 3 if "SLURM_STEP_ID" not in os.environ else 4]
+    return next((os.environ[name] for name in names if name in os.environ), None)
+
+
+def _duplicated_ranks() -> MPI.Intracomm | None:
+    """Return all ranks, with messages apart from all others; None for one rank. Collective."""
+    if _rank_told() is None and "mpi4py.MPI" not in sys.modules:
+        return None
+    from mpi4py import MPI
+
+    return MPI.COMM_WORLD.Dup() if MPI.COMM_WORLD.size > 1 else None
+
+
+def _came_together(ranks: MPI.Intracomm) -> bool:
+    """Return whether all ranks end with an error that has a status, soon."""
+    from meshes.rank_zero import all_there
+
+    return all_there(ranks)

@@ -30,14 +30,16 @@ def report(
 
     Exit status: 0 written, 2 a fault of the input, or no browser for a PDF that was asked for.
     """
+    from postprocess.damage import as_written
     from postprocess.report.html import write_html
     from postprocess.report.pdf import BrowserError, find_browser, write_pdf
 
     page = output if output is not None else _default(results)
     printed = page.with_suffix(".pdf")
     _check(page, printed, pdf is not False, overwrite)
-    made = report_on(results, " ".join(["gapbeam report", *map(str, results)]))
-    write_html(made, page)
+    with as_written(*results):
+        made = report_on(results, " ".join(["gapbeam report", *map(str, results)]))
+        write_html(made, page)
     print(page)
     if page.stat().st_size > HEAVY:
         LOG.warning("%s has %.1f MB: it opens slowly on a phone", page, page.stat().st_size / 1e6)
@@ -175,9 +177,11 @@ def _check(page: Path, printed: Path, prints: bool, overwrite: bool) -> None:
     Raises:
         OptionError: Another suffix, a report that is there, or a folder that cannot be written.
     """
+    from gapbeam.stored_records import refuse_links
     from postprocess.errors import OptionError
     from solver.output.folder import check_folder
 
+    refuse_links(places=(page, printed, page.with_name(page.name + ".part")))
     if page.suffix.lower() not in (".html", ".htm"):
         raise OptionError(f"--output {page}: expected a file that ends in .html; its PDF stands beside it")
     there = [path for path in (page, *([printed] if prints else [])) if path.exists()]

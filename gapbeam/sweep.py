@@ -47,6 +47,7 @@ def sweep(
     from gapbeam.sweeping.point import run_chain
     from gapbeam.sweeping.tables import census_table, write_tables
     from postprocess.census import census
+    from postprocess.damage import as_written
     from solver.case import Case
     from solver.studies.axes import read_axis
     from solver.studies.side_by_side import side_by_side
@@ -71,9 +72,10 @@ def sweep(
 
         for _ in side_by_side(run_chain, chains, jobs, tick):
             tick()
-    records = [record for _, record in sorted(finished(folder).items())]
-    points = census(records, wanted.tolerance)
-    paths = write_tables(folder, records, points)
+    with as_written(folder):
+        records = [record for _, record in sorted(finished(folder).items())]
+        points = census(records, wanted.tolerance)
+        paths = write_tables(folder, records, points)
     screen = Console(soft_wrap=True, highlight=False)
     if not screen.is_terminal:
         screen.width = max(screen.width, WIDTH)

@@ -62,6 +62,9 @@ def load_msh(path: Path) -> None:
 
 def _check_ends(path: Path, where: str) -> None:
     try:
+        if path.exists() and not path.is_file():
+            found = "a folder" if path.is_dir() else "a device or pipe"
+            raise MeshError(where, found=found, expected=_EXPECTED)
         with path.open("rb") as file:
             first = file.read(200)
             size = file.seek(0, 2)

@@ -44,7 +44,7 @@ def structured_partition(breakpoints: npt.ArrayLike, cell_length: CellLength) ->
     breaks = np.asarray(breakpoints, dtype=np.float64)
     roughly = np.mean(1 / cell_length(np.linspace(breaks[0], breaks[-1], 1001))) * (breaks[-1] - breaks[0])
     if roughly > MOST_LAYERS:
-        raise _too_many(cell_length.smallest, breaks)
+        raise _too_many(cell_length.smallest, breaks, f"about {roughly:.2g}")
     wanted = cell_length.ending_at(breaks)
     layers = breaks
     for _ in range(_ROUNDS):
@@ -85,7 +85,7 @@ def _segment(low: float, high: float, wanted: CellLength) -> Positions:
         position = min(high, position + float(wanted(position)) / _SAMPLES)
         samples.append(position)
         if len(samples) > _SAMPLES * MOST_LAYERS:
-            raise _too_many(wanted.smallest, samples)
+            raise _too_many(wanted.smallest, samples, "more")
     x = np.array(samples)
     density = 1 / wanted(x)
     layers = np.concatenate([[0.0], np.cumsum(np.diff(x) * (density[1:] + density[:-1]) / 2)])
@@ -105,11 +105,11 @@ def _jumps(segments: list[Positions]) -> list[tuple[float, float]]:
     return jumps
 
 
-def _too_many(smallest: float, interval: npt.ArrayLike) -> MeshError:
+def _too_many(smallest: float, interval: npt.ArrayLike, layers: str) -> MeshError:
     ends = np.asarray(interval)
     return MeshError(
         "mesh sizes",
-        found=f"a cell length of {smallest:.3g} m on {ends[-1] - ends[0]:.3g} m",
-        expected=f"at most {MOST_LAYERS} layers",
+        found=f"a cell length of {smallest:.3g} m on {ends[-1] - ends[0]:.3g} m, which makes {layers} layers",
+        expected=f"at most {MOST_LAYERS}",
         hint="Sizes are in m.",
     )

@@ -3,12 +3,15 @@
 from __future__ import annotations
 
 import pickle
+import time
 from collections.abc import Callable
 from typing import TypeVar
 
 from mpi4py import MPI
 
 Result = TypeVar("Result")
+
+PATIENCE = 5.0  # s in which all ranks must have come to the same end
 
 
 def on_rank_zero(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
@@ -41,6 +44,23 @@ def on_rank_zero(comm: MPI.Comm, work: Callable[[], Result]) -> Result:
         raise
     comm.bcast(message)
     return done
+
+
+def all_there(comm: MPI.Comm, patience: float = PATIENCE) -> bool:
+    """Return whether all ranks come here within some seconds, without waiting for those that do not.
+
+    Args:
+        comm: Communicator of the ranks, a duplicate that is used for nothing else.
+        patience: How long to wait, s.
+
+    Collective, or else False.
+    """
+    arrival, until = comm.Ibarrier(), time.monotonic() + patience
+    while not arrival.Test():
+        if time.monotonic() > until:
+            return False
+        time.sleep(0.01)
+    return True
 
 
 def _failure(error: BaseException) -> bytes:

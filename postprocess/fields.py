@@ -8,16 +8,20 @@ from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from types import TracebackType
+from xml.etree import ElementTree
 
 import h5py
 import numpy as np
-from meshio import CellBlock, ReadError
+from meshio import CellBlock
 from meshio.xdmf import TimeSeriesReader
 
+from postprocess.damage import printable
 from postprocess.errors import ResultsError
+from postprocess.hdf5_check import check_hdf5
 from solver.output.records import FIELDS_DATA_FILE
 
 FloatArray = np.ndarray
+LARGEST = 256 * 2**20  # bytes of the XML file
 
 
 @dataclass(frozen=True)
@@ -55,15 +59,21 @@ class Fields:
         self.path = path
         self._open = ExitStack()
         try:
+            _check_items(path)
             self._reader = self._open.enter_context(TimeSeriesReader(path))
             # opened here, since a run that goes on holds a lock on the file that h5py would respect
             data_path = path.resolve().with_name(FIELDS_DATA_FILE)
             self._reader.hdf5_files[data_path] = h5py.File(data_path, "r", locking=False)
+            check_hdf5(data_path, self._reader.hdf5_files[data_path])
             points, self.cells = self._reader.read_points_cells()
-        except (OSError, ReadError, SyntaxError, KeyError, ValueError) as fault:
+            self.points = _three_columns(points)
+            _check_mesh(self.points, self.cells)
+        except ResultsError:
+            self._open.close()
+            raise
+        except Exception as fault:  # of three libraries
             self._open.close()
             raise self._unreadable(fault) from fault
-        self.points = _three_columns(points)
 
     points: FloatArray
     cells: list[CellBlock]
@@ -110,7 +120,7 @@ class Fields:
                 velocity=_three_columns(data["velocity"]),
                 contact_pressure=np.asarray(data["contact_pressure"], dtype=float).reshape(-1),
             )
-        except (OSError, ReadError, KeyError, ValueError, IndexError) as fault:
+        except Exception as fault:  # of three libraries
             raise self._unreadable(fault) from fault
         if not np.isfinite(frame.displacement).all() or not np.isfinite(frame.contact_pressure).all():
             raise self._unreadable(ValueError(f"values that are not finite at t = {frame.time:g} s"))
@@ -121,12 +131,41 @@ class Fields:
     def _unreadable(self, fault: Exception) -> ResultsError:
         return ResultsError(
             self.path,
-            found=f"fields that cannot be read ({type(fault).__name__}: {fault})",
+            found=f"fields that cannot be read ({printable(f'{type(fault).__name__}: {fault}')[:200]})",
             expected="a temporal collection with displacement, velocity and contact_pressure at the points",
             remedy="if the run goes on or was killed, wait or resume it; else repeat it",
         )
 
 
+def _check_items(path: Path) -> None:
+    """Refuse an XML file that is large, expands itself, or takes data from elsewhere than the HDF5 file beside it."""
+    if path.stat().st_size > LARGEST:
+        raise ValueError(f"{path.stat().st_size} bytes of XML, more than {LARGEST}")
+    text = path.read_text(encoding="utf-8")
+    if "<!" in text.replace("<!--", ""):
+        raise ValueError("a document type or entities")
+    for entry in ElementTree.fromstring(text).iter():
+        if entry.tag.endswith("include") and "xpointer" not in entry.attrib:
+            raise ValueError("an inclusion of another file")
+        words = (entry.text or "").strip()
+        if entry.tag == "DataItem" and not (entry.get("Format") == "HDF" and words.startswith(f"{FIELDS_DATA_FILE}:/")):
+            raise ValueError(f"data from {words[:60]!r}; expected them from {FIELDS_DATA_FILE}")
+
+
+def _check_mesh(points: FloatArray, cells: list[CellBlock]) -> None:
+    """Refuse cells with corners that are no points, and places that are not finite."""
+    if not np.isfinite(points).all():
+        raise ValueError("points that are not finite")
+    for block in cells:
+        corners = np.asarray(block.data)
+        if corners.dtype.kind not in "iu" or corners.ndim != 2:
+            raise ValueError(f"corners of cells of type {corners.dtype} and shape {corners.shape}")
+        if corners.size and not (corners.min() >= 0 and corners.max() < len(points)):
+            raise ValueError(f"corners from {corners.min()} to {corners.max()}, and {len(points)} points")
+
+
 def _three_columns(values: FloatArray) -> FloatArray:
     values = np.asarray(values, dtype=float)
+    if values.ndim != 2 or not 1 <= values.shape[1] <= 3:
+        raise ValueError(f"values of shape {values.shape}; expected two or three columns")
     return np.pad(values, ((0, 0), (0, 3 - values.shape[1])))

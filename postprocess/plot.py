@@ -19,6 +19,7 @@ from postprocess.figures.response_curve import draw_response_curve
 from postprocess.figures.style import journal_style, save
 from postprocess.figures.time_history import draw_time_history
 from postprocess.periodicity import TOLERANCE
+from postprocess.plain_json import read_json
 from postprocess.results import Results, open_results
 from postprocess.smoothing import POINTS, RATE, Sampling
 from postprocess.spectra import Window
@@ -139,5 +140,5 @@ def _figures(results: Results, analysis: Analysis, harmonics: int, zoom: int) ->
         figures["energy"] = lambda: draw_energy(history, frequency, zoom)
     curve = results.folder / CURVE_FILE
     if curve.is_file():
-        figures["response_curve"] = lambda: draw_response_curve(json.loads(curve.read_text(encoding="utf-8")))
+        figures["response_curve"] = lambda: draw_response_curve(read_json(curve, "repeat the run"))
     return figures

@@ -2,18 +2,21 @@
 
 from __future__ import annotations
 
-import json
 import tomllib
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any
 
+import h5py
 import numpy as np
 import xarray as xr
 
+from postprocess.damage import printable
 from postprocess.errors import ResultsError
 from postprocess.fields import Fields
+from postprocess.hdf5_check import check_hdf5
+from postprocess.plain_json import read_json
 from solver.output.records import (
     CASE_FILE,
     FIELDS_DATA_FILE,
@@ -25,6 +28,8 @@ from solver.output.records import (
 )
 
 __all__ = ["Results", "ResultsError", "open_results"]
+
+LARGEST_CASE = 10_000_000  # bytes
 
 
 @dataclass(frozen=True)
@@ -48,12 +53,16 @@ class Results:
         """
         path = self._existing(HISTORY_FILE)
         try:
+            with h5py.File(path, "r", locking=False) as file:
+                check_hdf5(path, file)
             with xr.open_dataset(path, engine="h5netcdf", decode_times=False, driver_kwds={"locking": False}) as stored:
                 history = stored.load()
-        except (OSError, RuntimeError, ValueError, KeyError) as fault:
+        except ResultsError:
+            raise
+        except Exception as fault:  # of four libraries
             raise ResultsError(
                 path,
-                found=f"a file that cannot be read ({str(fault).splitlines()[0]})",
+                found=f"a file that cannot be read ({printable(fault)[:200]})",
                 expected="a closed HDF5 file",
                 remedy="if the run was killed while it wrote, resume or repeat it",
             ) from fault
@@ -70,10 +79,7 @@ class Results:
         path = self.folder / SUMMARY_FILE
         if not path.is_file():
             return {}
-        try:
-            summary = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as fault:
-            raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON object", "repeat the run") from fault
+        summary = read_json(path, "repeat the run")
         if not isinstance(summary, dict):
             raise ResultsError(path, type(summary).__name__, "a JSON object", "repeat the run")
         _check_version(path, summary.get("format", FORMAT_VERSION))
@@ -88,9 +94,12 @@ class Results:
         """
         path = self._existing(CASE_FILE)
         try:
+            if path.stat().st_size > LARGEST_CASE:
+                raise ValueError(f"more than {LARGEST_CASE} bytes")
             return tomllib.loads(path.read_text(encoding="utf-8"))
-        except (tomllib.TOMLDecodeError, UnicodeDecodeError) as fault:
-            raise ResultsError(path, f"text that is not TOML ({fault})", "the case as run", "repeat the run") from fault
+        except (ValueError, RecursionError) as fault:
+            found = f"text that is not TOML ({printable(fault)})"
+            raise ResultsError(path, found, "the case as run", "repeat the run") from fault
 
     @property
     def status(self) -> str:
@@ -174,7 +183,7 @@ def _check_version(path: Path, version: object) -> None:
     if str(version) != str(FORMAT_VERSION):
         raise ResultsError(
             path,
-            found=f"format version {version}",
+            found=f"format version {printable(version)[:50]}",
             expected=f"format version {FORMAT_VERSION}",
             remedy="read it with the gapbeam that wrote it (see the summary), or repeat the run",
         )
@@ -185,7 +194,8 @@ def _named(history: xr.Dataset) -> xr.Dataset:
     for dimension in ("probe", "face", "load", "component", "tangent"):
         if dimension in history.coords:
             names = [
-                name.decode() if isinstance(name, bytes) else str(name) for name in history[dimension].values.tolist()
+                printable(name.decode(errors="replace") if isinstance(name, bytes) else name)
+                for name in np.atleast_1d(history[dimension].values).tolist()
             ]
             history = history.assign_coords({dimension: np.array(names, dtype=object)})
     return history
@@ -212,7 +222,7 @@ def _checked(path: Path, history: xr.Dataset) -> xr.Dataset:
         if str(unit) != record.unit or variable.dims != record.dims:
             raise ResultsError(
                 path,
-                found=f"{record.name} in {unit} over {variable.dims}",
+                found=f"{record.name} in {printable(unit)} over {printable(variable.dims)}",
                 expected=f"{record.unit} over {record.dims}",
                 remedy="read it with the gapbeam that wrote it",
             )

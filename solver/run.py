@@ -11,7 +11,7 @@ from typing import Any
 
 from mpi4py import MPI
 
-from meshes.rank_zero import on_rank_zero
+from meshes.rank_zero import all_there, on_rank_zero
 from solver.analyses.start import start_of_case
 from solver.analyses.static import Seat, find_seat
 from solver.case import Case, Ramped
@@ -32,6 +32,7 @@ from solver.output.folder import check_folder, clear, prepare_folder, write_besi
 from solver.output.lock import locked
 from solver.output.log_file import log_file
 from solver.output.records import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
+from solver.output.space import check_space, size_of_results
 from solver.output.storage import written
 from solver.periodic.probe_figures import ProbeFigures
 from solver.periodic.searching import search
@@ -82,19 +83,22 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
         interrupted, and what was computed up to then is on disk.
 
     Raises:
-        UserError: The folder holds results or cannot be written, a point lies outside the mesh, or scheme and contact
-            are known to create energy and the case does not accept that.
+        UserError: The folder holds results, cannot be written or has no room for them, a point lies outside the mesh,
+            or scheme and contact are known to create energy and the case does not accept that.
         CaseError: The computed time step does not go with the rest of the case.
         MeshError: The mesh file does not fit the case.
 
     Collective.
     """
-    started = time.perf_counter()
+    started, ends = time.perf_counter(), comm.Dup()
     on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume))
     if resume:
         refuse_to_resume(case)
     model = build_model(case, comm)
     refuse_energy_creators(model)
+    if not isinstance(model.case.analysis, Periodic):
+        sizes = size_of_results(model)
+        on_rank_zero(comm, lambda: check_space(folder, *sizes))
     with locked(folder, comm):
         left = find_left(folder, model, comm) if resume else None
         if isinstance(left, dict):
@@ -107,6 +111,8 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
                 _write_opening(model, folder, comm, summary)
                 _run(model, folder, comm, summary, left, started)
             except RunError as error:
+                if comm.size > 1 and not all_there(ends):  # the others wait for this rank
+                    raise
                 summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
                 summary["exit_status"], summary["message"] = error.exit_status, str(error)
                 LOG.error("%s", error)
@@ -120,6 +126,7 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
             summary["wall_time"]["total"] = time.perf_counter() - started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
             _close(folder, comm, summary)
+    ends.Free()
     return Outcome(folder, summary["exit_status"], summary["message"], summary)
 
 

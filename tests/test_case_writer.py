@@ -170,7 +170,7 @@ def test_every_key_is_written_with_its_meaning() -> None:
 
 def test_numbers_survive_to_the_last_digit(folder: Path) -> None:
     case = read_case(written(folder))
-    for value in (0.1 + 0.2, math.pi, 1e22, 5e-324, 1.7976931348623157e308, 1 / 3):
+    for value in (0.1 + 0.2, math.pi, 1e22, 1.0000000000000002e-30, 9.999999999999999e29, 1 / 3):
         tuned = case.model_copy(update={"restraint": case.restraint.model_copy(update={"axial": value})})
         assert read_case(written(folder, case_to_toml(tuned))).restraint.axial == value
 

@@ -2,16 +2,19 @@
 
 from __future__ import annotations
 
+import json
 import subprocess
 import time
 from pathlib import Path
 
 import pytest
 
+from solver.errors import NotFinite
 from tests.case_texts import spoiled, written
 from tests.command import DEMO, alone, on_ranks, programmed, settings
 
 pytestmark = alone
+SHORT = settings("time.end=0.02", "output.fields_interval=0.01")
 
 BREAK = """
 import sys
@@ -28,6 +31,26 @@ main(sys.argv[1:])
 """
 
 
+NAN = """
+import sys
+import numpy as np
+from mpi4py import MPI
+from solver.integrators.midpoint import Midpoint
+from solver.system import VALUE
+
+march = Midpoint.advance
+
+def spoiled(self, system, condensed, law, old, *others, **options):
+    if MPI.COMM_WORLD.rank == 1 and old.time > 0.01:
+        old.v[VALUE][:] = np.nan
+    return march(self, system, condensed, law, old, *others, **options)
+
+Midpoint.advance = spoiled
+from gapbeam.command_line import main
+main(sys.argv[1:])
+"""
+
+
 @pytest.mark.parametrize(
     ("module", "place", "error"),
     [
@@ -35,14 +58,16 @@ main(sys.argv[1:])
         ("solver.run", "module.build_model", "MemoryError"),
         ("solver.integrators.midpoint", "module.Midpoint.advance", "ZeroDivisionError"),
         ("solver.tally", "module.Tally.see", "SystemExit"),
+        ("solver.output.fields", "module.FieldWriter.write", "OSError"),
+        ("solver.run", "module.judge", "ValueError"),
     ],
-    ids=["seat", "mesh", "step", "exit"],
+    ids=["seat", "mesh", "step", "exit", "output", "verdict"],
 )
 def test_error_on_one_rank_ends_all(module: str, place: str, error: str, tmp_path: Path) -> None:
     """An error of rank 1 in mesh, seat or march: the job ends within seconds, not zero, with that rank's trace."""
     program = BREAK.format(module=module, place=place, error=error)
     started = time.perf_counter()
-    done = on_ranks(2, "run", DEMO, "--output", tmp_path / "out", program=program, timeout=60.0)
+    done = on_ranks(2, "run", DEMO, *SHORT, "--output", tmp_path / "out", program=program, timeout=60.0)
     assert time.perf_counter() - started < 30.0
     assert done.returncode not in (0, 2, 3, 4)
     assert "gapbeam: rank 1 failed; ending all ranks" in done.stderr
@@ -50,6 +75,42 @@ def test_error_on_one_rank_ends_all(module: str, place: str, error: str, tmp_pat
     assert "Traceback" in done.stderr
     assert "in broken" in done.stderr
     assert "done:" not in done.stdout
+
+
+@pytest.mark.parametrize(
+    ("place", "error", "status"),
+    [("build_model", "UserError", 2), ("figures", "NotFinite", 4)],
+    ids=["set-up", "figures"],
+)
+def test_told_error_of_one_rank_ends_all(place: str, error: str, status: int, tmp_path: Path) -> None:
+    """An error with a status of its own that only one rank has, the other waits for it: ended with that status."""
+    raised = f"__import__('solver.errors', fromlist=['x']).{error}"
+    program = BREAK.format(module="solver.run", place=f"module.{place}", error=raised)
+    started = time.perf_counter()
+    done = on_ranks(2, "run", DEMO, *SHORT, "--output", tmp_path / "out", program=program, timeout=90.0)
+    assert time.perf_counter() - started < 45.0
+    assert done.returncode == status
+    assert "gapbeam: rank 1 failed; ending all ranks" in done.stderr
+    assert "rank 1 has had enough" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
+def test_nan_of_one_rank_is_told_by_all(tmp_path: Path) -> None:
+    """A NaN in the load of rank 1 alone: all ranks stop with status 4, once told, and what there was is on disk."""
+    done = on_ranks(2, "run", DEMO, *SHORT, "--output", tmp_path / "out", program=NAN, timeout=60.0)
+    assert done.returncode == NotFinite.exit_status, done.stderr
+    assert "Traceback" not in done.stderr
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text(encoding="utf-8"))
+    assert (summary["status"], summary["exit_status"]) == ("failed", NotFinite.exit_status)
+
+
+@pytest.mark.parametrize(("words", "told"), [(("plot", "nowhere"), "no such folder"), (("run",), "Missing argument")])
+def test_fault_of_a_command_on_ranks_has_no_trace(words: tuple[str, ...], told: str) -> None:
+    """A folder that is not there, a missing argument: status 2 on two ranks as on one."""
+    done = on_ranks(2, *words, timeout=60.0)
+    assert done.returncode == 2
+    assert told in done.stderr or "takes one process" in done.stderr
+    assert "Traceback" not in done.stderr
 
 
 def test_error_without_ranks_has_its_trace(tmp_path: Path) -> None:

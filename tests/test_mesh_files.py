@@ -284,7 +284,7 @@ def test_files_that_are_no_meshes(tmp_path: Path) -> None:
         assert message in refused(path)
     assert not trace.exists()
     assert "no such file" in refused(tmp_path / "missing.msh")
-    assert "directory" in refused(tmp_path)
+    assert "found a folder" in refused(tmp_path)
 
 
 def test_damaged_files(tmp_path: Path) -> None:

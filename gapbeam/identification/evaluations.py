@@ -11,7 +11,12 @@ from typing import Any
 
 from gapbeam.identification.problem import Problem, Values
 from gapbeam.identification.trial import Job, Piece, Record, compute
+from gapbeam.stored_records import REMEDY, StoredPiece, checked, differing, refuse_links
+from postprocess.errors import ResultsError
+from postprocess.plain_json import LARGEST
+from postprocess.report.json_files import read_object
 from solver.case_file.keys import flat
+from solver.case_file.words import printable
 from solver.case_file.writer import case_to_toml
 from solver.errors import UserError
 from solver.output.folder import write_beside
@@ -42,7 +47,7 @@ class Evaluations:
     ) -> None:
         self.problem, self.folder, self.computed = problem, folder, 0
         self._processes, self._told = processes, told
-        self._records = _read_log(folder / LOG_FILE)
+        self._records = _read_log(folder / LOG_FILE, problem)
 
     @property
     def records(self) -> list[Record]:
@@ -88,19 +93,39 @@ def _piece(record: Record) -> Piece:
     return Piece(tuple(record["values"]), int(record["experiment"]), int(record["start"]))
 
 
-def _read_log(path: Path) -> dict[Piece, Record]:
-    """Return the records of a log; a last line that was cut off while it was written is taken off the file."""
+def _read_log(path: Path, problem: Problem) -> dict[Piece, Record]:
+    """Return the records of a log; a last line that was cut off while it was written is taken off the file.
+
+    Raises:
+        ResultsError: A line is no record of an experiment of the problem.
+    """
     if not path.exists():
         return {}
+    if not path.is_file() or path.stat().st_size > LARGEST:
+        raise ResultsError(path, "no plain file, or a huge one", f"a file of at most {LARGEST} bytes", REMEDY)
     content = path.read_bytes()
     whole = content[: content.rfind(b"\n") + 1]
     if len(whole) < len(content):
         path.write_bytes(whole)
-    try:
-        records = [json.loads(line) for line in whole.decode("utf-8").splitlines()]
-        return {_piece(record): record for record in records}
-    except (ValueError, KeyError, TypeError) as fault:
-        raise UserError(f"{path} cannot be read ({fault}); choose another --output, or pass --overwrite") from fault
+    records: dict[Piece, Record] = {}
+    for number, line in enumerate(whole.split(b"\n")[:-1], 1):
+        try:
+            found = json.loads(line)
+        except (ValueError, RecursionError) as fault:
+            found = f"text that is not JSON in line {number} ({printable(fault)})"
+            raise ResultsError(path, found, "a record a line", REMEDY) from fault
+        record = checked(found, StoredPiece, path)
+        piece = _piece(record)
+        if piece.experiment >= len(problem.experiments) or len(piece.values) != len(problem.coordinates):
+            found = f"experiment {piece.experiment} with {len(piece.values)} values in line {number}"
+            expected = f"{len(problem.experiments)} experiments with {len(problem.coordinates)} values"
+            raise ResultsError(path, found, expected, REMEDY)
+        lacking = [one.name for one in problem.experiments[piece.experiment].figures]
+        lacking = [name for name in lacking if name not in record.get("figures", {})]
+        if lacking and not failed(record):
+            raise ResultsError(path, f"no figure {', '.join(lacking)} in line {number}", "all of them", REMEDY)
+        records[piece] = record
+    return records
 
 
 def prepare(problem: Problem, folder: Path, overwrite: bool) -> None:
@@ -110,17 +135,12 @@ def prepare(problem: Problem, folder: Path, overwrite: bool) -> None:
         UserError: The folder holds another identification: which key differs, and how; or it cannot be written.
     """
     plan, path = _plan(problem), folder / PLAN_FILE
+    refuse_links(folder)
     if path.exists() and not overwrite:
-        try:
-            before = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as fault:
-            raise UserError(f"{path} cannot be read ({fault}); choose another --output, or pass --overwrite") from fault
-        differing = [key for key in {**before, **plan} if before.get(key) != plan.get(key)]
-        if differing:
-            told = "; ".join(f"{key}: {before.get(key)!r} there, {plan.get(key)!r} now" for key in differing[:5])
-            more = f" and {len(differing) - 5} more keys" if len(differing) > 5 else ""
+        told = differing(read_object(path, remedy=REMEDY), plan)
+        if told:
             raise UserError(
-                f"{folder} holds another identification: {told}{more}; only [search] may change when it goes on. "
+                f"{folder} holds another identification: {told}; only [search] may change when it goes on. "
                 "Choose another --output, or pass --overwrite to begin anew"
             )
     try:

@@ -4,12 +4,16 @@ from __future__ import annotations
 
 import hashlib
 import json
+import re
 import shutil
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from gapbeam.stored_records import REMEDY, StoredResponse, checked, differing, refuse_links
+from postprocess.errors import ResultsError
+from postprocess.report.json_files import read_object
 from solver.case import Case
 from solver.case_file.faults import CaseError
 from solver.case_file.keys import flat
@@ -23,6 +27,7 @@ from solver.variants import body_key
 PLAN_FILE = "plan.json"
 POINTS = "points"
 FORMAT = 1
+_NUMBERED = re.compile(r"\d{6}\.json")
 
 
 @dataclass(frozen=True)
@@ -171,22 +176,19 @@ def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) 
         The number of responses that are on disk already.
 
     Raises:
-        UserError: The folder holds another sweep: which key differs, and how.
+        UserError: The folder holds another sweep: which key differs, and how; or it holds links.
+        ResultsError: What an earlier sweep left cannot be read.
     """
     plan, path = _plan(sweep, cases), folder / PLAN_FILE
+    refuse_links(folder, folder / POINTS)
     if path.exists() and not overwrite:
-        try:
-            before = json.loads(path.read_text(encoding="utf-8"))
-        except ValueError as fault:
-            raise UserError(f"{path} cannot be read ({fault}); choose another --output, or pass --overwrite") from fault
-        differing = [key for key in {**before, **plan} if before.get(key) != plan.get(key)]
-        if differing:
-            told = "; ".join(f"{key}: {before.get(key)!r} there, {plan.get(key)!r} now" for key in differing[:5])
-            more = f" and {len(differing) - 5} more keys" if len(differing) > 5 else ""
+        told = differing(read_object(path, remedy=REMEDY), plan)
+        if told:
             raise UserError(
-                f"{folder} holds another sweep: {told}{more}; expected the same case and options to go on with it. "
+                f"{folder} holds another sweep: {told}; expected the same case and options to go on with it. "
                 "Choose another --output, or pass --overwrite to begin anew"
             )
+        _check_responses(sweep, folder)
     try:
         if overwrite and path.exists():
             shutil.rmtree(folder / POINTS, ignore_errors=True)
@@ -198,11 +200,29 @@ def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) 
 
 
 def finished(folder: Path) -> dict[int, dict[str, Any]]:
-    """Return the records of the responses that are on disk, by number."""
-    found = {}
-    for path in sorted((folder / POINTS).glob("*.json")):
-        found[int(path.stem)] = json.loads(path.read_text(encoding="utf-8"))
-    return found
+    """Return the records of the responses that are on disk, by number.
+
+    Raises:
+        ResultsError: One cannot be read, or is no record.
+    """
+    paths = sorted(path for path in (folder / POINTS).glob("*.json") if _NUMBERED.fullmatch(path.name))
+    return {int(path.stem): checked(read_object(path, remedy=REMEDY), StoredResponse, path) for path in paths}
+
+
+def _check_responses(sweep: Sweep, folder: Path) -> None:
+    """Refuse records of other responses than those of the sweep.
+
+    Raises:
+        ResultsError: There is one.
+    """
+    tasks = {task.number: task for chain in chains_of(sweep, folder) for task in chain.tasks}
+    for number, record in finished(folder).items():
+        values = tasks[number].values if number in tasks else ()
+        wanted = dict(zip((axis.key for axis in sweep.axes), values, strict=False))
+        if record["values"] != wanted:
+            path = folder / POINTS / f"{number:06d}.json"
+            expected = f"the response at {wanted}" if wanted else f"at most {len(tasks)} responses"
+            raise ResultsError(path, f"the response at {record['values']}", expected, REMEDY)
 
 
 def point_file(folder: Path, task: Task, suffix: str = "json") -> Path:

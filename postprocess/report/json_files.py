@@ -2,29 +2,30 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
 from postprocess.errors import ResultsError
+from postprocess.plain_json import read_json
 
 _REMEDY = "repeat the study that wrote it"
 
 
-def read_object(path: Path, keys: Sequence[str] = ()) -> dict[str, Any]:
+def read_object(path: Path, keys: Sequence[str] = (), remedy: str = _REMEDY) -> dict[str, Any]:
     """Read an object.
 
     Args:
         path: The file.
         keys: That it must have.
+        remedy: What to try where it cannot be read.
 
     Raises:
         ResultsError: It cannot be read, is no object, or lacks a key.
     """
-    found = _read(path)
+    found = read_json(path, remedy)
     if not isinstance(found, dict):
-        raise ResultsError(path, f"a {type(found).__name__}", "a JSON object", _REMEDY)
+        raise ResultsError(path, f"a {type(found).__name__}", "a JSON object", remedy)
     _check(path, found, keys)
     return found
 
@@ -39,19 +40,12 @@ def read_records(path: Path, keys: Sequence[str]) -> list[dict[str, Any]]:
     Raises:
         ResultsError: It cannot be read, is no such list, or an object lacks a key.
     """
-    found = _read(path)
+    found = read_json(path, _REMEDY)
     if not isinstance(found, list) or not found or not all(isinstance(one, dict) for one in found):
         raise ResultsError(path, f"a {type(found).__name__}", "a JSON list of one object or more", _REMEDY)
     for one in found:
         _check(path, one, keys)
     return found
-
-
-def _read(path: Path) -> Any:
-    try:
-        return json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError) as fault:
-        raise ResultsError(path, f"text that is not JSON ({fault})", "a JSON file", _REMEDY) from fault
 
 
 def _check(path: Path, found: dict[str, Any], keys: Sequence[str]) -> None:

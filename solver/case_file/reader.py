@@ -15,6 +15,7 @@ from solver.case_file.consistency import contradictions
 from solver.case_file.faults import CaseError, Fault, Key
 from solver.case_file.keys import label
 from solver.case_file.lines import key_lines, line_of
+from solver.case_file.magnitudes import beyond_reason
 from solver.case_file.overrides import Overrides, override
 from solver.case_file.schema import schema
 from solver.case_file.syntax import parse, read_text
@@ -48,6 +49,8 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
     typed, faults = override(data, overrides)
     _find_mesh_file(data, path)
     tables, wrong = check_types(data)
+    known = {fault.key for fault in wrong}
+    wrong += [fault for fault in beyond_reason(data) if fault.key not in known]
     wrong += contradictions(tables)
     if wrong:
         faults += Places(path, data, key_lines(text), typed).put_in_order(wrong)

@@ -35,7 +35,11 @@ for name in ("parts", "from-one"):
 """
 
 
-@pytest.fixture(scope="module", params=[(SOON, STOP), ((*REDUCED, "time.end=0.0095"), 1)], ids=["full", "reduced"])
+@pytest.fixture(
+    scope="module",
+    params=[(SOON, STOP), pytest.param(((*REDUCED, "time.end=0.0095"), 1), marks=pytest.mark.slow)],
+    ids=["full", "reduced"],
+)
 def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
     """Runs on one rank and on two, stopped and resumed on either."""
     keys, stop = request.param

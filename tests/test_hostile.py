@@ -6,6 +6,7 @@ import json
 import os
 import random
 import re
+import time
 from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
@@ -40,7 +41,7 @@ from solver.output.records import CASE_FILE, FIELDS_DATA_FILE, FIELDS_FILE, HIST
 from solver.output.rows import Recorder
 from solver.output.space import check_space, size_of_results
 from solver.studies.axes import points_of, read_axis
-from tests.case_texts import GOOD
+from tests.case_texts import GOOD, written
 from tests.command import DEMO, alone
 from tests.models import beam_model
 
@@ -393,6 +394,29 @@ def test_case_files_that_are_none(content: bytes, tmp_path: Path) -> None:
     path.write_bytes(content)
     with pytest.raises(CaseError):
         read_case(path)
+
+
+@pytest.mark.parametrize(
+    ("more", "found"),
+    [
+        ('[[probe]]\nname = "a"\npoint = 0.1\n' * 900, "the name of number 2"),
+        ('[[probe]]\nname = "a"\npoint = 0.1\n' * 30_000, "30001 entries"),
+        ("[extra]\n" + ".".join("a" * 4000) + " = 1\n", "more than 20 levels"),
+        ("[extra]\na = " + "{a = " * 90 + "1" + "}" * 90 + "\n", "more than 20 levels"),
+        ("[extra]\na = [" + "0.1, " * 100_000 + "]\n", "100000 entries"),
+        ("".join(f"[a{number}]\n" for number in range(90_000)), "tables and keys"),
+    ],
+    ids=["namesakes", "entries", "dots", "tables", "list", "headers"],
+)
+def test_endless_case_files_are_answered_soon(more: str, found: str, tmp_path: Path) -> None:
+    """A case file of up to a megabyte of entries or levels: at most 100 faults, within seconds."""
+    path = written(tmp_path, GOOD.replace("[output]", "") + more)
+    started = time.perf_counter()
+    with pytest.raises(CaseError) as caught:
+        read_case(path)
+    assert time.perf_counter() - started < 15.0
+    assert found in str(caught.value)
+    assert len(caught.value.faults) <= 100
 
 
 @pytest.mark.parametrize("start", [b"\xef\xbb\xbf", b""])

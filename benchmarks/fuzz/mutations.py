@@ -101,6 +101,21 @@ def _drop_line(content: bytes, chance: random.Random) -> bytes:
     return b"\n".join(lines)
 
 
+def _endless(content: bytes, chance: random.Random) -> bytes:
+    """Add some thousand entries, keys or levels."""
+    count = chance.choice((300, 3000, 30_000))
+    more = chance.choice(
+        (
+            b'[[probe]]\nname = "a"\npoint = 0.1\n' * count,
+            b'[[load]]\ntype = "gravity"\n' * count,
+            b"".join(b"[a%d]\n" % number for number in range(count)),
+            b"[x]\n" + b".".join([b"a"] * count) + b" = 1\n",
+            b"[x]\na = [" + b"0.1, " * count + b"]\n",
+        )
+    )
+    return content + b"\n" + more
+
+
 def _double_line(content: bytes, chance: random.Random) -> bytes:
     lines = content.split(b"\n")
     lines.insert(chance.randrange(len(lines)), chance.choice(lines))
@@ -128,7 +143,7 @@ _Spoil = Callable[[bytes, random.Random], bytes]
 _BYTES: tuple[_Spoil, ...] = (_cut, _flip, _flip, _overwrite, _overwrite, _insert, _take_out, _repeat)
 _TEXTS: tuple[_Spoil, ...] = (
     _number, _number, _number, _word, _word, _swap_lines, _drop_line, _double_line, _other_coding, _line_ends,
-    spoil_bytes,
+    spoil_bytes, _endless,
 )  # fmt: skip
 
 VALUES: tuple[Any, ...] = (

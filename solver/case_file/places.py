@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from itertools import combinations, pairwise
+from itertools import pairwise
 from operator import itemgetter
 
 from meshes.geometry import CLOSEST, SNAP
@@ -137,25 +137,29 @@ def directions_point_somewhere(mesh: Mesh, load: Loads) -> Iterator[Fault]:
 
 def load_names_differ(load: Loads) -> Iterator[Fault]:
     """Loads are told apart by their names, gravity by being the only one."""
-    for (first, one), (second, other) in combinations(load.items(), 2):
-        related: tuple[Key, ...] = (("load", first, "name"),)
-        if isinstance(one, Gravity) and isinstance(other, Gravity):
+    for number, entry in load.items():
+        before = [(first, one) for first, one in load.items() if first < number]
+        weights = [first for first, one in before if isinstance(one, Gravity) and isinstance(entry, Gravity)]
+        namesakes = [first for first, one in before if one.name == entry.name]
+        if weights:
             yield Fault(
-                ("load", second, "type"),
+                ("load", number, "type"),
                 "gravity, twice",
                 "one load of type gravity",
                 "remove one of them",
-                related,
+                (("load", weights[0], "name"),),
             )
-        elif one.name == other.name:
-            yield _same_name(("load", second, "name"), other.name, related)
+        elif namesakes:
+            yield _same_name(("load", number, "name"), entry.name, (("load", namesakes[0], "name"),))
 
 
 def probe_names_differ(probe: Probes) -> Iterator[Fault]:
     """Probes are told apart by their names."""
-    for (first, one), (second, other) in combinations(probe.items(), 2):
-        if one.name == other.name:
-            yield _same_name(("probe", second, "name"), other.name, (("probe", first, "name"),))
+    taken: dict[str, int] = {}
+    for number, entry in probe.items():
+        first = taken.setdefault(entry.name, number)
+        if first != number:
+            yield _same_name(("probe", number, "name"), entry.name, (("probe", first, "name"),))
 
 
 def _same_name(key: Key, name: str, related: tuple[Key, ...]) -> Fault:

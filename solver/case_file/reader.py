@@ -11,6 +11,7 @@ from typing import Any, TypeVar
 from pydantic import BaseModel
 
 from solver.case import Case
+from solver.case_file.bounds import beyond_bounds
 from solver.case_file.consistency import contradictions
 from solver.case_file.faults import CaseError, Fault, Key
 from solver.case_file.keys import label
@@ -19,7 +20,7 @@ from solver.case_file.magnitudes import beyond_reason
 from solver.case_file.overrides import Overrides, override
 from solver.case_file.schema import schema
 from solver.case_file.syntax import parse, read_text
-from solver.case_file.types import check_types
+from solver.case_file.types import MOST_FAULTS, check_types
 from solver.case_file.warnings import warnings
 from solver.case_file.words import printable
 from solver.case_file.writer import case_to_toml
@@ -47,6 +48,7 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
     text = read_text(path)
     data = parse(text, str(path))
     typed, faults = override(data, overrides)
+    _refuse_endless(data, path)
     _find_mesh_file(data, path)
     tables, wrong = check_types(data)
     known = {fault.key for fault in wrong}
@@ -55,7 +57,7 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
     if wrong:
         faults += Places(path, data, key_lines(text), typed).put_in_order(wrong)
     if faults:
-        raise CaseError(str(path), faults)
+        raise CaseError(str(path), faults[:MOST_FAULTS])
     return Case.model_validate(data)
 
 
@@ -76,11 +78,19 @@ def read_tables(
     path = Path(path)
     text = read_text(path)
     data = parse(text, str(path))
+    _refuse_endless(data, path)
     tables, wrong = check_types(data, root)
     wrong += check(tables)
     if wrong:
         raise CaseError(str(path), Places(path, data, key_lines(text), {}, root).put_in_order(wrong))
     return root.model_validate(data)
+
+
+def _refuse_endless(data: Mapping[str, Any], path: Path) -> None:
+    """Refuse a file that would take long to check."""
+    faults = beyond_bounds(data, str(path))
+    if faults:
+        raise CaseError(str(path), faults[:MOST_FAULTS])
 
 
 def _find_mesh_file(data: dict[str, Any], path: Path) -> None:

@@ -401,12 +401,13 @@ def test_case_files_that_are_none(content: bytes, tmp_path: Path) -> None:
     [
         ('[[probe]]\nname = "a"\npoint = 0.1\n' * 900, "the name of number 2"),
         ('[[probe]]\nname = "a"\npoint = 0.1\n' * 30_000, "30001 entries"),
-        ("[extra]\n" + ".".join("a" * 4000) + " = 1\n", "more than 20 levels"),
+        ("[extra]\n" + ".".join("a" * 40) + " = 1\n", "more than 20 levels"),
+        ("[extra]\n" + ".".join("a" * 400_000) + " = 1\n", "nested too deep"),
         ("[extra]\na = " + "{a = " * 90 + "1" + "}" * 90 + "\n", "more than 20 levels"),
         ("[extra]\na = [" + "0.1, " * 100_000 + "]\n", "100000 entries"),
         ("".join(f"[a{number}]\n" for number in range(90_000)), "tables and keys"),
     ],
-    ids=["namesakes", "entries", "dots", "tables", "list", "headers"],
+    ids=["namesakes", "entries", "dots", "many dots", "tables", "list", "headers"],
 )
 def test_endless_case_files_are_answered_soon(more: str, found: str, tmp_path: Path) -> None:
     """A case file of up to a megabyte of entries or levels: at most 100 faults, within seconds."""

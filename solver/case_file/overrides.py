@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import copy
-import tomllib
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from solver.case_file.faults import Fault, Key
 from solver.case_file.keys import candidates, is_array
 from solver.case_file.near_misses import near
+from solver.case_file.syntax import read_toml
 from solver.case_file.words import either, printable, shown
 
 Overrides = Mapping[str, object] | Sequence[str]
@@ -63,7 +63,7 @@ def pairs(overrides: Overrides) -> Iterator[tuple[str, object] | Fault]:
 def parse_value(text: str) -> object:
     """Return a value typed on the command line: a TOML value, or else the text itself."""
     try:
-        data = tomllib.loads(f"value = {text}")
+        data = read_toml(f"value = {text}")
     except (ValueError, RecursionError):
         return text
     return data["value"] if list(data) == ["value"] else text

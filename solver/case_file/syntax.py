@@ -15,6 +15,7 @@ LARGEST = 1_000_000
 NO_CASES = ("pyproject.toml",)
 """The largest case file that is read, bytes."""
 LONGEST_LINE = 300
+_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
 
 EXPECTED = (
     ("overwrite a value", "every key at most once in its table"),
@@ -108,15 +109,28 @@ def parse(text: str, source: str) -> dict[str, Any]:
         CaseError: The text is not TOML.
     """
     try:
-        return tomllib.loads(text)
+        return read_toml(text)
     except tomllib.TOMLDecodeError as error:
         raise CaseError(source, [_syntax_fault(text, source, str(error))]) from error
-    except RecursionError as error:
+    except (RecursionError, MemoryError) as error:
         fault = Fault((), "lists or tables nested too deep", "at most a list in a table", where=source)
         raise CaseError(source, [fault]) from error
     except ValueError as error:  # a number with thousands of digits
         fault = Fault((), "a whole number of thousands of digits", "a number of a few digits", where=source)
         raise CaseError(source, [fault]) from error
+
+
+def read_toml(text: str) -> dict[str, Any]:
+    """Return what a text in TOML holds.
+
+    Raises:
+        ValueError: It is not TOML, or holds a number of thousands of digits.
+        RecursionError: Lists or tables are nested too deep, by brackets or by dots: tomllib takes memory as
+            the square of the parts of a key.
+    """
+    if _MANY_PARTS.search(text):
+        raise RecursionError
+    return tomllib.loads(text)
 
 
 def _syntax_fault(text: str, source: str, message: str) -> Fault:

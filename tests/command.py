@@ -48,17 +48,17 @@ def settings(*overrides: str) -> list[str]:
     return [word for override in overrides for word in ("--set", override)]
 
 
-def called(*arguments: str | Path, timeout: float = 120.0) -> subprocess.CompletedProcess[str]:
+def called(*arguments: str | Path, timeout: float = 600.0) -> subprocess.CompletedProcess[str]:
     """Call the command line and return what it said."""
     return _done([*GAPBEAM, *map(str, arguments)], timeout)
 
 
-def programmed(program: str, *arguments: str | Path, timeout: float = 120.0) -> subprocess.CompletedProcess[str]:
+def programmed(program: str, *arguments: str | Path, timeout: float = 600.0) -> subprocess.CompletedProcess[str]:
     """Run a Python program, which may change something before it calls the command line."""
     return _done([sys.executable, "-c", program, *map(str, arguments)], timeout)
 
 
-def called_in_turn(*calls: Sequence[str | Path], timeout: float = 120.0) -> list[subprocess.CompletedProcess[str]]:
+def called_in_turn(*calls: Sequence[str | Path], timeout: float = 600.0) -> list[subprocess.CompletedProcess[str]]:
     """Call the command line several times in one process, which saves the imports."""
     words = [list(map(str, arguments)) for arguments in calls]
     done = programmed(SEVERAL, json.dumps(words), timeout=timeout)
@@ -68,7 +68,7 @@ def called_in_turn(*calls: Sequence[str | Path], timeout: float = 120.0) -> list
 
 
 def on_ranks(
-    count: int, *arguments: str | Path, program: str = MAIN, timeout: float = 120.0
+    count: int, *arguments: str | Path, program: str = MAIN, timeout: float = 600.0
 ) -> subprocess.CompletedProcess[str]:
     """Run a Python program, by default the command line, on several ranks."""
     return _done([*ranks(count), sys.executable, "-c", program, *map(str, arguments)], timeout)

@@ -23,7 +23,7 @@ def call(*arguments, cwd=project, **variables):
         cwd=cwd,
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
     )
 
 

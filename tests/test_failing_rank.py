@@ -42,7 +42,7 @@ def test_error_on_one_rank_ends_all(module: str, place: str, error: str, tmp_pat
     """An error of rank 1 in mesh, seat or march: the job ends within seconds, not zero, with that rank's trace."""
     program = BREAK.format(module=module, place=place, error=error)
     started = time.perf_counter()
-    done = on_ranks(2, "run", DEMO, "--output", tmp_path / "out", program=program, timeout=60.0)
+    done = on_ranks(2, "run", DEMO, "--output", tmp_path / "out", program=program, timeout=240.0)
     assert time.perf_counter() - started < 30.0
     assert done.returncode not in (0, 2, 3, 4)
     assert "gapbeam: rank 1 failed; ending all ranks" in done.stderr
@@ -63,7 +63,7 @@ def test_error_without_ranks_has_its_trace(tmp_path: Path) -> None:
 
 def test_faulty_case_is_told_once(tmp_path: Path) -> None:
     """A faulty case on two ranks: exit status 2, one message, no trace, nothing written."""
-    done = on_ranks(2, "run", DEMO, *settings("beam.length=-1"), "--output", tmp_path / "out", timeout=60.0)
+    done = on_ranks(2, "run", DEMO, *settings("beam.length=-1"), "--output", tmp_path / "out", timeout=240.0)
     assert_told_once(done, "has a fault")
     assert not (tmp_path / "out").exists()
 
@@ -72,7 +72,7 @@ def test_faulty_mesh_is_told_once(tmp_path: Path) -> None:
     """A damaged mesh file on two ranks: exit status 2, one message, no trace, nothing written."""
     (tmp_path / "damaged.msh").write_bytes(b"$MeshFormat\n4.1 0 8\n$EndMeshFormat\n$Nodes\n1 1 1 1\n$EndNodes\n")
     case = written(tmp_path, spoiled("[mesh]\ndimension = 2\n", '[mesh]\nfile = "damaged.msh"\n'))
-    done = on_ranks(2, "run", case, "--output", tmp_path / "out", timeout=60.0)
+    done = on_ranks(2, "run", case, "--output", tmp_path / "out", timeout=240.0)
     assert_told_once(done, "damaged.msh")
     assert not (tmp_path / "out").exists()
 
@@ -89,7 +89,7 @@ def assert_told_once(done: subprocess.CompletedProcess[str], told: str) -> None:
 def test_results_that_are_there_are_refused_once(tmp_path: Path) -> None:
     """A folder that holds results, on two ranks: status 2, told once, and the file is as it was."""
     (tmp_path / "history.h5").write_bytes(b"precious")
-    done = on_ranks(2, "run", DEMO, "--output", tmp_path, timeout=60.0)
+    done = on_ranks(2, "run", DEMO, "--output", tmp_path, timeout=240.0)
     assert done.returncode == 2
     assert done.stderr.count("already holds results") == 1
     assert "Traceback" not in done.stderr

@@ -384,7 +384,7 @@ def test_check_tells_what_a_run_will_be(tmp_path: Path) -> None:
         env={**surroundings(), "PYTHONPATH": f"{PROJECT}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"},
         capture_output=True,
         text=True,
-        timeout=60,
+        timeout=240,
         check=False,
     )
     assert done.returncode == 0, done.stderr
@@ -481,7 +481,7 @@ def test_interrupted_run_ends_in_order(count: int, number: signal.Signals, tmp_p
     try:
         wait_for_fields(process, folder)
         os.kill(int((pids / str(count - 1)).read_text()), number)
-        told, errors = process.communicate(timeout=30)
+        told, errors = process.communicate(timeout=120)
     finally:
         process.kill()
     assert process.returncode == 130, errors

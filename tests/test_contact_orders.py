@@ -50,11 +50,13 @@ def test_explicit_damping_lags_by_half_a_step() -> None:
     assert order(HUNT_CROSSLEY, "central-difference") == pytest.approx(1.0, abs=0.25)
 
 
+@pytest.mark.slow
 def test_discrete_gradient_keeps_order_two_with_a_jump() -> None:
     """Kelvin-Voigt with the time mean of its damping: 2 within 0.2."""
     assert order(KELVIN_VOIGT, "discrete-gradient", (0.1, 0.1037, 0.1083)) == pytest.approx(2.0, abs=0.2)
 
 
+@pytest.mark.slow
 def test_pressure_that_jumps_costs_an_order() -> None:
     """Kelvin-Voigt evaluated at the end of the step: 1 within 0.25."""
     gaps = (0.1, 0.1013, 0.1037, 0.1059, 0.1083)

@@ -163,6 +163,7 @@ def test_ranks_agree_with_massless_nodes(tmp_path: Path) -> None:
     assert too_far(results) == {}
 
 
+@pytest.mark.slow
 @alone
 def test_ranks_agree_explicitly(tmp_path: Path) -> None:
     """The explicit scheme with massless nodes on two ranks: the same motion as on one."""

@@ -129,6 +129,7 @@ def test_seats_agree(results: list[Results]) -> None:
         assert seat["base_force"] - seat["gland_force"] == pytest.approx(weight, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_reduced_beams_agree(tmp_path: Path) -> None:
     """Histories and fields in a reduced basis: the modes agree as well as their solver converged, to some 1e-12."""
     results = run_on_ranks(DEMO, REDUCED, tmp_path)

@@ -39,12 +39,15 @@ def check_space(folder: Path, history: float, fields: float) -> None:
         UserError: There is no room for them.
     """
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    free, needed = shutil.disk_usage(existing).free, history + fields
+    disk, needed = shutil.disk_usage(existing), history + fields
+    if disk.total == 0:  # no disk, such as /proc: what cannot be written is told where it is
+        return
     told = f"history.h5 will take about {_size(history)} and fields.h5 {_size(fields)}"
     remedy = "a longer output.history_interval or output.fields_interval, or fewer probes"
-    if needed > free:
+    if needed > disk.free:
         raise UserError(
-            f"{told}; {existing} has room for {_size(free)}. Try {remedy}, a shorter time.end, or an --output elsewhere"
+            f"{told}; {existing} has room for {_size(disk.free)}. Try {remedy}, a shorter time.end, or an --output "
+            "elsewhere"
         )
     if needed > LARGE:
         LOG.warning("%s; %s makes them smaller", told, remedy)

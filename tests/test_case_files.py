@@ -97,7 +97,7 @@ def test_the_schema_accepts_the_shipped_cases_and_refuses_bad_ones() -> None:
 
 
 def test_every_description_ends_with_a_unit_or_names_none() -> None:
-    names = r"m|s|N|Hz|Pa|Pa/m|Pa s/m|N/m|N s/m|1/s|m/s|kg|kg/m\^3|m/s\^2|m/s\^2, m/s or m|no unit|degrees"
+    names = r"m|s|N|GB|Hz|Pa|Pa/m|Pa s/m|N/m|N s/m|1/s|m/s|kg|kg/m\^3|m/s\^2|m/s\^2, m/s or m|no unit|degrees"
     units = re.compile(f", ({names}|in the unit of the key)(;|$)")
     for table in tables():
         for key, field in table.model.model_fields.items():
@@ -119,6 +119,6 @@ def test_the_page_on_case_files_is_up_to_date() -> None:
 
 def test_the_examples_of_the_page_work() -> None:
     text = (ROOT / "docs/case-files.md").read_text(encoding="utf-8")
-    overrides = re.findall(r"--set '?([a-z_.0]+=(?:\[[^]]*]|[^\s']+))", text)
+    overrides = re.findall(r"--set '?([a-z_.0]+=(?:\[[^]]*]|[^\s'`]+))", text)
     assert len(overrides) >= 6
     read_case(ROOT / "cases/demo.toml", overrides)

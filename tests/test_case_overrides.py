@@ -159,3 +159,33 @@ def test_values_are_toml_or_else_text(text: str, value: object) -> None:
     parsed = parse_value(text)
     assert parsed == value
     assert type(parsed) is type(value)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("analysis.start=undeformed", "transient"),
+        ("contact.law.restitution=0.5", "kelvin-voigt"),
+    ],
+)
+def test_a_table_that_an_override_makes_has_its_default_type(tmp_path: Path, text: str, kind: str) -> None:
+    """One key of it is enough: it is the case without the file's table, and that one key."""
+    path, (table, _, key) = written(tmp_path), text.partition("=")[0].rpartition(".")
+    assert read_case(path, [text]) == read_case(path, [f"{table}.type={kind}", text])
+    assert read_case(path, {f"{table}.{key}": None}) == read_case(path)
+
+
+@pytest.mark.parametrize(
+    ("text", "kind"),
+    [
+        ("model.modes=10", "model.type=reduced"),
+        ("contact.formulation.theta=1", "contact.formulation.type=nitsche"),
+        ("analysis.continuation.low=3", "analysis.type=periodic"),
+        ("time.scheme.spectral_radius=0.5", ""),
+    ],
+)
+def test_a_key_of_another_type_tells_which_override_to_add(tmp_path: Path, text: str, kind: str) -> None:
+    [fault] = faults_of(written(tmp_path), [text])
+    name = text.partition("=")[0]
+    assert fault.where.startswith(f"--set {name}")
+    assert fault.hint == (f"add --set {kind}" if kind else "")

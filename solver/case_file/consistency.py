@@ -56,6 +56,7 @@ from solver.case_file.places import (
     probes_have_a_node,
     probes_lie_in_the_beam,
 )
+from solver.case_file.record_fits import records_can_be_read, records_fit_the_run
 from solver.case_file.restitution import restitution_is_the_only_damping
 from solver.case_file.resultants import (
     patches_have_points,
@@ -64,6 +65,7 @@ from solver.case_file.resultants import (
     points_lie_on_the_faces,
     points_need_a_penalty,
 )
+from solver.case_file.solver_fits import iterations_can_solve
 from solver.case_file.timing import (
     adaptive_steps_resolve_a_contact,
     interest_covers_the_forcing,
@@ -198,6 +200,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     implicit_schemes_march_the_model,
     loads_bend_the_beam,
     beam_is_prismatic,
+    iterations_can_solve,
     gates_are_in_order,
     forcing_is_periodic,
     period_map_is_smooth,
@@ -206,5 +209,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     balance_has_a_law,
     march_reaches_the_amplitude,
     curve_is_in_reach,
+    records_can_be_read,
+    records_fit_the_run,
 )
 """All checks; the names of their parameters are those of the tables they take."""

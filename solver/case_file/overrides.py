@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from solver.case_file.faults import Fault, Key
-from solver.case_file.keys import candidates, is_array
+from solver.case_file.keys import candidates, is_array, type_name, value_at
 from solver.case_file.near_misses import near
 from solver.case_file.syntax import read_toml
 from solver.case_file.words import either, printable, shown
@@ -27,6 +27,7 @@ def override(data: dict[str, Any], overrides: Overrides) -> tuple[dict[Key, str]
     """
     typed: dict[Key, str] = {}
     faults: list[Fault] = []
+    before = copy.deepcopy(data)
     for entry in pairs(overrides):
         if isinstance(entry, Fault):
             faults.append(entry)
@@ -43,7 +44,23 @@ def override(data: dict[str, Any], overrides: Overrides) -> tuple[dict[Key, str]
         else:
             table[last] = copy.deepcopy(value)
         typed[key] = name
+    for key in typed:
+        for size in range(1, len(key)):
+            if value_at(key[:size], before) is None:
+                _take_default_type(data, key[:size])
     return typed, faults
+
+
+def _take_default_type(data: dict[str, Any], key: Key) -> None:
+    """Let a table that the file does not have be of the type that it has by default, where it knows all keys."""
+    table, models = value_at(key, data), candidates(key, data)
+    if not isinstance(table, dict) or "type" in table or len(models) < 2:
+        return
+    fields = [owner.model_fields.get(str(key[-1])) for owner in candidates(key[:-1], data)]
+    default = fields[0].get_default(call_default_factory=True) if len(fields) == 1 and fields[0] else None
+    for model in models:
+        if isinstance(default, model) and set(table) <= set(model.model_fields):
+            table["type"] = type_name(model)
 
 
 def pairs(overrides: Overrides) -> Iterator[tuple[str, object] | Fault]:

@@ -11,6 +11,7 @@ from solver.case_file.words import either
 from solver.case_tables.analysis import Periodic, Transient
 from solver.case_tables.contact import AugmentedLagrangian, Contact, Penalty
 from solver.case_tables.model import FullModel, ModelTable
+from solver.case_tables.recorded import Recorded
 from solver.case_tables.time import DiscreteGradient, ImplicitMidpoint, Time
 
 Analysis = Transient | Periodic
@@ -25,6 +26,16 @@ def forcing_is_periodic(analysis: Analysis, load: Loads) -> Iterator[Fault]:
     """A periodic response has one forcing frequency."""
     if not isinstance(analysis, Periodic):
         return
+    for number, entry in load.items():
+        if isinstance(entry, Recorded):
+            yield Fault(
+                TYPE,
+                f'"periodic", with the recorded load "{entry.name}"',
+                "harmonic loads of one frequency: no period is sought in a record",
+                'type = "transient" marches whatever the loads are',
+                (("load", number, "type"),),
+            )
+            return
     frequencies = {n: entry.frequency for n, entry in load.items() if isinstance(entry, Ramped)}
     known = sorted(set(frequencies.values()))
     if len(known) == 1:

@@ -7,7 +7,7 @@ from itertools import pairwise
 from operator import itemgetter
 
 from meshes.geometry import CLOSEST, SNAP
-from solver.case import Beam, Gravity, Load, Mesh, PointForce, Probe, Support
+from solver.case import AtPoint, Beam, Gravity, Load, Mesh, Probe, Support
 from solver.case_file.faults import Fault, Key
 from solver.case_tables.values import Vector
 
@@ -19,7 +19,7 @@ Probes = Mapping[int, Probe]
 def loads_lie_in_the_beam(beam: Beam, mesh: Mesh, load: Loads) -> Iterator[Fault]:
     """Forces act at points of the beam."""
     for number, entry in load.items():
-        if isinstance(entry, PointForce):
+        if isinstance(entry, AtPoint):
             yield from _outside(("load", number, "point"), entry.point, beam, mesh)
 
 
@@ -89,7 +89,7 @@ def points_keep_apart(beam: Beam, support: Support, mesh: Mesh, load: Loads, pro
 def loads_have_a_node(mesh: Mesh, load: Loads) -> Iterator[Fault]:
     """A force on the axis acts at a node."""
     for number, entry in load.items():
-        if isinstance(entry, PointForce):
+        if isinstance(entry, AtPoint):
             yield from _between_nodes(("load", number, "point"), entry.point, mesh)
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -18,6 +19,7 @@ from solver.case_file.keys import label
 from solver.case_file.lines import key_lines, line_of
 from solver.case_file.magnitudes import beyond_reason
 from solver.case_file.overrides import Overrides, override
+from solver.case_file.record_fits import with_checksums
 from solver.case_file.schema import schema
 from solver.case_file.syntax import parse, read_text
 from solver.case_file.types import MOST_FAULTS, check_types
@@ -39,7 +41,7 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
             "support.clearance=0.2e-3"; loads and probes by name or number, "load.shaker.amplitude=5".
 
     Returns:
-        The case; the path of a mesh file, relative to the case file, is absolute in it.
+        The case; the paths of mesh files and records, relative to the case file, are absolute in it.
 
     Raises:
         CaseError: The file cannot be read, or the case has faults: all of them.
@@ -49,7 +51,7 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
     data = parse(text, str(path))
     typed, faults = override(data, overrides)
     _refuse_endless(data, path)
-    _find_mesh_file(data, path)
+    _find_files(data, path)
     tables, wrong = check_types(data)
     known = {fault.key for fault in wrong}
     wrong += [fault for fault in beyond_reason(data) if fault.key not in known]
@@ -58,7 +60,7 @@ def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
         faults += Places(path, data, key_lines(text), typed).put_in_order(wrong)
     if faults:
         raise CaseError(str(path), faults[:MOST_FAULTS])
-    return Case.model_validate(data)
+    return with_checksums(Case.model_validate(data))
 
 
 def read_tables(
@@ -93,11 +95,12 @@ def _refuse_endless(data: Mapping[str, Any], path: Path) -> None:
         raise CaseError(str(path), faults[:MOST_FAULTS])
 
 
-def _find_mesh_file(data: dict[str, Any], path: Path) -> None:
-    """Make the path of a mesh file absolute."""
-    mesh = data.get("mesh")
-    if isinstance(mesh, dict) and isinstance(mesh.get("file"), str) and mesh["file"]:
-        mesh["file"] = os.path.normpath(path.absolute().parent / mesh["file"])
+def _find_files(data: dict[str, Any], path: Path) -> None:
+    """Make the paths of mesh files and records absolute."""
+    loads = data.get("load")
+    for table in (data.get("mesh"), *(loads if isinstance(loads, list) else ())):
+        if isinstance(table, dict) and isinstance(table.get("file"), str) and table["file"]:
+            table["file"] = os.path.normpath(path.absolute().parent / table["file"])
 
 
 @dataclass(frozen=True)
@@ -122,13 +125,24 @@ class Places:
         """Return the fault with its place in words, and with every override that takes part in it."""
         own = self._typed(fault.key)
         line = line_of(fault.key, self.lines)
+        beside = "" if own else self._needs_type(fault.key)
+        if beside:
+            named = ".".join(map(str, fault.key))
+            fault = replace(fault, hint=re.sub(r'^add type = "(.*)"$', rf"add --set {named}=\1", fault.hint))
         if own:
             place = f"--set {printable(own)}"
+        elif beside:
+            place = f"--set {printable(beside)}: {label(fault.key, self.data, self.root)}"
         else:
             place = f"{self.path}{f':{line}' if line else ''}: {label(fault.key, self.data, self.root)}"
         others = dict.fromkeys(self._typed(key) for key in fault.related)
         places = [place, *(f"--set {printable(name)}" for name in others if name and name != own)]
         return replace(fault, where=" with ".join(places))
+
+    def _needs_type(self, key: Key) -> str:
+        """Return the override that made a table whose type is missing."""
+        made = key[-1:] == ("type",) and key[:-1] not in self.lines
+        return next((name for other, name in self.typed.items() if made and other[: len(key) - 1] == key[:-1]), "")
 
     def _typed(self, key: Key) -> str:
         """Return the override of a key, of a table around it, or of a key in it where the file lacks it."""

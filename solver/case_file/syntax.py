@@ -10,12 +10,12 @@ from typing import Any
 from solver.case_file.faults import CaseError, Fault
 from solver.case_file.near_misses import near
 from solver.case_file.words import either, printable
+from solver.output.records import KEY_OF_MANY_PARTS
 
 LARGEST = 1_000_000
-NO_CASES = ("pyproject.toml",)
 """The largest case file that is read, bytes."""
+NO_CASES = ("pyproject.toml",)
 LONGEST_LINE = 300
-_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
 
 EXPECTED = (
     ("overwrite a value", "every key at most once in its table"),
@@ -128,7 +128,7 @@ def read_toml(text: str) -> dict[str, Any]:
         RecursionError: Lists or tables are nested too deep, by brackets or by dots: tomllib takes memory as
             the square of the parts of a key.
     """
-    if _MANY_PARTS.search(text):
+    if KEY_OF_MANY_PARTS.search(text):
         raise RecursionError
     return tomllib.loads(text)
 

@@ -7,13 +7,15 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from solver.case import BaseMotion, Case, Exciter, Gravity, Ramped, Restraint
+from solver.case import AtPoint, BaseMotion, Case, Exciter, Gravity, Probe, Ramped, Restraint
+from solver.case_file.record_warnings import HARDEST, records
 from solver.case_file.timing import MULTIPLE_TOLERANCE
 from solver.case_tables.contact import Contact
 from solver.case_tables.model import BeamModel
 from solver.case_tables.time import GeneralizedAlpha, Newmark
 from solver.defaults import contact_patch, overhang_frequency
 from solver.integrators.created_energy import creates_energy
+from solver.loads.peaks import peak
 
 USUAL = (
     ("beam", "length", 1e-3, 100.0, "m, not mm"),
@@ -60,16 +62,10 @@ def unusual_values(case: Case) -> Iterator[str]:
         if isinstance(load, Gravity):
             if load.acceleration > 100:
                 yield f"{place} acceleration = {load.acceleration:g} is unusual; the unit is m/s^2"
-        elif not any(getattr(load, key, 0.0) for key in ACTS):
+        elif isinstance(load, Ramped) and not any(getattr(load, key, 0.0) for key in ACTS):
             yield f"{place} amplitude = 0: it does nothing"
-        elif isinstance(load, BaseMotion) and (peak := peak_acceleration(load)) > 1e4:
-            yield f"{place} shakes the support with {peak:.3g} m/s^2, over 1000 g: is the amplitude in mm?"
-
-
-def peak_acceleration(load: BaseMotion) -> float:
-    """Return the amplitude of a base motion as an acceleration, m/s^2."""
-    order = {"acceleration": 0, "velocity": 1, "displacement": 2}[load.quantity]
-    return abs(load.amplitude) * float((2 * math.pi * load.frequency) ** order)
+        elif isinstance(load, BaseMotion) and (hardest := peak(load)) > HARDEST:
+            yield f"{place} shakes the support with {hardest:.3g} m/s^2, over 1000 g: is the amplitude in mm?"
 
 
 def shape(case: Case) -> Iterator[str]:
@@ -105,7 +101,7 @@ def motion(case: Case) -> Iterator[str]:
 def start(case: Case) -> Iterator[str]:
     """Yield loads that start with a jump, or that never reach their amplitude."""
     for number, load in enumerate(case.load, 1):
-        if isinstance(load, Gravity):
+        if not isinstance(load, Ramped):
             continue
         place = f'[[load]] number {number} (name "{load.name}")'
         if load.ramp > case.time.end:
@@ -119,7 +115,7 @@ def steps(case: Case) -> Iterator[str]:
     time = case.time
     if time.step == "auto":
         return
-    periods = {f"load {load.name}": 1 / load.frequency for load in case.load if not isinstance(load, Gravity)}
+    periods = {f"load {load.name}": 1 / load.frequency for load in case.load if isinstance(load, Ramped)}
     periods["first bending mode"] = 1 / overhang_frequency(case)
     if time.frequency:
         periods["time.frequency"] = 1 / time.frequency
@@ -219,7 +215,7 @@ def output(case: Case) -> Iterator[str]:
 
 def mesh(case: Case) -> Iterator[str]:
     """Yield meshes that come out otherwise than asked for, or too large for a small machine."""
-    points = [entry.point for entry in (*case.load, *case.probe) if not isinstance(entry, Gravity | BaseMotion)]
+    points = [entry.point for entry in (*case.load, *case.probe) if isinstance(entry, AtPoint | Probe)]
     if any(not isinstance(point, tuple) or not any(point[1:]) for point in points):
         for key in ("cells_through_thickness", "cells_across_width"):
             if (getattr(case.mesh, key) or 0) % 2 == 1:
@@ -247,6 +243,7 @@ LOOKS: tuple[Callable[[Case], Iterator[str]], ...] = (
     motion,
     start,
     steps,
+    records,
     scheme,
     contact,
     output,

@@ -18,7 +18,7 @@ from dataclasses import replace
 import numpy as np
 
 from solver.attached import attached
-from solver.case import BaseMotion, Case, Exciter
+from solver.case import Case, Exciter, OfSupport
 from solver.case import Load as CaseLoad
 from solver.loads.patterns import load_direction, make_loads
 from solver.operators import Array, Operators, RankOnes
@@ -52,7 +52,7 @@ def assembled_system(
     mass, stiffness, damping = np.array([[load.mass, load.stiffness, load.damping] for load in exciters]).T
     axes = np.array([load_direction(load, dimension) for load in exciters])
     for number, load in enumerate(case.load):
-        if isinstance(load, BaseMotion):
+        if isinstance(load, OfSupport):
             along = axes @ load_direction(load, dimension)
             loads[number] = replace(loads[number], pattern=loads[number].pattern + (mass * along) @ rows)
     return SemiDiscreteSystem(

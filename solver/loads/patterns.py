@@ -3,25 +3,27 @@
 * gravity: f = M g e, with the consistent mass matrix; it also acts on the seat.
 * harmonic_force: f = N(x_p)^T e s(t), s in N.
 * exciter: the same, and its preload; what it adds to M, C and K is in `solver.loads.exciter`.
+* recorded_force, recorded_motion: the same as harmonic_force and base_motion, with the course in time of a record.
 * base_motion: the equations are solved in the frame of the support, where f = -M e a_b(t); a_b is the given
   acceleration, or the first or second derivative of the given velocity or displacement, ramp included.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
 
-from solver.case import BaseMotion, Case, Exciter, Gravity, PointForce
+from solver.case import AtPoint, Case, Exciter, Gravity, OfSupport, Ramped
 from solver.case import Load as CaseLoad
+from solver.case_tables.recorded import Recorded
 from solver.loads.harmonic import Harmonic
+from solver.loads.recorded import signal_of
 from solver.operators import Array, Operators
 from solver.points import point_row
 from solver.system import Load
-
-DERIVATIVES = {"acceleration": 0, "velocity": 1, "displacement": 2}
 
 
 def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, ...]:
@@ -32,7 +34,7 @@ def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, 
 
 def _pattern(load: CaseLoad, dimension: int, space: Any, operators: Operators) -> Array:
     direction = load_direction(load, dimension)
-    if isinstance(load, PointForce):
+    if isinstance(load, AtPoint):
         row = point_row(space, axis_point(load.point), f"[[load]] {load.name}")
         return row.force(direction, operators.size)
     return _inertia(operators, direction)
@@ -43,7 +45,7 @@ def load_direction(load: CaseLoad, dimension: int) -> Array:
     if isinstance(load, Gravity):
         return unit_direction(load.direction, dimension, -1.0)
     up = unit_direction(load.direction, dimension, 1.0)
-    return np.asarray(-up) if isinstance(load, BaseMotion) else up
+    return np.asarray(-up) if isinstance(load, OfSupport) else up
 
 
 def make_loads(case: Case, patterns: Sequence[Array], dimension: int) -> tuple[Load, ...]:
@@ -58,22 +60,27 @@ def make_loads(case: Case, patterns: Sequence[Array], dimension: int) -> tuple[L
 def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
     if isinstance(load, Gravity):
         return Load(load.name, pattern, _constant(load.acceleration), static=True, of_arrays=True)
-    harmonic = Harmonic(load.amplitude, load.frequency, load.phase, load.ramp)
-    if isinstance(load, PointForce):
-        return Load(load.name, pattern, harmonic.value, of_arrays=True)
-    derivative = DERIVATIVES[load.quantity]
-
-    def mean(start: Array, end: Array) -> Array:
-        return harmonic.mean(start, end, derivative)
-
+    value, mean = _course(load)
+    if isinstance(load, AtPoint):
+        return Load(load.name, pattern, value, of_arrays=True)
     return Load(
         load.name,
         pattern,
-        lambda time: harmonic.value(time, derivative),
+        value,
         frame_direction=np.pad(-load_direction(load, dimension), (0, 3 - dimension)),
         frame_mean=mean,
         of_arrays=True,
     )
+
+
+def _course(load: Ramped | Recorded) -> tuple[Callable[[Any], Any], Callable[[Array, Array], Array]]:
+    """Return s of a load, and its mean over intervals."""
+    if isinstance(load, Recorded):
+        recorded = signal_of(load)
+        return recorded.value, recorded.mean
+    harmonic = Harmonic(load.amplitude, load.frequency, load.phase, load.ramp)
+    derivative = load.derivative if isinstance(load, OfSupport) else 0
+    return partial(harmonic.value, derivative=derivative), partial(harmonic.mean, derivative=derivative)
 
 
 def unit_direction(direction: tuple[float, ...] | None, dimension: int, sign: float) -> Array:

@@ -1,0 +1,230 @@
+"""A measured signal from a text file: rows of numbers in columns, as loggers and spreadsheets write them.
+
+The lines above the first row are passed over; the last of them that has as many entries as a row names the columns.
+Blank lines, and what stands behind #, say nothing. Columns are separated by commas, semicolons, tabs or blanks, and
+numbers may have decimal commas where no comma separates them.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import io
+from collections.abc import Iterator
+from dataclasses import dataclass
+from functools import lru_cache
+from pathlib import Path
+
+import numpy as np
+
+from solver.case_file.faults import Fault, Key
+from solver.case_file.near_misses import near
+from solver.case_file.words import either, printable
+from solver.errors import UserError
+from solver.loads.record_layout import Layout, NoRows, layout_of, plain, without_unit
+from solver.operators import Array
+
+LARGEST = 256_000_000
+"""The largest file that is read, bytes."""
+FEWEST = 4
+"""Rows, of which a cubic has as many coefficients."""
+GREATEST = 1.0e30
+"""Of all numbers in a record."""
+LONGEST_LINE = 10_000
+HEAD = 65_536
+EXPECTED = "a text file with a time and a value in each row, its path relative to the case file"
+TIME, VALUE, FILE = ("time_column",), ("value_column",), ("file",)
+
+Column = int | str
+
+
+class RecordError(UserError):
+    """A record that cannot be used, with all its faults; their keys are those within the table of the load."""
+
+    def __init__(self, faults: list[Fault]) -> None:
+        super().__init__("\n\n".join(map(str, faults)))
+        self.faults = faults
+
+
+@dataclass(frozen=True, eq=False)
+class Record:
+    """The rows of a file.
+
+    Attributes:
+        times: As in the file, increasing, (rows,).
+        values: As in the file, (rows,).
+        checksum: SHA-256 of the file, hexadecimal.
+    """
+
+    times: Array
+    values: Array
+    checksum: str
+
+
+def read_record(file: str, time_column: Column, value_column: Column) -> Record:
+    """Read a record; one that was read before and has not changed since is not read again.
+
+    Args:
+        file: Its path.
+        time_column: Number from 1, or name.
+        value_column: Likewise.
+
+    Raises:
+        RecordError: There is no such file or column, it is too large, or it holds something else than finite numbers
+            in rows of equal length whose times increase.
+    """
+    path = Path(file)
+    try:
+        if "\0" in file or not path.exists():
+            raise _fault(FILE, f"{printable(file, 200)}, where there is no file", EXPECTED, _here(file))
+        if not path.is_file():
+            found = "a folder" if path.is_dir() else "a device or pipe"
+            raise _fault(FILE, f"{printable(file, 200)}, {found}", EXPECTED)
+        status = path.stat()
+        if status.st_size > LARGEST:
+            hint = "fewer columns, digits or rows; is it a record at all?"
+            raise _fault(FILE, f"a file of {status.st_size} bytes", f"at most {LARGEST} bytes", hint)
+        stamp = (status.st_mtime_ns, status.st_size, status.st_ino)
+        return _read(path, stamp, time_column, value_column)
+    except OSError as error:
+        found = f"{printable(file, 200)}, which cannot be read: {error.strerror or error}"
+        raise _fault(FILE, found, EXPECTED) from error
+
+
+@lru_cache(maxsize=8)
+def _read(path: Path, _stamp: tuple[int, ...], time_column: Column, value_column: Column) -> Record:
+    with path.open("rb") as file:
+        content = file.read(LARGEST + 1)
+    layout = _layout(content[:HEAD], len(content) > HEAD, time_column, value_column)
+    places = [_place(key, column, layout) for key, column in ((TIME, time_column), (VALUE, value_column))]
+    faults = [place for place in places if isinstance(place, Fault)]
+    if not faults and places[0] == places[1]:
+        faults = [Fault(VALUE, "the column of the times", "another one", "columns are counted from 1")]
+    if faults:
+        raise RecordError(faults)
+    times, values = _numbers(content, layout, [place for place in places if isinstance(place, int)])
+    faults = list(_faults(times, values))
+    if faults:
+        raise RecordError(faults)
+    return Record(times, values, hashlib.sha256(content).hexdigest())
+
+
+def _layout(head: bytes, goes_on: bool, time_column: Column, value_column: Column) -> Layout:
+    """Return how the rows are written, from the first bytes of a file."""
+    if b"\0" in head:
+        hint = "export it as text; UTF-16 text has to be saved as UTF-8"
+        raise _fault(FILE, "a binary file", EXPECTED, hint)
+    lines = head.decode("utf-8-sig", errors="replace").splitlines()
+    try:
+        return layout_of(lines[:-1] if goes_on else lines, (time_column, value_column))
+    except NoRows as error:
+        first = f"; its first line is {printable(lines[0])!r}" if lines else ", which is empty"
+        found = f"a file without a row of two numbers in its first {HEAD} bytes{first}"
+        raise _fault(FILE, found, EXPECTED, str(error)) from error
+
+
+def _place(key: Key, column: Column, layout: Layout) -> int | Fault:
+    """Return the number of a column, from 0."""
+    place = layout.place(column)
+    if place is not None:
+        return place
+    if isinstance(column, int):
+        return Fault(key, f"column {column}", f"1 to {layout.columns}: the first row has as many columns")
+    known = [name for names in layout.names[:1] for name in names if name]
+    if not known:
+        found = f'"{printable(column)}", but no line above the rows names columns'
+        return Fault(key, found, "a number of a column, from 1")
+    close = near(column, map(without_unit, known))
+    hint = f"did you mean {printable(close)!r}?" if close else ""
+    return Fault(key, f'"{printable(column)}"', either(map(printable, known[:20])), hint)
+
+
+def _numbers(content: bytes, layout: Layout, columns: list[int]) -> tuple[Array, Array]:
+    """Return two columns."""
+    text = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", errors="replace")
+    rows = Rows(text, layout)
+    try:
+        read = np.loadtxt(iter(rows), delimiter=layout.delimiter, usecols=columns, comments=None, ndmin=2)
+    except ValueError as error:
+        entries = layout.entries(rows.text)
+        wrong = next((entries[place] for place in columns if not _is_number(entries[place])), rows.text)
+        found = f"{printable(wrong.strip())!r} in line {rows.line}"
+        raise _fault(FILE, found, "a number", "put # in front of lines that are no rows") from error
+    return np.ascontiguousarray(read[:, 0]), np.ascontiguousarray(read[:, 1])
+
+
+@dataclass
+class Rows:
+    """The rows of a file, one after the other, each with as many columns as the first.
+
+    Attributes:
+        file: The text.
+        layout: How it is written.
+        line: Number of the last line that was read.
+        text: That line.
+    """
+
+    file: io.TextIOWrapper
+    layout: Layout
+    line: int = 0
+    text: str = ""
+
+    def __iter__(self) -> Iterator[str]:
+        layout = self.layout
+        for line in iter(lambda: self.file.readline(LONGEST_LINE + 1), ""):
+            self.line += 1
+            if self.line <= layout.leading:
+                continue
+            if len(line) > LONGEST_LINE:
+                raise _fault(FILE, f"more than {LONGEST_LINE} characters in line {self.line}", "rows of a few numbers")
+            self.text = plain(line)
+            if not self.text.strip():
+                continue
+            count = layout.count(self.text)
+            if count != layout.columns:
+                found = f"{count} columns in line {self.line}: {printable(self.text.strip())!r}"
+                hint = "was the file cut off? Lines that are no rows need a # in front"
+                raise _fault(FILE, found, f"{layout.columns}, as in the first row", hint)
+            yield self.text.replace(",", ".") if layout.comma else self.text
+
+
+def _faults(times: Array, values: Array) -> Iterator[Fault]:
+    """Yield what is wrong with the numbers of a record."""
+    for key, word, numbers in ((TIME, "time", times), (VALUE, "value", values)):
+        wrong = np.flatnonzero(~(np.abs(numbers) <= GREATEST))
+        if len(wrong):
+            many = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
+            found = f"the {word} {numbers[wrong[0]]:g} in row {wrong[0] + 1}{many}"
+            yield Fault(key, found, f"finite numbers up to {GREATEST:g}", "leave out rows where nothing was measured")
+    if len(times) < FEWEST:
+        yield Fault(FILE, f"{len(times)} rows", f"at least {FEWEST}")
+    back = np.flatnonzero(np.diff(times) <= 0.0)
+    if len(back):
+        row = int(back[0]) + 1
+        before, after = float(times[row - 1]), float(times[row])
+        alike = before == after
+        found = f"{before} in row {row} and {'again' if alike else after} in row {row + 1}"
+        hint = "times printed with too few digits, or another column?" if alike else "is it the column of the times?"
+        yield Fault(TIME, found, "times that increase from row to row", hint)
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True
+
+
+def _here(file: str) -> str:
+    """Return a hint at a file of the same name in the current folder, or at others beside the missing one."""
+    path = Path(file.replace("\0", ""))
+    if Path(path.name).is_file():
+        return f"{Path(path.name).absolute()} is a file: give that path"
+    if not path.parent.is_dir():
+        return f"there is no folder {path.parent} either"
+    close = near(path.name, [other.name for other in path.parent.iterdir()][:1000])
+    return f"did you mean {printable(close)}?" if close else ""
+
+
+def _fault(key: Key, found: str, expected: str, hint: str = "") -> RecordError:
+    return RecordError([Fault(key, found, expected, hint)])

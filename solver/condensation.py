@@ -4,19 +4,41 @@ With A = c_m M + c_k K + c_d sum_j c_j b_j b_j^T (dashpots) factored once, the s
 x = A^-1 r + A^-1 H^T f, and the gap needs only the Delassus operator D = G A^-1 H^T (m x m). Full accuracy, one
 back-substitution per step. Friction adds T^T h to the right side, and T A^-1 [H^T T^T] to what a step needs.
 
-A^-1 is kept on columns that span H^T and T^T: the interface DOFs, or the contact points where these are fewer.
+A^-1 is kept on columns that span H^T and T^T: the interface DOFs, or the contact points where these are fewer. Where
+memory has no room for the columns, or few steps are taken, only their part on the interface is computed and kept, for
+a fraction of what the columns take (`solver.mumps_inverse`): a step takes a second back-substitution.
 """
 
 from __future__ import annotations
 
 import time
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 from scipy.linalg import lu_factor, lu_solve
 from scipy.sparse import csr_matrix, hstack, identity
 
-from solver.operators import Array, Indices, Springs
+from solver.operators import Array, Factor, Indices, Springs
 from solver.system import SemiDiscreteSystem
+
+
+@dataclass(frozen=True)
+class Response:
+    """What point forces do.
+
+    Attributes:
+        gaps: D f = G A^-1 H^T f, (m,), m.
+        whole: A^-1 H^T f, (n,), where that is known.
+    """
+
+    gaps: Array
+    whole: Array | None = None
+
+    def further(self, length: float, other: Response) -> Response:
+        """Return this response and a share of another one."""
+        whole = None if self.whole is None or other.whole is None else self.whole + length * other.whole
+        return Response(self.gaps + length * other.gaps, whole)
 
 
 class CondensedOperator:
@@ -24,16 +46,28 @@ class CondensedOperator:
 
     Collective to make and to use.
 
+    Args:
+        system: The system.
+        mass: c_m.
+        stiffness: c_k.
+        dashpots: c_d.
+        springs: Added to A.
+        factor: What solves with A, where it is there already.
+        factored_in: Wall time that it took then, s.
+        seldom: Whether it is used a few times only, and quickly made rather than quick.
+
     Attributes:
         mass: c_m.
         stiffness: c_k.
         dashpots: c_d times the dashpots of the system; None: it has none.
-        delassus: D = G A^-1 H^T, (m, m); symmetric where H = G.
-        symmetric: Whether it is.
-        largest_compliance: The largest entry of its diagonal.
-        compliance: [G; T] A^-1 [G; T]^T, (m + m k, m + m k), symmetric; the Delassus operator without friction.
+        symmetric: Whether D = G A^-1 H^T is: where H = G.
+        iterative: Whether A is solved with by iterations: no.
+        diagonal: That of D, (m,).
+        largest_compliance: Its largest entry.
         seconds: Wall time of the factorization and of the Delassus operator.
     """
+
+    iterative = False
 
     def __init__(
         self,
@@ -42,45 +76,90 @@ class CondensedOperator:
         stiffness: float,
         dashpots: float = 0.0,
         springs: Springs | None = None,
+        factor: Factor | None = None,
+        factored_in: float = 0.0,
+        seldom: bool = False,
     ) -> None:
         self.mass, self.stiffness = mass, stiffness
         self.dashpots = None if system.dashpots is None or dashpots == 0.0 else system.dashpots.times(dashpots)
         contact = self._contact = system.contact
         self.symmetric = contact.symmetric
         started = time.perf_counter()
-        self._factor = system.operators.factor(mass, stiffness, springs, self.dashpots)
+        self._factor = system.operators.factor(mass, stiffness, springs, self.dashpots) if factor is None else factor
         factored = time.perf_counter()
         interface = contact.interface
         tangents, forces = contact.tangents, csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
         self._by_point = forces.shape[1] < interface.size
-        spanning = forces if self._by_point else csr_matrix(identity(interface.size))
-        self._columns = self._factor.solve_columns(interface, spanning)
-        mine = np.zeros((interface.size, spanning.shape[1]))
-        mine[interface.slots] = self._columns[interface.owned]
-        block = system.operators.sum(mine)
-        if not self._by_point:
-            block = 0.5 * (block + block.T)
+        self._columns: Array | None = None
+        block: Array | None = None
+        if not self._by_point and (seldom or not self._factor.keeps(interface.size)):
+            block = self._factor.interface_block(interface)
+        if block is None:
+            block = self._by_columns(system, forces if self._by_point else csr_matrix(identity(interface.size)))
         gaps = contact.gap_matrix @ block
         self._all = np.asfortranarray(gaps if tangents is None else np.concatenate([gaps, tangents @ block]))
         self._gaps = self._all[: contact.size]
-        delassus = self._gaps[:, : contact.size] if self._by_point else (contact.resultants.T @ self._gaps.T).T
-        self.delassus = np.ascontiguousarray(0.5 * (delassus + delassus.T) if self.symmetric else delassus)
         self._block = block if self.symmetric and not self._by_point else None
-        self.largest_compliance = float(np.max(np.diagonal(self.delassus), initial=0.0))
-        self.compliance = self.delassus if tangents is None else self._in_all_directions(forces)
-        self.seconds = {"factorization": factored - started, "delassus": time.perf_counter() - factored}
+        self.diagonal = self._diagonal()
+        self.largest_compliance = float(np.max(self.diagonal, initial=0.0))
+        self.seconds = {"factorization": factored - started + factored_in, "delassus": time.perf_counter() - factored}
+
+    def _by_columns(self, system: SemiDiscreteSystem, spanning: csr_matrix) -> Array:
+        """Return E^T A^-1 E X for columns X on the interface DOFs; keeps A^-1 E X if there is room. Collective."""
+        interface, count = system.contact.interface, spanning.shape[1]
+        keeps = self._factor.keeps(count)
+        mine = np.zeros((interface.size, count))
+        for first in range(0, count, max(count, 1) if keeps else _AT_ONCE):
+            part = slice(first, None if keeps else first + _AT_ONCE)
+            solved = self._factor.solve_columns(interface, spanning[:, part])
+            mine[interface.slots, part] = solved[interface.owned]
+            self._columns = solved if keeps else None
+        block = system.operators.sum(mine)
+        return block if self._by_point else 0.5 * (block + block.T)
+
+    @cached_property
+    def delassus(self) -> Array:
+        """D = G A^-1 H^T, (m, m)."""
+        contact, gaps = self._contact, self._gaps
+        whole = gaps[:, : contact.size] if self._by_point else (contact.resultants.T @ gaps.T).T
+        return np.ascontiguousarray(0.5 * (whole + whole.T) if self.symmetric else whole)
+
+    @cached_property
+    def compliance(self) -> Array:
+        """[G; T] A^-1 [G; T]^T, (m + m k, m + m k), symmetric; the Delassus operator without friction."""
+        contact = self._contact
+        if contact.tangents is None:
+            return self.delassus
+        forces = csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
+        whole = self._all if self._by_point else (forces.T @ self._all.T).T
+        return np.ascontiguousarray(0.5 * (whole + whole.T))
+
+    def among(self, points: Indices) -> Array:
+        """Return D between some of the points, (a, a), of which the whole is kept where it is not too large."""
+        if self._block is None or 8.0 * self._contact.size**2 <= _KEPT_WHOLE:
+            return np.asarray(self.delassus[np.ix_(points, points)])
+        gaps = self._contact.gap_matrix[points]
+        touched = np.unique(gaps.indices)
+        gaps = gaps[:, touched]
+        return np.asarray((gaps @ (gaps @ self._block[np.ix_(touched, touched)]).T).T)
 
     def solve_free(self, right_side: Array) -> Array:
         """Return A^-1 r: the motion without contact forces."""
         return self._factor.solve(right_side)
 
-    def correct(self, x: Array, forces: Array, friction: Array | None = None) -> Array:
+    def correct(
+        self, x: Array, forces: Array, friction: Array | None = None, _response: Response | None = None
+    ) -> Array:
         """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N."""
-        return np.asarray(x + _product(self._columns, self._loads(forces, friction)))
+        if self._columns is not None:
+            return np.asarray(x + _product(self._columns, self._loads(forces, friction)))
+        right_side = np.zeros_like(x)
+        self._contact.interface.add(right_side, self._contact.resultant(forces, friction))
+        return np.asarray(x + self._factor.solve(right_side))
 
-    def respond(self, forces: Array) -> Array:
-        """Return D f = G A^-1 H^T f, (m,)."""
-        return _product(self._gaps, self._loads(forces, None))
+    def respond(self, forces: Array) -> Response:
+        """Return D f = G A^-1 H^T f."""
+        return Response(_product(self._gaps, self._loads(forces, None)))
 
     def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
         """Return G A^-1 (H^T f + T^T h), (m,), and T A^-1 (H^T f + T^T h), (m, k); with friction only."""
@@ -104,7 +183,7 @@ class CondensedOperator:
         """
         if self._block is None or len(points) < _MANY:
             return None
-        if scale * float(np.sum(np.diagonal(self.delassus)[points] / compliance)) > _STIFF:
+        if scale * float(np.sum(self.diagonal[points] / compliance)) > _STIFF:
             return None
         gaps = self._contact.gap_matrix[points]
         touched = np.unique(gaps.indices)
@@ -132,11 +211,14 @@ class CondensedOperator:
             return forces
         return np.concatenate([forces, np.zeros(along) if friction is None else friction.reshape(-1)])
 
-    def _in_all_directions(self, forces: csr_matrix) -> Array:
-        compliance = self._all if self._by_point else (forces.T @ self._all.T).T
-        return np.ascontiguousarray(0.5 * (compliance + compliance.T))
+    def _diagonal(self) -> Array:
+        if self._by_point:
+            return np.array(np.diagonal(self._gaps))
+        return np.asarray(self._contact.resultants.T.multiply(self._gaps).sum(axis=1)).reshape(-1)
 
 
+_KEPT_WHOLE = 0.5e9  # bytes: a larger Delassus operator, which every rank would hold, is made where it is asked for
+_AT_ONCE = 64  # columns that are made at once where they are not kept
 _RUN_BREAK = 8  # a gap of a few unloaded columns is cheaper read than skipped
 _MANY = 200  # points, below which a factorization of their own is quicker than any detour
 _STIFF = 1.0e5  # ratio of compliances above which a detour costs more digits than that

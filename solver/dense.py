@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
@@ -22,6 +23,11 @@ class DenseFactor:
     """Cholesky factor of a dense effective operator."""
 
     cholesky: tuple[Array, bool]
+    tolerance: ClassVar[float] = 0.0
+
+    def keeps(self, _columns: int) -> bool:
+        """Return True: there are few DOFs."""
+        return True
 
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b, (n,)."""
@@ -32,6 +38,9 @@ class DenseFactor:
         right_sides = np.zeros((len(self.cholesky[0]), columns.shape[1]))
         right_sides[interface.owned] = columns.toarray()[interface.slots]
         return np.asfortranarray(cho_solve(self.cholesky, right_sides))
+
+    def interface_block(self, _interface: Interface) -> None:
+        """Return None: all columns are at hand."""
 
 
 class DenseOperators:
@@ -49,6 +58,13 @@ class DenseOperators:
         self.stiffness = np.atleast_2d(stiffness) + self.restraint
         self.size = len(self.mass)
         self.massless = np.diagonal(self.mass) == 0.0
+
+    @classmethod
+    def of_whole(cls, mass: Array, stiffness: Array, restraint: Array) -> DenseOperators:
+        """Return operators whose K, restraint included, is to the last bit what is given."""
+        found = cls(mass, np.zeros_like(mass), restraint)
+        found.stiffness = stiffness
+        return found
 
     @cached_property
     def modes(self) -> tuple[Array, Array]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, Protocol
 
@@ -14,13 +15,26 @@ Indices = NDArray[np.integer[Any]]
 
 
 class Factor(Protocol):
-    """A factored effective operator."""
+    """What solves with an effective operator."""
+
+    @property
+    def tolerance(self) -> float:
+        """Error over solution that iterations leave, in the energy norm; 0 where there is only round-off."""
+
+    def keeps(self, columns: int) -> bool:
+        """Return whether so many columns A^-1 E X may be kept in memory."""
 
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b; both arrays hold the owned part (n,). Collective."""
 
     def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
         """Return A^-1 E X for columns X (interface.size, r) on the interface DOFs: (n, r), column-major. Collective."""
+
+    def interface_block(self, interface: Interface) -> Array | None:
+        """Return E^T A^-1 E, (interface.size, interface.size), symmetric, the same on all ranks. Collective.
+
+        None: no quicker way to it is known than by columns.
+        """
 
 
 class Operators(Protocol):
@@ -74,6 +88,17 @@ class Interface:
         values = np.zeros(self.size)
         values[self.slots] = x[self.owned]
         return operators.sum(values)
+
+    def numbers(self, first: int, total: Callable[[Array], Array]) -> Indices:
+        """Return the numbers of all interface DOFs over all ranks, (size,). Collective.
+
+        Args:
+            first: That of this rank's first DOF.
+            total: Sums an array over ranks.
+        """
+        mine = np.zeros(self.size)
+        mine[self.slots] = self.owned + first
+        return np.asarray(total(mine).astype(np.int64))
 
     def add(self, x: Array, values: Array) -> None:
         """Add interface values (size,) to a vector in place; local."""

@@ -1,4 +1,8 @@
-"""Distributed operators of a finite element model: PETSc matrices, MUMPS factors."""
+"""Distributed operators of a finite element model: PETSc matrices, and what solves with them.
+
+What large models would not have room for is made when it is asked for: of M, the same for every component, one block
+is kept, and K as it is marched is put together from its parts.
+"""
 
 from __future__ import annotations
 
@@ -10,70 +14,20 @@ from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from mpi4py import MPI
 from petsc4py import PETSc
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, identity, kron
 
+from solver.added_springs import add_springs
 from solver.attached import updated
 from solver.elasticity import ElasticForms
-from solver.errors import RunError, UserError
+from solver.errors import UserError
+from solver.iterative_factor import IterativeFactor
+from solver.linear_solver import FACTORED, LinearSolver
 from solver.operators import Array, Factor, Interface, RankOnes, Springs
+from solver.product_matrix import as_matrix
 from solver.rigid_motions import rigid_motions
+from solver.sliced_factor import factor_on_ranks, not_factored
 
-SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
-
-
-class PetscFactor:
-    """MUMPS Cholesky factor of an effective operator.
-
-    Args:
-        matrix: A, or a matrix of the same layout where its factor is there already.
-        preconditioner: The factor of A as a preconditioner.
-        owner: What made the factor and would take it along when it goes.
-    """
-
-    def __init__(self, matrix: PETSc.Mat, preconditioner: PETSc.PC, owner: object = None) -> None:
-        self._matrix, self._preconditioner, self._owner = matrix, preconditioner, owner
-        self._solution, self._right_side = matrix.createVecs()
-
-    @classmethod
-    def of(cls, matrix: PETSc.Mat, prefix: str) -> PetscFactor:
-        """Factor a matrix, with a prefix for PETSc's options. Collective."""
-        preconditioner = PETSc.PC().create(matrix.comm)
-        preconditioner.setOptionsPrefix(prefix)
-        preconditioner.setOperators(matrix)
-        preconditioner.setType("cholesky")
-        preconditioner.setFactorSolverType("mumps")
-        preconditioner.setFromOptions()
-        preconditioner.setUp()
-        return cls(matrix, preconditioner)
-
-    def solve(self, right_side: Array) -> Array:
-        """Return A^-1 b. Collective."""
-        self._right_side.array[:] = right_side
-        self._preconditioner.apply(self._right_side, self._solution)
-        return np.array(self._solution.array_r)
-
-    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
-        """Return A^-1 E X for columns X on the interface DOFs, (n, r), column-major. Collective."""
-        matrix = self._matrix
-        local, total = matrix.getLocalSize()[0], matrix.getSize()[0]
-        wanted, mine = columns.shape[1], columns[interface.slots].tocsc()
-        result = np.empty((local, wanted), order="F")
-        factored = self._preconditioner.getFactorMatrix()
-        for first in range(0, wanted, SOLVE_BLOCK):
-            count = min(SOLVE_BLOCK, wanted - first)
-            units, solved = (
-                PETSc.Mat().createDense(((local, total), (PETSc.DECIDE, count)), comm=matrix.comm) for _ in "bx"
-            )
-            units.setUp()
-            solved.setUp()
-            units.getDenseArray()[interface.owned] = mine[:, first : first + count].toarray()
-            for dense in (units, solved):
-                dense.assemble()
-            factored.matSolve(units, solved)
-            result[:, first : first + count] = solved.getDenseArray()
-            units.destroy()
-            solved.destroy()
-        return result
+SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
 
 
 class PetscOperators:
@@ -85,6 +39,10 @@ class PetscOperators:
         correction: What a contact formulation adds to K.
         lumped: Make M diagonal.
         extrapolation: E, which moves mass from the contact nodes into the body (`solver.mass_redistribution`).
+        solver: How effective operators are solved with.
+
+    Attributes:
+        solver: As given.
 
     Raises:
         UserError: A lumped mass is not positive.
@@ -99,48 +57,61 @@ class PetscOperators:
         correction: Springs | None = None,
         lumped: bool = False,
         extrapolation: PETSc.Mat | None = None,
+        solver: LinearSolver = FACTORED,
     ) -> None:
-        self._comm = space.mesh.comm
-        self._mass = mass_matrix(_assemble(forms.mass), lumped, extrapolation)
-        diagonal = np.array(self._mass.getDiagonal().array_r)
+        self.solver = solver
+        self._comm, self._space = space.mesh.comm, space
+        mass = mass_matrix(_assemble(forms.mass), lumped, extrapolation)
+        diagonal = np.array(mass.getDiagonal().array_r)
         self.massless = diagonal == 0.0
         self._has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
         self._restraint = _assemble(forms.restraint)
         self._elastic = _assemble(forms.stiffness)
         if correction is not None:
-            self._add_springs(self._elastic, correction)
-        self._stiffness = self._elastic.copy()
-        self._stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+            add_springs(self._elastic, correction, self.sum)
+        pattern = PETSc.Mat.Structure
+        # mass that was moved into the body couples DOFs of different cells
+        self._mass_pattern = (
+            pattern.SUBSET_NONZERO_PATTERN if extrapolation is None else pattern.DIFFERENT_NONZERO_PATTERN
+        )
         self._rigid = rigid_motions(space)
         self._components = space.dofmap.index_map_bs
-        self.size = self._mass.getLocalSize()[0]
+        self.size = mass.getLocalSize()[0]
         # Every component has the same mass matrix: a product with it, of all components at once, reads a ninth (3D).
-        first, _ = self._mass.getOwnershipRange()
+        first, _ = mass.getOwnershipRange()
         rows = PETSc.IS().createStride(self.size // self._components, first, self._components, comm=self._comm)
-        self._component_mass = self._mass.createSubMatrix(rows, rows)
+        self._component_mass = mass.createSubMatrix(rows, rows)
+        mass.destroy()
         nodes = self._component_mass.getSizes()[1]
         self._components_in = PETSc.Mat().createDense((nodes, (PETSc.DECIDE, self._components)), comm=self._comm)
         self._components_in.setUp()
         self._components_in.assemble()
         self._components_out = self._component_mass.matMult(self._components_in)
-        self._vector_in, self._vector_out = self._stiffness.createVecs()
-        self._stiffness_diagonal = np.array(self._stiffness.getDiagonal().array_r)
+        self._vector_in, self._vector_out = self._elastic.createVecs()
+        self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
 
-    @property
     def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
-        """M and K; not to be changed."""
-        return self._mass, self._stiffness
+        """Return M and K, made for the caller. Collective."""
+        return self._whole_mass(), self._whole_stiffness()
+
+    def shifted(self, shift: float) -> PETSc.Mat:
+        """Return K + sigma M, made for the caller, with M on its own for no longer than that takes. Collective."""
+        stiffness = self._whole_stiffness()
+        stiffness.axpy(shift, self._whole_mass(), self._mass_pattern)
+        return stiffness
+
+    def products(self) -> tuple[PETSc.Mat, PETSc.Mat]:
+        """Return M and K as PETSc's matrices that know their products only. Collective."""
+        return as_matrix(self.apply_mass, self._elastic), as_matrix(self.apply_stiffness, self._elastic)
 
     def with_springs(self, on_mass: Sequence[Springs], on_stiffness: Sequence[Springs]) -> tuple[PETSc.Mat, PETSc.Mat]:
         """Return M and K with more on some of their DOFs, which may couple DOFs of different cells. Collective."""
-        results = []
-        for matrix, added in ((self._mass, on_mass), (self._stiffness, on_stiffness)):
-            result = matrix.copy() if added else matrix
-            result.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        results = self.matrices()
+        for matrix, added in zip(results, (on_mass, on_stiffness), strict=True):
+            matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
             for springs in added:
-                self._add_springs(result, springs)
-            results.append(result)
-        return results[0], results[1]
+                add_springs(matrix, springs, self.sum)
+        return results
 
     def as_springs(self, added: RankOnes) -> Springs:
         """Return sum_j a_j b_j b_j^T as a matrix on the DOFs where the b_j are not zero. Collective."""
@@ -173,7 +144,7 @@ class PetscOperators:
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
     ) -> Factor:
-        """Factor mass M + stiffness K + springs + added by MUMPS (options prefix gapbeam_effective_).
+        """Return what solves with mass M + stiffness K + springs + added (options prefix gapbeam_effective_).
 
         Where M alone is asked for, rows of massless DOFs are those of K, which hold them in static equilibrium.
 
@@ -182,25 +153,54 @@ class PetscOperators:
 
         Collective.
         """
-        effective = self._stiffness.copy()
+        effective = self._whole_stiffness()
         if stiffness != 0.0 or not self._has_massless:
             effective.scale(stiffness)
         else:
             first = effective.getOwnershipRange()[0]
             effective.zeroRowsColumns((first + np.flatnonzero(~self.massless)).astype(PETSc.IntType), diag=0.0)
         if mass != 0.0:
-            effective.axpy(mass, self._mass, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+            effective.axpy(mass, self._whole_mass(), self._mass_pattern)
         if springs is not None:
-            self._add_springs(effective, springs)
+            add_springs(effective, springs, self.sum)
         effective.setOption(PETSc.Mat.Option.SPD, True)
+        if self.solver.iterative and stiffness != 0.0:
+            return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added)
+        return updated(self._factored(effective, "gapbeam_effective_"), self, added)
+
+    def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
+        """Return what solves with a symmetric positive definite matrix on the body's DOFs.
+
+        Args:
+            matrix: The matrix; it is taken over.
+            prefix: Of PETSc's options.
+            tolerance: Error over solution, if by iterations.
+
+        Raises:
+            RunError: The factorization failed, from lack of memory or because the operator is singular.
+
+        Collective.
+        """
+        if self.solver.iterative:
+            return self._iterated(matrix, prefix, tolerance)
+        matrix.setOption(PETSc.Mat.Option.SPD, True)
+        return self._factored(matrix, prefix)
+
+    def shifted_solver(self, mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, tolerance: float) -> Factor:
+        """Return what solves with K + sigma M (prefix gapbeam_shifted_) like `solver_of`; takes K over. Collective."""
+        stiffness.axpy(shift, mass, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        return self.solver_of(stiffness, SHIFTED, tolerance)
+
+    def _iterated(
+        self, matrix: PETSc.Mat, prefix: str, tolerance: float, added: RankOnes | None = None
+    ) -> IterativeFactor:
+        return IterativeFactor(matrix, self._space, self._rigid, self, prefix, tolerance, added)
+
+    def _factored(self, matrix: PETSc.Mat, prefix: str) -> Factor:
         try:
-            factor = PetscFactor.of(effective, "gapbeam_effective_")
+            return factor_on_ranks(matrix, prefix, self.sum, self.solver.columns_limit)
         except PETSc.Error as error:
-            raise RunError(
-                f"the effective operator with {effective.getSize()[0]} DOFs could not be factored ({error}); "
-                "a coarser mesh needs less memory"
-            ) from error
-        return updated(factor, self, added)
+            raise not_factored(matrix.getSize()[0], error) from error
 
     def sum(self, local: Array) -> Array:
         """Sum a small array over all ranks, to the same bits on every rank. Collective."""
@@ -216,17 +216,20 @@ class PetscOperators:
         """Return x without its rigid part, which elasticity does not feel: it would only bring round-off into K x."""
         return np.asarray(x - self._rigid @ self.sum(self._rigid.T @ x))
 
-    def _add_springs(self, effective: PETSc.Mat, springs: Springs) -> None:
-        interface, matrix = springs.interface, springs.matrix
-        first = effective.getOwnershipRange()[0]
-        mine = np.zeros(interface.size)
-        mine[interface.slots] = interface.owned + first
-        place = self.sum(mine)
-        for slot, owned in zip(interface.slots, interface.owned, strict=True):
-            entries = slice(matrix.indptr[slot], matrix.indptr[slot + 1])
-            columns = place[matrix.indices[entries]].astype(PETSc.IntType)
-            effective.setValues([int(owned + first)], columns, matrix.data[entries], addv=PETSc.InsertMode.ADD_VALUES)
-        effective.assemble()
+    def _whole_stiffness(self) -> PETSc.Mat:
+        stiffness = self._elastic.copy()
+        stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        return stiffness
+
+    def _whole_mass(self) -> PETSc.Mat:
+        """Return M, of the block that every component has."""
+        starts, columns, values = self._component_mass.getValuesCSR()
+        local = csr_matrix((values, columns, starts), (len(starts) - 1, self._component_mass.getSize()[1]))
+        whole = kron(local, identity(self._components), format="csr")
+        pattern = whole.indptr.astype(PETSc.IntType), whole.indices.astype(PETSc.IntType), whole.data
+        mass = PETSc.Mat().createAIJ(self._elastic.getSizes(), bsize=self._components, csr=pattern, comm=self._comm)
+        mass.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        return mass
 
     def _product(self, matrix: PETSc.Mat, x: Array) -> Array:
         self._vector_in.array[:] = x

@@ -12,6 +12,7 @@ import ufl
 from dolfinx import fem
 from scipy.sparse.linalg import splu
 
+from solver import condensation
 from solver.analyses.transient import EffectiveOperators, March, march
 from solver.contact.law import kelvin_voigt
 from solver.integrators.midpoint import Midpoint
@@ -153,3 +154,26 @@ def test_solves_by_way_of_the_interface_are_refused_where_they_cost_digits() -> 
     rigid = np.full(len(points), 1.0e-20)
     assert condensed.solve_by_interface(DT, points, rigid, np.ones(len(points))) is None
     assert condensed.solve_by_interface(DT, points[:10], np.full(10, 1.0e-8), np.ones(10)) is None
+
+
+def test_large_delassus_operators_are_made_where_they_are_asked_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Among some points it is G A^-1 G^T by solves, whether the whole is kept or not; so is its diagonal."""
+    model = beam_model({"contact": {"quadrature_degree": 9}, "mesh": SOLID})
+    contact = model.system.contact
+    condensed = EffectiveOperators(model.system, Midpoint()).at(DT)
+    points = np.flatnonzero(contact.faces == 1)[::40]
+    exact = []
+    for point in points:
+        force = np.zeros(contact.size)
+        force[point] = 1.0
+        right_side = np.zeros(model.system.operators.size)
+        contact.interface.add(right_side, contact.resultant(force))
+        moved = contact.interface.trace(condensed.solve_free(right_side), model.system.operators)
+        exact.append((contact.gap_matrix @ moved)[points])
+    size = np.max(np.abs(exact))
+    assert np.max(np.abs(condensed.among(points) - exact)) <= 1e-10 * size
+    monkeypatch.setattr(condensation, "_KEPT_WHOLE", 0.0)
+    del condensed.delassus
+    assert np.max(np.abs(condensed.among(points) - exact)) <= 1e-10 * size
+    assert "delassus" not in vars(condensed)
+    assert np.max(np.abs(condensed.diagonal[points] - np.diagonal(exact))) <= 1e-10 * size

@@ -20,7 +20,6 @@ from solver.stable_step import SAFETY, stable_step
 from solver.system import State
 from tests.command import DEMO, alone, called, on_ranks, settings
 from tests.models import SOLID, beam_model, mass_of, seat_of, spread, stiffness_of, thrown
-from tests.test_ranks_agree import SHORT, run_on_ranks, too_far
 
 MESHES: dict[str, dict[str, Any]] = {
     "quadrilaterals": {},
@@ -154,13 +153,6 @@ def test_massless_nodes_go_with_every_formulation(formulation: str) -> None:
     ledger, _ = flight(moved, 2.0e-5, 100)
     assert abs(ledger.residual) < 1e-6 * ledger.exchanged
     assert ledger.created < 1e-6 * ledger.exchanged
-
-
-@alone
-def test_ranks_agree_with_massless_nodes(tmp_path: Path) -> None:
-    """One, two and three ranks extrapolate, condense and march the same."""
-    results = run_on_ranks(DEMO, (*SHORT, "contact.mass=redistributed"), tmp_path)
-    assert too_far(results) == {}
 
 
 @pytest.mark.slow

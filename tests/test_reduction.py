@@ -19,7 +19,7 @@ from solver.reduction.modes import lowest_modes
 from solver.reduction.reduced_body import reduced_body
 from solver.system import VALUE
 from solver.variants import body_key
-from solver.verdict import remarks_on_basis
+from solver.verdict import remarks_on_model
 from tests.models import BEAM, COARSE, GRAVITY, SOLID, beam_case, beam_model, bending_frequencies, seat_of
 
 PUSH = {"type": "harmonic_force", "name": "push", "point": 0.15, "amplitude": 400.0, "frequency": 100.0}
@@ -54,8 +54,9 @@ def pair(mesh: dict[str, object], **model: object) -> tuple[Model, Model]:
 
 def test_modes_are_those_of_scipy() -> None:
     model = beam_model()
-    mass, stiffness = model.system.operators.matrices
-    modes = lowest_modes(mass, stiffness, 1e5, 12)
+    mass, stiffness = model.system.operators.matrices()
+    factor = model.system.operators.shifted_solver(mass, stiffness.copy(), 1e5, 1e-9)
+    modes = lowest_modes(mass, stiffness, factor, 1e5, 12)
     assert modes.shapes.T @ np.stack(
         [model.system.operators.apply_mass(shape) for shape in modes.shapes.T], axis=1
     ) == pytest.approx(np.eye(len(modes.squares)), abs=1e-9)
@@ -65,9 +66,10 @@ def test_modes_are_those_of_scipy() -> None:
 
 def test_all_modes_below_a_frequency_are_found() -> None:
     model = beam_model()
-    mass, stiffness = model.system.operators.matrices
-    many = lowest_modes(mass, stiffness, 1e5, 25)
-    below = lowest_modes(mass, stiffness, 1e5, 1, below=3000.0)
+    mass, stiffness = model.system.operators.matrices()
+    factor = model.system.operators.shifted_solver(mass, stiffness.copy(), 1e5, 1e-9)
+    many = lowest_modes(mass, stiffness, factor, 1e5, 25)
+    below = lowest_modes(mass, stiffness, factor, 1e5, 1, below=3000.0)
     assert len(below.squares) == np.sum(many.frequencies <= 3000.0)
     assert below.frequencies == pytest.approx(many.frequencies[: len(below.squares)], abs=1e-3)
 
@@ -188,7 +190,7 @@ def test_coarse_meshes_have_smaller_bases_than_asked_for() -> None:
 
 def test_a_basis_that_is_too_small_is_told() -> None:
     def remarks(**model: object) -> str:
-        return " ".join(remarks_on_basis(beam_model({"model": {"type": "reduced", **model}})))
+        return " ".join(remarks_on_model(beam_model({"model": {"type": "reduced", **model}})))
 
     assert remarks() == ""
     assert "the modes of the basis reach to" in remarks(modes=1)

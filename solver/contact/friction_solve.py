@@ -26,6 +26,7 @@ from solver.contact.sliding import Sliding
 from solver.contact.slip_solve import solve_slip
 from solver.contact.solve import ContactSolution, solve_contact
 from solver.errors import NotConverged
+from solver.matrix_free import Condensed
 from solver.operators import Array
 
 RELATIVE_TOLERANCE = 1.0e-11  # of the largest friction force
@@ -36,7 +37,7 @@ NEARLY_DEPENDENT = 1.0e-10  # of the largest singular value of their differences
 
 def solve_contact_and_friction(
     sliding: Sliding | None,
-    condensed: CondensedOperator,
+    condensed: Condensed,
     scale: float,
     held_depth: Array,
     weights: Array,
@@ -66,6 +67,7 @@ def solve_contact_and_friction(
     """
     if sliding is None:
         return solve_contact(condensed, scale, held_depth, weights, law, held, max_iterations, augmented)
+    assert isinstance(condensed, CondensedOperator)  # friction is solved for with a factor
     along_faces = condensed.compliance[len(weights) :, len(weights) :]
     forces, friction, iterations = coupled_newton(sliding, condensed, scale, held_depth, weights, law, held)
     mixing, changes, nothing = _Mixing(), list[float](), np.zeros_like(held)

@@ -23,10 +23,11 @@ import numpy as np
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, solve
 from scipy.optimize import brentq
 
-from solver.condensation import CondensedOperator
+from solver.condensation import CondensedOperator, Response
 from solver.contact.law import StagePressure
 from solver.errors import NotConverged
-from solver.operators import Array
+from solver.matrix_free import Condensed, MatrixFreeOperator
+from solver.operators import Array, Indices
 
 RELATIVE_TOLERANCE = 1.0e-11
 NOTHING = 1.0e-290  # Pa; below it numbers lose their digits
@@ -45,7 +46,7 @@ class ContactSolution:
     """Forces f = w p (m,), N, the penetration (m,), m, the law there, and the number of iterations.
 
     And the change f - f_held, which has more digits than f; the work, J, that round-off in the penetration hides; with
-    friction also its forces h = w t (m, k), N.
+    friction also its forces h = w t (m, k), N; what the change does to the body, where that is known.
     """
 
     forces: Array
@@ -55,6 +56,7 @@ class ContactSolution:
     iterations: int
     unresolved: float = 0.0
     friction: Array | None = None
+    response: Response | None = None
 
     def traction(self, weights: Array) -> Array | None:
         """Return the tangential traction h / w, (m, k), Pa; None without friction."""
@@ -62,7 +64,7 @@ class ContactSolution:
 
 
 def solve_contact(
-    condensed: CondensedOperator,
+    condensed: Condensed,
     scale: float,
     held_depth: Array,
     weights: Array,
@@ -126,7 +128,7 @@ def _deepest(solution: ContactSolution) -> float:
 
 
 def _solve_by_softening(
-    condensed: CondensedOperator,
+    condensed: Condensed,
     scale: float,
     held_depth: Array,
     weights: Array,
@@ -151,7 +153,7 @@ def _solve_by_softening(
 
 
 def _solve(
-    condensed: CondensedOperator,
+    condensed: Condensed,
     scale: float,
     held_depth: Array,
     weights: Array,
@@ -161,7 +163,8 @@ def _solve(
     max_iterations: int,
 ) -> ContactSolution:
     change = start - held
-    depth = held_depth - scale * condensed.respond(change) if start is not held else held_depth
+    response = condensed.respond(change) if start is not held else None
+    depth = held_depth if response is None else held_depth - scale * response.gaps
     size = float(np.max(np.abs(held_depth), initial=0.0))
     least = max(NOTHING, EPSILON * float(np.max(np.abs(held / weights), initial=0.0)))
     residuals: list[float] = []
@@ -177,19 +180,29 @@ def _solve(
         floor = ROUND_OFF * float(np.max(stage.slope, initial=0.0)) * max(size, cancelled)
         stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
         if residual <= wanted:
-            return _settled(held, change, depth, stage, iteration, size)
-        newton = _newton_change(condensed, scale, held_depth, weights, depth, stage, held, not stalled)
+            return _settled(held, change, depth, stage, iteration, size, response)
+        newton, newton_response = _newton_change(
+            condensed, scale, held_depth, weights, depth, stage, held, not stalled, response
+        )
         update = newton - change
         # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
         if stalled and residual <= floor and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces)):
-            return _settled(held, change, depth, stage, iteration, size)
-        deeper = -scale * condensed.respond(update)
-        length = 1.0
-        if iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):
+            return _settled(held, change, depth, stage, iteration, size, response)
+        # iterations leave an error in depths that a search would take for a slope
+        exhausted = condensed.iterative and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces))
+        if not exhausted and iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):
+            # a product with D is a solve there, and both responses are known as well as it would be
+            known = response if condensed.iterative else None
+            further = condensed.respond(update) if known is None else newton_response.further(-1.0, known)
             search = _exact_step if condensed.symmetric else _shorter_step
-            length = search(weights, forces, update, depth, deeper, law)
-        change = change + length * update if length < 1.0 else newton
-        depth = depth + length * deeper if length < 1.0 else held_depth - scale * condensed.respond(change)
+            length = search(weights, forces, update, depth, -scale * further.gaps, law)
+            if length < 1.0:
+                change, depth = change + length * update, depth - length * scale * further.gaps
+                assert response is not None  # the full steps before left one
+                response = response.further(length, further)
+                continue
+        change, response = newton, newton_response
+        depth = held_depth - scale * response.gaps
     raise NotConverged(
         f"the contact solve did not converge in {max_iterations} iterations: the law is missed by "
         f"{residuals[-1] if residuals else float('nan'):.3e} Pa",
@@ -199,7 +212,13 @@ def _solve(
 
 
 def _settled(
-    held: Array, change: Array, depth: Array, stage: StagePressure, iterations: int, size: float
+    held: Array,
+    change: Array,
+    depth: Array,
+    stage: StagePressure,
+    iterations: int,
+    size: float,
+    response: Response | None,
 ) -> ContactSolution:
     """Return the solution, without the round-off that is left of forces where the law knows none.
 
@@ -207,11 +226,11 @@ def _settled(
     """
     forces = np.where(stage.pressure == 0.0, 0.0, held + change)
     unresolved = UNRESOLVED * size * float(np.sum(np.abs(forces)))
-    return ContactSolution(forces, change, depth, stage, iterations, unresolved)
+    return ContactSolution(forces, change, depth, stage, iterations, unresolved, response=response)
 
 
 def _newton_change(
-    condensed: CondensedOperator,
+    condensed: Condensed,
     scale: float,
     held_depth: Array,
     weights: Array,
@@ -219,40 +238,47 @@ def _newton_change(
     stage: StagePressure,
     held: Array,
     detour: bool,
-) -> Array:
-    """Solve the linearized law with the balance for f - f_held; where the law has no slope f is known.
+    response: Response | None,
+) -> tuple[Array, Response]:
+    """Solve the linearized law with the balance for f - f_held and its response.
 
-    The detour by the interface DOFs is quicker and costs digits: without it where they are missing.
+    Where the law has no slope f is known. The detour by the interface DOFs is quicker and costs digits: without it
+    where they are missing. Iterations start from the response so far.
     """
     active = np.flatnonzero(stage.slope > 0.0)
     change = np.asarray(weights * stage.pressure - held)
-    if len(active) == 0:
-        return change
     compliance: Array = np.asarray(1.0 / (weights[active] * stage.slope[active]), dtype=float)
-    missing = compliance * change[active]
+    target = held_depth[active] - depth[active] + compliance * change[active]
     change[active] = 0.0
-    target = held_depth[active] - depth[active] + missing
+    if isinstance(condensed, MatrixFreeOperator):
+        return condensed.solve_linearized(scale, active, compliance, target, change, response)
     if np.any(change):
-        target -= scale * condensed.respond(change)[active]
+        target -= scale * condensed.respond(change).gaps[active]
+    if len(active) > 0:
+        change[active] = _solve_active(condensed, scale, active, compliance, target, detour)
+    return change, condensed.respond(change)
+
+
+def _solve_active(
+    condensed: CondensedOperator, scale: float, active: Indices, compliance: Array, target: Array, detour: bool
+) -> Array:
+    """Solve (diag(c) + s D) x = t on the active points."""
     detoured = condensed.solve_by_interface(scale, active, compliance, target) if detour else None
     if detoured is not None:
-        change[active] = detoured
-        return change
-    matrix = condensed.delassus[np.ix_(active, active)]
+        return detoured
+    matrix = condensed.among(active)
     matrix *= scale
     matrix[np.diag_indices_from(matrix)] += compliance
     try:
         if condensed.symmetric:
             # transposed it is column-major, and factored in place
-            change[active] = cho_solve(cho_factor(matrix.T, overwrite_a=True, check_finite=False), target)
-        else:
-            change[active] = solve(matrix, target, check_finite=False)
+            return np.asarray(cho_solve(cho_factor(matrix.T, overwrite_a=True, check_finite=False), target))
+        return np.asarray(solve(matrix, target, check_finite=False))
     except LinAlgError:
         # Compliances of nearly rigid laws vanish against round-off in D: take the smallest solution.
-        matrix = scale * condensed.delassus[np.ix_(active, active)]
+        matrix = scale * condensed.among(active)
         matrix[np.diag_indices_from(matrix)] += compliance
-        change[active] = np.linalg.lstsq(matrix, target, rcond=1.0e-14)[0]
-    return change
+        return np.asarray(np.linalg.lstsq(matrix, target, rcond=1.0e-14)[0])
 
 
 def _exact_step(

@@ -20,10 +20,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.contact.solve import solve_contact
 from solver.integrators.effective import hold
+from solver.matrix_free import Condensed
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step, imaged
 
 
@@ -40,7 +40,7 @@ class CentralDifference:
     def advance(
         self,
         system: SemiDiscreteSystem,
-        condensed: CondensedOperator,
+        condensed: Condensed,
         law: ContactLaw,
         old: State,
         dt: float,

@@ -14,11 +14,11 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.condensation import CondensedOperator
 from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
 from solver.integrators.effective import hold, image_of_solution
+from solver.matrix_free import Condensed
 from solver.operators import Array
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
@@ -61,7 +61,7 @@ class GeneralizedAlpha:
     def advance(
         self,
         system: SemiDiscreteSystem,
-        condensed: CondensedOperator,
+        condensed: Condensed,
         law: ContactLaw,
         old: State,
         dt: float,
@@ -114,7 +114,9 @@ class GeneralizedAlpha:
             max_iterations,
             law.augmented,
         )
-        acceleration = image_of_solution(system, condensed, free, right_side, solution.change, solution.friction)
+        acceleration = image_of_solution(
+            system, condensed, free, right_side, solution.change, solution.friction, solution.response
+        )
         stage_pressure = solution.forces / contact.weights
         lasting = old_share * old.pressure
         new = State(

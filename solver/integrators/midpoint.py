@@ -18,11 +18,11 @@ import time
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from solver.condensation import CondensedOperator
 from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
 from solver.integrators.effective import hold, image_of_solution
+from solver.matrix_free import Condensed
 from solver.operators import Array
 from solver.system import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
 
@@ -43,7 +43,7 @@ class Midpoint:
     def advance(
         self,
         system: SemiDiscreteSystem,
-        condensed: CondensedOperator,
+        condensed: Condensed,
         law: ContactLaw,
         old: State,
         dt: float,
@@ -89,7 +89,9 @@ class Midpoint:
             max_iterations,
             law.augmented,
         )
-        middle_velocity = image_of_solution(system, condensed, free, right_side, solution.change, solution.friction)
+        middle_velocity = image_of_solution(
+            system, condensed, free, right_side, solution.change, solution.friction, solution.response
+        )
         new = State(
             time=old.time + dt,
             u=old.u + dt * middle_velocity,

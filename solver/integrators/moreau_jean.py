@@ -26,6 +26,7 @@ from solver.contact.friction_solve import solve_contact_and_friction
 from solver.contact.law import ContactLaw, StagePressure
 from solver.contact.sliding import Sliding
 from solver.integrators.effective import hold, image_of_solution
+from solver.matrix_free import Condensed
 from solver.operators import Array
 from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
 
@@ -47,7 +48,7 @@ class MoreauJean:
     def advance(
         self,
         system: SemiDiscreteSystem,
-        condensed: CondensedOperator,
+        condensed: Condensed,
         law: ContactLaw,
         old: State,
         dt: float,
@@ -69,7 +70,8 @@ class MoreauJean:
         free_trace = contact.interface.trace(free, operators)
         free_rate = -(contact.gap_matrix @ free_trace)
         allowed = (1.0 - theta - theta * self.restitution) * old_rate
-        stiffness = 1.0 / (RIGID * dt * np.maximum(np.diagonal(condensed.delassus), 1e-300) * contact.weights)
+        assert isinstance(condensed, CondensedOperator)  # impulses are solved for with a factor
+        stiffness = 1.0 / (RIGID * dt * np.maximum(condensed.diagonal, 1e-300) * contact.weights)
 
         def impulses(excess: Array) -> StagePressure:
             pressed = closed & (excess > 0.0)
@@ -86,7 +88,9 @@ class MoreauJean:
             held,
             max_iterations,
         )
-        velocity = image_of_solution(system, condensed, free, right_side, solution.change, solution.friction)
+        velocity = image_of_solution(
+            system, condensed, free, right_side, solution.change, solution.friction, solution.response
+        )
         new = State(
             time=old.time + dt,
             u=old.u + dt * velocity,

@@ -7,12 +7,12 @@ from typing import Protocol
 from solver.case_tables.time import CentralDifference as CentralDifferenceScheme
 from solver.case_tables.time import DiscreteGradient, HHTAlpha, ImplicitMidpoint, Newmark, Scheme
 from solver.case_tables.time import MoreauJean as MoreauJeanScheme
-from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.integrators.central_difference import CentralDifference
 from solver.integrators.generalized_alpha import GeneralizedAlpha
 from solver.integrators.midpoint import Midpoint
 from solver.integrators.moreau_jean import MoreauJean
+from solver.matrix_free import Condensed
 from solver.system import SemiDiscreteSystem, State, Step
 
 
@@ -29,7 +29,7 @@ class Integrator(Protocol):
     def advance(
         self,
         system: SemiDiscreteSystem,
-        condensed: CondensedOperator,
+        condensed: Condensed,
         law: ContactLaw,
         old: State,
         dt: float,

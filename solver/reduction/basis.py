@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from solver.operators import Array, Operators
+from solver.reduction.ritz import symmetric_part, unit_directions
 
 INDEPENDENT = 1.0e-13  # of the largest eigenvalue of a Gram matrix of unit vectors
 
@@ -45,17 +46,9 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
     stiffness = np.stack([operators.apply_stiffness(vector) for vector in vectors.T], axis=1)
     inertia = operators.sum(np.ascontiguousarray(vectors.T @ mass))
     energy = operators.sum(np.ascontiguousarray(vectors.T @ stiffness)) + shift * inertia
-    lengths = np.sqrt(np.diagonal(energy))
-    scale = np.where(lengths > 0.0, 1.0, 0.0) / np.where(lengths > 0.0, lengths, 1.0)
-    lengths, directions = np.linalg.eigh(_symmetric(energy * np.outer(scale, scale)))
-    independent = lengths > INDEPENDENT * lengths[-1]
-    combine = scale[:, None] * directions[:, independent] / np.sqrt(lengths[independent])
-    compliances, modes = np.linalg.eigh(_symmetric(combine.T @ inertia @ combine))
+    combine = unit_directions(energy, INDEPENDENT)
+    compliances, modes = np.linalg.eigh(symmetric_part(combine.T @ inertia @ combine))
     heavy = compliances > np.finfo(float).eps * compliances[-1]
     compliances, modes = compliances[heavy][::-1], modes[:, heavy][:, ::-1]
     columns = vectors @ (combine @ (modes / np.sqrt(compliances)))
     return Basis(np.asfortranarray(columns), 1.0 / compliances - shift)
-
-
-def _symmetric(matrix: Array) -> Array:
-    return np.asarray(0.5 * (matrix + matrix.T))

@@ -11,7 +11,7 @@ from petsc4py import PETSc
 
 from solver.case_tables.model import ReducedModel
 from solver.operators import Array
-from solver.petsc_operators import PetscFactor, PetscOperators
+from solver.petsc_operators import PetscOperators
 from solver.reduction.modes import Modes, lowest_modes
 from solver.system import ContactOperator
 
@@ -38,19 +38,20 @@ def fixed_interface_vectors(
 
     Collective.
     """
-    mass, stiffness = operators.matrices
+    mass, stiffness = operators.matrices()
     interface = contact.interface
     first = stiffness.getOwnershipRange()[0]
     rows = (interface.owned + first).astype(PETSc.IntType)
-    fixed_stiffness, fixed_mass = stiffness.copy(), mass.copy()
     largest = float(stiffness.getDiagonal().max()[1])
-    fixed_stiffness.zeroRowsColumns(rows, diag=largest)
+    stiffness.zeroRowsColumns(rows, diag=largest)
+    least = float(mass.getDiagonal().min()[1])
     # the frequency of the rows of fixed DOFs lies above all others
-    fixed_mass.zeroRowsColumns(rows, diag=float(mass.getDiagonal().min()[1]))
-    modes = lowest_modes(fixed_mass, fixed_stiffness, shift, settings.modes, settings.frequency)
+    mass.zeroRowsColumns(rows, diag=least)
+    shifted = operators.shifted_solver(mass, stiffness.copy(), shift, operators.solver.basis_tolerance)
+    modes = lowest_modes(mass, stiffness, shifted, shift, settings.modes, settings.frequency)
     motions = np.identity(interface.size) if shapes is None else _fitted(contact, shapes)
-    fixed_stiffness.setOption(PETSc.Mat.Option.SPD, True)
-    interior = PetscFactor.of(fixed_stiffness, "gapbeam_interior_")
+    # constraint modes nearly cancel where they make up a motion of the whole body
+    interior = operators.solver_of(stiffness, "gapbeam_interior_", operators.solver.tolerance)
     constraints = np.empty((operators.size, motions.shape[1]), order="F")
     for number, motion in enumerate(motions.T):
         moved = np.zeros(operators.size)

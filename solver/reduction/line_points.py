@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Literal
 
-from solver.case import Case, PointForce
+from solver.case import AtPoint, Case
 from solver.reduction.lines import across_lines
 from solver.system import ContactOperator
 
@@ -35,6 +35,6 @@ def is_symmetric(case: Case) -> bool:
         return False
     if case.contact.rubs is not None or case.contact.points is not None:
         return False
-    points = [load.point for load in case.load if isinstance(load, PointForce)]
+    points = [load.point for load in case.load if isinstance(load, AtPoint)]
     directions = [load.direction for load in case.load if load.direction is not None]
     return not any(isinstance(vector, tuple) and len(vector) > 1 and vector[1] != 0.0 for vector in points + directions)

@@ -1,8 +1,9 @@
-"""Vibration modes of a finite element body by SLEPc, and the factor that found them.
+"""Vibration modes of a finite element body, and the factor that found them.
 
     K x = s M x,    found by shift and invert: (K + sigma M)^-1 M x = x / (s + sigma)
 
-sigma > 0 makes the operator of a floating body positive definite.
+with a factor by SLEPc, without one by iterations that need no solve (`solver.reduction.lobpcg`). sigma > 0 makes the
+operator of a floating body positive definite.
 """
 
 from __future__ import annotations
@@ -15,10 +16,13 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from solver.errors import RunError
-from solver.operators import Array
-from solver.petsc_operators import PetscFactor
+from solver.iterative_factor import IterativeFactor
+from solver.operators import Array, Factor
+from solver.reduction.lobpcg import lowest_shapes
 
 TOLERANCE = 1.0e-12
+SHAPES = 1.0e-7  # error of shapes by iterations, in the energy norm; squares of frequencies are off by its square
+INEXACT = 3.0  # times the tolerance of iterative solves: what is asked of modes found without
 MARGIN = 1.3  # more modes than a first count, when all below a frequency are wanted
 
 
@@ -29,12 +33,12 @@ class Modes:
     Attributes:
         squares: Squares of the angular frequencies, ascending, (k,), 1/s^2.
         shapes: Mode shapes on the DOFs of this rank, (n, k), with x^T M x = 1.
-        factor: The factor of K + sigma M.
+        factor: What solves with K + sigma M.
     """
 
     squares: Array
     shapes: Array
-    factor: PetscFactor
+    factor: Factor
 
     @property
     def frequencies(self) -> Array:
@@ -42,21 +46,41 @@ class Modes:
         return np.asarray(np.sqrt(np.maximum(self.squares, 0.0)) / (2.0 * pi))
 
 
-def lowest_modes(mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, count: int, below: float | None = None) -> Modes:
+class _Solve:
+    """A solve as PETSc's Python preconditioner."""
+
+    def __init__(self, factor: Factor) -> None:
+        self._factor = factor
+
+    def apply(self, _preconditioner: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        y.array[:] = self._factor.solve(x.array_r)
+
+
+def lowest_modes(
+    mass: PETSc.Mat,
+    stiffness: PETSc.Mat,
+    factor: Factor,
+    shift: float,
+    count: int,
+    below: float | None = None,
+) -> Modes:
     """Return the modes with the lowest frequencies.
 
     Args:
-        mass: M.
-        stiffness: K, positive semi-definite.
+        mass: M, in rows or as a product.
+        stiffness: K, likewise, positive semi-definite.
+        factor: What solves with K + sigma M.
         shift: sigma, 1/s^2.
         count: How many, if `below` is not given; at least one is found.
         below: All below this frequency, Hz.
 
     Raises:
-        RunError: The factorization failed, or not all modes converged.
+        RunError: Not all modes converged.
 
     Collective.
     """
+    if isinstance(factor, IterativeFactor):
+        return _iterated(mass, factor, shift, count, below)
     solver = SLEPc.EPS().create(mass.comm)
     solver.setOptionsPrefix("gapbeam_modes_")
     solver.setOperators(stiffness, mass)
@@ -66,11 +90,11 @@ def lowest_modes(mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, count: int
     solver.setTolerances(TOLERANCE)
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
-    transform.setMatStructure(PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+    transform.setMatMode(SLEPc.ST.MatMode.SHELL)
     linear = transform.getKSP()
     linear.setType("preonly")
-    linear.getPC().setType("cholesky")
-    linear.getPC().setFactorSolverType("mumps")
+    linear.getPC().setType("python")
+    linear.getPC().setPythonContext(_Solve(factor))
     most = stiffness.getSize()[0]
     wanted = min(max(count, 1), most)
     while True:
@@ -94,4 +118,29 @@ def lowest_modes(mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, count: int
     for column, number in enumerate(order):
         solver.getEigenvector(int(number), shape)
         shapes[:, column] = shape.array_r
-    return Modes(squares[order], shapes, PetscFactor(stiffness, linear.getPC(), solver))
+    return Modes(squares[order], shapes, factor)
+
+
+def _iterated(mass: PETSc.Mat, factor: IterativeFactor, shift: float, count: int, below: float | None) -> Modes:
+    """Return the modes as `lowest_modes` does, without a solve. Collective."""
+    given, image = mass.createVecs()
+
+    def multiply_mass(x: Array) -> Array:
+        result = np.empty_like(x)
+        for number, column in enumerate(x.T):
+            given.array[:] = column
+            mass.mult(given, image)
+            result[:, number] = image.array_r
+        return result
+
+    most = mass.getSize()[0]
+    wanted, shapes = min(max(count, 1), most), None
+    tolerance = max(SHAPES, INEXACT * factor.tolerance)
+    while True:
+        values, shapes = lowest_shapes(factor, multiply_mass, wanted, tolerance, shapes)
+        squares = values - shift
+        if below is None or squares[-1] > (2.0 * pi * below) ** 2 or wanted == most:
+            break
+        wanted = min(int(MARGIN * 2 * wanted) + 1, most)
+    kept = slice(None) if below is None else squares <= (2.0 * pi * below) ** 2
+    return Modes(squares[kept], shapes[:, kept], factor)

@@ -19,10 +19,10 @@ from solver.system import ContactOperator
 RIGID = 0.5  # of the shift; modes below are motions of the floating body on its weak restraint
 
 
-def neglected_share(
-    operators: Operators, contact: ContactOperator, factor: Factor, basis: Basis, shift: float, pressures: Array
-) -> float:
-    """Return the share of the flexibility that a basis neglects, at least 0.
+def neglected_shares(
+    operators: Operators, contact: ContactOperator, factor: Factor, basis: Basis, shift: float, pressures: list[Array]
+) -> list[float]:
+    """Return the shares of the flexibility that a basis neglects, at least 0, one for each set of pressures.
 
     Args:
         operators: M and K.
@@ -30,20 +30,24 @@ def neglected_share(
         factor: The factor of K + sigma M.
         basis: V and its frequencies.
         shift: sigma, 1/s^2.
-        pressures: Columns of pressures at the contact points, (m, k).
+        pressures: Sets of pressures at the contact points, columns (m, k).
 
     Collective.
     """
     interface = contact.interface
-    loads = np.asarray(contact.resultants @ (contact.weights[:, None] * pressures))
+    loads = np.asarray(contact.resultants @ (contact.weights[:, None] * np.concatenate(pressures, axis=1)))
     moved = factor.solve_columns(interface, csr_matrix(loads))
     forces = loads[interface.slots]
     full = operators.sum(np.einsum("ij,ij->j", moved[interface.owned], forces))
     shares = operators.sum(np.ascontiguousarray(basis.columns[interface.owned].T @ forces)) ** 2
     flexibility = shares / (basis.squares + shift)[:, None]
-    rigid = flexibility[basis.squares < RIGID * shift].sum()
-    elastic = float(full.sum() - rigid)
-    return max(float(full.sum() - flexibility.sum()) / elastic, 0.0) if elastic > 0.0 else 0.0
+    rigid = flexibility[basis.squares < RIGID * shift].sum(axis=0)
+    missing, elastic = full - flexibility.sum(axis=0), full - rigid
+    ends = np.cumsum([columns.shape[1] for columns in pressures])[:-1]
+    return [
+        max(float(missed.sum() / whole.sum()), 0.0) if whole.sum() > 0.0 else 0.0
+        for missed, whole in zip(np.split(missing, ends), np.split(elastic, ends), strict=True)
+    ]
 
 
 def random_pressures(contact: ContactOperator, count: int, shapes: Array | None = None) -> Array:

@@ -22,13 +22,13 @@ from solver.case import Case
 from solver.case_tables.model import ReducedModel
 from solver.defaults import overhang_frequency
 from solver.operators import Array
-from solver.petsc_operators import PetscOperators
+from solver.petsc_operators import SHIFTED, PetscOperators
 from solver.reduction.basis import modal_basis
 from solver.reduction.face_shapes import face_shapes
 from solver.reduction.fixed_interface import fixed_interface_vectors
 from solver.reduction.line_points import gathered_points, is_symmetric
 from solver.reduction.modes import Modes, lowest_modes
-from solver.reduction.neglected import neglected_share, random_pressures
+from solver.reduction.neglected import neglected_shares, random_pressures
 from solver.reduction.projection import Kept, moved, projected
 from solver.reduction.report import BasisReport
 from solver.system import ContactOperator
@@ -50,9 +50,9 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     assert isinstance(operators, PetscOperators)
     symmetric = is_symmetric(case)
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
-    mass, stiffness = operators.matrices
     count = RIGID_MODES[case.mesh.dimension] + settings.modes
-    modes = lowest_modes(mass, stiffness, shift, count, settings.frequency)
+    factor = operators.solver_of(operators.shifted(shift), SHIFTED, operators.solver.basis_tolerance)
+    modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency)
     shapes = _pressures(case, contact, settings, symmetric)
     loads = np.stack([modes.factor.solve(pattern) for pattern in body.patterns], axis=1) if body.patterns else None
     vectors = _vectors(operators, contact, modes, shapes, settings, shift)
@@ -63,6 +63,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
         kept = moved(body, fewer, basis)
     smooth = random_pressures(contact, CHECKED, face_shapes(contact, 2 * settings.shapes - 1, (0,)))
     local = random_pressures(contact, CHECKED)
+    neglected = neglected_shares(operators, contact, modes.factor, basis, shift, [local, smooth])
     report = BasisReport(
         modes=len(modes.squares),
         highest_mode=float(modes.frequencies.max(initial=0.0)),
@@ -71,8 +72,8 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
         size=int(np.sum(kept)),
         left_out=int(np.sum(~kept)),
         highest=float(np.sqrt(basis.squares[kept].max()) / (2.0 * pi)),
-        neglected=neglected_share(operators, contact, modes.factor, basis, shift, local),
-        neglected_smooth=neglected_share(operators, contact, modes.factor, basis, shift, smooth),
+        neglected=neglected[0],
+        neglected_smooth=neglected[1],
     )
     return replace(
         projected(body, fewer, basis.kept(kept)),

@@ -1,0 +1,173 @@
+"""A preconditioner of effective operators: multigrid in the degree of the elements, then algebraic.
+
+    degree 2 and more: smoothing on the mesh's own elements, and a solve on those of degree 1 of the same mesh, which
+    have an eighth of the DOFs (3D): by a factor, or beyond `FACTORED` of them by smoothed aggregation (GAMG)
+    degree 1: smoothed aggregation, which is given the rigid motions
+
+Smoothed aggregation alone takes six times as many iterations on elements of degree 2.
+Coarse solves and aggregation take PETSc's options under the prefix of the solver: what the user gives there goes first.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from copy import copy
+
+import numpy as np
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from petsc4py import PETSc
+
+from solver.block_matrix import BlockMatrix
+from solver.operators import Array
+from solver.rigid_motions import rigid_motions
+from solver.smoother import Smoother
+
+FACTORED = 400_000  # DOFs of the coarse elements, above which their factor would be what iterations avoid
+
+FACTOR = "cholesky"
+AGGREGATION = "gamg"
+Part = Callable[[Array], Array]
+Dots = Callable[[Array, Array], Array]
+
+
+class Aggregation:
+    """A = matrix + added on elements of degree 1, preconditioned by smoothed aggregation.
+
+    Args:
+        matrix: The assembled part of A, symmetric positive definite, in rows; it is taken over.
+        space: The space of its DOFs.
+        prefix: Of PETSc's options.
+        dots: x_j^T y_j over all ranks, (n, k), (n, k) -> (k,).
+        added: What is added to the matrix, as a product on blocks of columns; None: nothing.
+
+    Collective to make and to use.
+    """
+
+    def __init__(
+        self, matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str, _dots: Dots, added: Part | None = None
+    ) -> None:
+        self._added, self._rows, self._space, self._prefix = added, matrix, space, prefix
+        with_rigid_motions(matrix, space)
+        self._matrix = BlockMatrix.of(matrix.copy(), space.dofmap.index_map_bs)
+        self._inverse = _Preconditioner(matrix, prefix, AGGREGATION)
+
+    def multiply(self, x: Array) -> Array:
+        """Return A x, (n, k). Collective."""
+        return self._matrix(x) if self._added is None else self._matrix(x) + self._added(x)
+
+    def precondition(self, residual: Array) -> Array:
+        """Return about A^-1 r, (n, k). Collective."""
+        return self._inverse(residual)
+
+    def stiffened(self, springs: PETSc.Mat, product: BlockMatrix) -> Aggregation:
+        """Return the same for A + springs, a matrix in rows of a few DOFs and its product. Collective."""
+        other = copy(self)
+        other._added = _sum(self._added, product)
+        rows = self._rows.copy()
+        rows.axpy(1.0, springs, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        with_rigid_motions(rows, self._space)
+        other._inverse = _Preconditioner(rows, self._prefix, AGGREGATION)
+        return other
+
+
+class Multigrid:
+    """A = matrix + added on elements of degree 2 and more, preconditioned by a V-cycle; see `Aggregation`."""
+
+    def __init__(
+        self, matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str, dots: Dots, added: Part | None = None
+    ) -> None:
+        self._added, self._dots, self._prefix = added, dots, f"{prefix}mg_coarse_"
+        block = space.dofmap.index_map_bs
+        self._space = fem.functionspace(space.mesh, ("Lagrange", 1, (block,)))
+        self._lifting = fem_petsc.interpolation_matrix(self._space, space)
+        self._lifting.assemble()
+        self._small = matrix.ptap(self._lifting)
+        self._matrix = BlockMatrix.of(matrix, block)
+        self._diagonal = self._matrix.diagonal
+        self._restricted = BlockMatrix.of(self._lifting.transpose(PETSc.Mat()), block)
+        self._lifted = BlockMatrix.of(self._lifting.copy(), block)
+        self._set_up(self._small, self._diagonal)
+
+    def _set_up(self, small: PETSc.Mat, diagonal: Array) -> None:
+        small.setBlockSize(self._matrix.size)
+        small.setOption(PETSc.Mat.Option.SPD, True)
+        with_rigid_motions(small, self._space)
+        kind = FACTOR if small.getSize()[0] <= FACTORED else AGGREGATION
+        self._coarse = _Preconditioner(small, self._prefix, kind)
+        inverse = BlockMatrix.of_blocks(np.asarray(np.linalg.inv(diagonal)))
+        self._smoother = Smoother(inverse, self.multiply, self._dots, self._lifted.rows)
+
+    def multiply(self, x: Array) -> Array:
+        """Return A x, (n, k). Collective."""
+        return self._matrix(x) if self._added is None else self._matrix(x) + self._added(x)
+
+    def precondition(self, residual: Array) -> Array:
+        """Return about A^-1 r, (n, k). Collective."""
+        x, missing = self._smoother.smooth(residual)
+        lifted = self._lifted(self._coarse(self._restricted(missing)))
+        x += lifted
+        missing -= self.multiply(lifted)
+        x += self._smoother.smooth(missing, last=True)[0]
+        return x
+
+    def stiffened(self, springs: PETSc.Mat, product: BlockMatrix) -> Multigrid:
+        """Return the same for A + springs: both levels see them. See `Aggregation`. Collective."""
+        other = copy(self)
+        other._added = _sum(self._added, product)
+        small = self._small.copy()
+        small.axpy(1.0, springs.ptap(self._lifting), PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        other._set_up(small, self._diagonal + product.diagonal)
+        return other
+
+
+class _Preconditioner:
+    """One of PETSc's, set up, on blocks of columns."""
+
+    def __init__(self, matrix: PETSc.Mat, prefix: str, kind: str) -> None:
+        self._matrix, self._inner = matrix, PETSc.PC().create(matrix.comm)
+        self._inner.setOptionsPrefix(prefix)
+        self._inner.setOperators(matrix)
+        self._inner.setType(kind)
+        if kind == FACTOR:
+            self._inner.setFactorSolverType("mumps")
+        self._inner.setFromOptions()
+        self._inner.setUp()
+        self._in, self._out = matrix.createVecs()
+
+    def __call__(self, x: Array) -> Array:
+        if x.shape[1] == 1:
+            self._in.array[:] = x[:, 0]
+            self._inner.apply(self._in, self._out)
+            return np.array(self._out.array_r)[:, None]
+        sizes = self._in.getSizes(), (PETSc.DECIDE, x.shape[1])
+        given = PETSc.Mat().createDense(sizes, array=np.array(x, order="F"), comm=self._matrix.comm)
+        found = PETSc.Mat().createDense(sizes, comm=self._matrix.comm)
+        found.setUp()
+        for made in (given, found):
+            made.assemble()
+        self._inner.matApply(given, found)
+        result = np.array(found.getDenseArray(), order="C")
+        for made in (given, found):
+            made.destroy()
+        return result
+
+
+def multigrid(
+    matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str, dots: Dots, added: Part | None = None
+) -> Aggregation | Multigrid:
+    """Return what multiplies with and preconditions an effective operator; see `Aggregation`. Collective."""
+    kind = Aggregation if space.element.basix_element.degree == 1 else Multigrid
+    return kind(matrix, space, prefix, dots, added)
+
+
+def _sum(one: Part | None, other: Part) -> Part:
+    return other if one is None else lambda x: one(x) + other(x)
+
+
+def with_rigid_motions(matrix: PETSc.Mat, space: fem.FunctionSpace) -> None:
+    """Give an operator the rigid motions as its near-null space. Collective."""
+    motions = [
+        PETSc.Vec().createWithArray(np.ascontiguousarray(motion), comm=matrix.comm) for motion in rigid_motions(space).T
+    ]
+    matrix.setNearNullSpace(PETSc.NullSpace().create(vectors=motions, comm=matrix.comm))

@@ -18,10 +18,13 @@ from solver.body import MeshedBeam, mesh_beam, mesh_dofs
 from solver.case import Case, Ramped
 from solver.case_file.warnings import warnings
 from solver.case_tables.analysis import Periodic
+from solver.case_tables.recorded import Recorded
 from solver.defaults import Default, overhang_frequency, stiffness_unit
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
+from solver.loads.recorded import MOST_POWER, RecordedSignal, signal_of
+from solver.memory_limit import lack_of_memory, refuse_too_large_before_meshing
 from solver.model import Model, build_model
-from solver.verdict import remarks_on_basis
+from solver.verdict import remarks_on_model
 
 SOFT_ENOUGH = 1.0 / 3.0
 GIGABYTE = 1.0e9
@@ -31,19 +34,21 @@ def describe(case: Case, comm: MPI.Comm) -> Group:
     """Mesh, assemble and seat a case, march some steps and describe its run; of a large one, on coarser meshes.
 
     Raises:
-        UserError: The run would be refused: scheme and contact are known to create energy, or a point lies outside.
+        UserError: The run would be refused: scheme and contact are known to create energy, a point lies outside, or
+            there is no memory for what is tried out.
         CaseError: The computed time step does not go with the rest of the case.
         MeshError: A user's mesh does not fit the case.
         NotConverged: The beam finds no seat.
 
     Collective.
     """
+    refuse_too_large_before_meshing(case, comm, mesh_alone=True)
     meshed = mesh_beam(case, comm)
     if mesh_dofs(meshed) > LARGEST:
         return Group(
             _table("Model", _mesh_rows(case, meshed)),
             _table("Run", _cost_rows(predict_large(case, mesh_dofs(meshed), comm))),
-            *(Text(f"warning: {text}") for text in warnings(case)),
+            *(Text(f"warning: {text}") for text in [*warnings(case), *_memory_warnings(case, meshed, comm)]),
         )
     started = time.perf_counter()
     model = build_model(case, comm)
@@ -144,7 +149,21 @@ def _dynamics_rows(model: Model) -> list[tuple[str, str, str]]:
         if isinstance(load, Ramped):
             steps = 1.0 / (load.frequency * model.step)
             rows.append((load.name, f"{load.frequency:g} Hz", f"{steps:.4g} steps per period"))
+        elif isinstance(load, Recorded):
+            rows.append((load.name, *record_words(signal_of(load), model.step)))
     return rows
+
+
+def record_words(signal: RecordedSignal, step: float) -> tuple[str, str]:
+    """Return how fast a record is, and what it holds."""
+    curve, frequency = signal.curve, signal.content.below(MOST_POWER)
+    words = (
+        f"below which {MOST_POWER:.0%} of its power lie, {1.0 / (frequency * step):.4g} steps per period; "
+        if frequency > 0.0
+        else ""
+    )
+    words += f"{len(curve.knots)} rows over {curve.span:.6g} s, every {curve.interval:.4g} s; peak {signal.peak:.4g}"
+    return f"{frequency:.4g} Hz", words
 
 
 def restraint_frequency(case: Case, stiffness: float) -> float:
@@ -172,7 +191,17 @@ def _adaptive_rows(model: Model) -> list[tuple[str, str, str]]:
 
 def _warnings(model: Model) -> list[str]:
     accepted = accepted_energy_creators(model)
-    return [*warnings(model.case), *accepted, *remarks_on_basis(model), *_restraint_warnings(model)]
+    return [
+        *warnings(model.case),
+        *accepted,
+        *remarks_on_model(model),
+        *_restraint_warnings(model),
+    ]
+
+
+def _memory_warnings(case: Case, meshed: MeshedBeam, comm: MPI.Comm) -> list[str]:
+    fault = lack_of_memory(case, mesh_dofs(meshed), comm)
+    return [] if fault is None else [f"{fault}: gapbeam run refuses it but for gates.accept_lack_of_memory = true"]
 
 
 def _restraint_warnings(model: Model) -> list[str]:

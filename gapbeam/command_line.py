@@ -1,8 +1,8 @@
 """The command `gapbeam`.
 
 Exit status: 0 done; 1 internal error; 2 a fault of the input; 3 energy was created; 4 not converged;
-5 two runs do not agree (compare); 6 results could not be written; 124 the wall-time limit was reached; 130 interrupted;
-143 told to terminate.
+5 two runs do not agree (compare); 6 results could not be written; 7 out of memory; 124 the wall-time limit was reached;
+130 interrupted; 143 told to terminate.
 """
 
 from __future__ import annotations
@@ -12,6 +12,7 @@ import logging
 import re
 import sys
 from collections.abc import Mapping
+from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, NoReturn
 
@@ -28,6 +29,7 @@ from gapbeam.paper.command import paper
 from gapbeam.ranks import abort_together, first_rank, on_one_rank
 from gapbeam.report import report
 from gapbeam.stability import stability
+from gapbeam.surroundings import REMARKS, is_somewhere, words_of_the_command
 from gapbeam.sweep import sweep
 from gapbeam.terminal import harmless
 from gapbeam.tradeoff import rung_for, tradeoff
@@ -151,13 +153,22 @@ app.command()(on_one_rank(paper))
 
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
+    if arguments is None:
+        arguments = words_of_the_command()
     talks = first_rank()
+    if not is_somewhere():
+        if talks:
+            print("gapbeam: the folder that it was started in is gone; change to one that is there", file=sys.stderr)
+        sys.exit(INPUT_FAULT)
     _log_to_terminal(talks)
+    for remark in REMARKS:
+        logging.getLogger("gapbeam").warning("%s", remark)
     sys.exit(_dispatch(arguments, talks))
 
 
 def _dispatch(arguments: list[str] | None, talks: bool) -> int:
     try:
+        _refuse_empty(arguments or [])
         return abort_together(lambda: app(arguments, standalone_mode=False) or 0)
     except click.exceptions.Exit as leaving:
         return int(leaving.exit_code)
@@ -176,6 +187,19 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
         if talks:
             print(f"gapbeam: {harmless(error)}", file=sys.stderr)
         return int(status)
+
+
+def _refuse_empty(arguments: list[str]) -> None:
+    """Refuse words without a letter: `--output "$RESULTS"` with nothing in RESULTS would fill the current folder.
+
+    Raises:
+        UsageError: There is one.
+    """
+    for before, word in pairwise(["gapbeam", *arguments]):
+        if not word.strip():
+            raise click.UsageError(f"nothing but an empty word behind {before}: is a variable of the shell not set?")
+        if re.fullmatch(r"--[\w-]+=\s*", word):
+            raise click.UsageError(f"nothing behind {word.strip()}: is a variable of the shell not set?")
 
 
 def _log_to_terminal(talks: bool) -> None:

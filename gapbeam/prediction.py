@@ -22,6 +22,7 @@ from meshes.rank_zero import on_rank_zero
 from solver.analyses.static import Seat, find_seat
 from solver.analyses.transient import March
 from solver.case import Case, Ramped
+from solver.case_tables.recorded import Recorded
 from solver.course import Course
 from solver.errors import Interrupted, RunError
 from solver.integrators.schemes import make_integrator
@@ -123,7 +124,8 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
 
 def at_full_amplitude(case: Case) -> Case:
     """Return the case with loads that do not rise smoothly but act at once: a trial shall meet them as they will be."""
-    loads = tuple(load.model_copy(update={"ramp": 0.0}) if isinstance(load, Ramped) else load for load in case.load)
+    shaken = Ramped | Recorded
+    loads = tuple(load.model_copy(update={"ramp": 0.0}) if isinstance(load, shaken) else load for load in case.load)
     return case.model_copy(update={"load": loads})
 
 

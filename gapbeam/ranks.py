@@ -37,7 +37,7 @@ def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
 
     @functools.wraps(command)
     def guarded(*arguments: Arguments.args, **options: Arguments.kwargs) -> int:
-        if any(name in os.environ for name in RANK_VARIABLES):
+        if _rank_told() is not None:
             from mpi4py import MPI
 
             from solver.errors import UserError
@@ -73,13 +73,16 @@ def abort_together(work: Callable[[], int]) -> int:
         status = 2 if isinstance(error, click.ClickException) else getattr(error, "exit_status", None)
         if status is not None and _came_together(ranks):
             raise
-        print(f"gapbeam: rank {ranks.rank} failed; ending all ranks", file=sys.stderr)
-        if status is None:
-            traceback.print_exc()
-        else:
-            print(f"gapbeam: {harmless(error)}", file=sys.stderr)
-        sys.stderr.flush()
-        ranks.Abort(1 if status is None else int(status))
+        try:
+            told = f"gapbeam: rank {ranks.rank} failed; ending all ranks: {type(error).__name__}"
+            print(told, file=sys.stderr, flush=True)
+            if status is None:
+                traceback.print_exc()
+            else:
+                print(f"gapbeam: {harmless(error)}", file=sys.stderr)
+            sys.stderr.flush()
+        finally:  # also where there is no memory left to tell it: the others would wait forever
+            ranks.Abort(1 if status is None else int(status))
         raise
 
 

@@ -32,7 +32,6 @@ def report(
     """
     from postprocess.damage import as_written
     from postprocess.report.html import write_html
-    from postprocess.report.pdf import BrowserError, find_browser, write_pdf
 
     page = output if output is not None else _default(results)
     printed = page.with_suffix(".pdf")
@@ -40,20 +39,35 @@ def report(
     with as_written(*results):
         made = report_on(results, " ".join(["gapbeam report", *map(str, results)]))
         write_html(made, page)
+    tell_page(page, pdf)
+    return 0
+
+
+def tell_page(page: Path, pdf: bool | None) -> None:
+    """Say where a page is, and make its PDF beside it.
+
+    Args:
+        page: A page that is written, *.html.
+        pdf: Whether to print it; None: where a browser is found.
+
+    Raises:
+        BrowserError: No browser for a PDF that was asked for, or one that printed nothing.
+    """
+    from postprocess.report.pdf import BrowserError, find_browser, write_pdf
+
     print(page)
     if page.stat().st_size > HEAVY:
         LOG.warning("%s has %.1f MB: it opens slowly on a phone", page, page.stat().st_size / 1e6)
     if pdf is False:
-        return 0
+        return
     try:
         browser = find_browser()
     except BrowserError as lacking:
         if pdf:
             raise
         LOG.info("no PDF: %s", lacking)
-        return 0
-    print(write_pdf(page, printed, browser))
-    return 0
+        return
+    print(write_pdf(page, page.with_suffix(".pdf"), browser))
 
 
 def report_on(folders: Sequence[Path], command: str) -> Report:

@@ -13,7 +13,7 @@ from gapbeam.identification.problem import Problem, Values
 from gapbeam.identification.trial import Job, Piece, Record, compute
 from gapbeam.stored_records import REMEDY, StoredPiece, checked, differing, refuse_links
 from postprocess.errors import ResultsError
-from postprocess.plain_json import LARGEST
+from postprocess.plain_files import read_plain
 from postprocess.report.json_files import read_object
 from solver.case_file.keys import flat
 from solver.case_file.words import printable
@@ -101,9 +101,7 @@ def _read_log(path: Path, problem: Problem) -> dict[Piece, Record]:
     """
     if not path.exists():
         return {}
-    if not path.is_file() or path.stat().st_size > LARGEST:
-        raise ResultsError(path, "no plain file, or a huge one", f"a file of at most {LARGEST} bytes", REMEDY)
-    content = path.read_bytes()
+    content = read_plain(path, "a file of records", REMEDY)
     whole = content[: content.rfind(b"\n") + 1]
     if len(whole) < len(content):
         path.write_bytes(whole)

@@ -2,12 +2,13 @@
 
 from __future__ import annotations
 
-import json
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from gapbeam.ladder.report import DATA_FILE
+from postprocess.damage import as_written
+from postprocess.report.json_files import read_object
 from solver.case import Case
 from solver.errors import UserError
 
@@ -33,15 +34,18 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> tuple[str, dict
         None where there is no study of this very case.
 
     Raises:
-        UserError: The study has no rung inside the tolerance, or cannot be read.
+        UserError: The study has no rung inside the tolerance.
+        ResultsError: It cannot be read.
     """
     path = folder / DATA_FILE
-    if not path.is_file():
+    if not path.exists():
         return None
-    try:
-        study = json.loads(path.read_text(encoding="utf-8"))
-    except ValueError as fault:
-        raise UserError(f"{path} cannot be read ({fault}); remove it, or repeat the trade-off") from fault
+    with as_written(path):
+        return _cheapest(path, case, tolerance)
+
+
+def _cheapest(path: Path, case: Case, tolerance: float) -> tuple[str, dict[str, Any]] | None:
+    study = read_object(path, ("key", "rungs", "fixed"), "remove it, or repeat the trade-off")
     if study.get("key") != study_key(case):
         return None
     inside = [rung for rung in study["rungs"] if _inside(rung, tolerance)]

@@ -36,9 +36,10 @@ def paper(
     from gapbeam.paper.section_four import section_four
     from gapbeam.paper.section_three import section_three
     from gapbeam.paper.section_two import section_two
+    from gapbeam.report import tell_page
     from postprocess.report.blocks import Report, Section
     from postprocess.report.html import write_html
-    from postprocess.report.pdf import BrowserError, find_browser, write_pdf
+    from postprocess.report.pdf import find_browser
     from solver.output.folder import check_folder
     from solver.output.summary import versions
 
@@ -47,7 +48,8 @@ def paper(
         for number in SECTIONS:
             shutil.rmtree(output / f"section-{number}", ignore_errors=True)
     output.mkdir(parents=True, exist_ok=True)
-    browser = find_browser() if pdf else None
+    if pdf:
+        find_browser()  # it lacks before the work, not after
     clock, sections, seconds = time.perf_counter(), list[Section](), dict[str, float]()
     for number, make in zip(SECTIONS, (section_two, section_three, section_four), strict=True):
         began = time.perf_counter()
@@ -67,13 +69,7 @@ def paper(
         sections,
         meta,
     )
-    page = write_html(report, output / "report.html")
-    print(page)
-    if pdf is not False:
-        try:
-            print(write_pdf(page, page.with_suffix(".pdf"), browser or find_browser()))
-        except BrowserError as lacking:
-            LOG.info("no PDF: %s", lacking)
+    tell_page(write_html(report, output / "report.html"), pdf)
     LOG.info("written in %.0f s", time.perf_counter() - clock)
     missed = _errors(sections)
     for text in missed:

@@ -6,11 +6,12 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gapbeam.paper.motion import G, Motion
+from gapbeam.paper.motion import Motion
 from gapbeam.paper.printed import printed
 from postprocess.report.blocks import Block, Cell, Compared, Comparison, Table, Verdict, Words
 from postprocess.report.charts import Chart, Curve
 from postprocess.spectra import spectrum
+from solver.output.records import STANDARD_GRAVITY as G
 
 PERIODS_SHOWN = 5
 HIGHEST = 300.0  # Hz, of the spectra
@@ -24,6 +25,10 @@ def millimeters(motion: Motion) -> str:
     return f"{1e3 * motion.clearance:.3f} mm"
 
 
+def _is_among(motion: Motion, clearances: Sequence[float]) -> bool:
+    return any(abs(motion.clearance - other) < 1e-9 for other in clearances)
+
+
 def table_four(motions: Sequence[Motion], held_out: Sequence[float], command: str) -> Comparison:
     """Return Table 4 beside the peak to peak of computed motions, in g.
 
@@ -34,9 +39,8 @@ def table_four(motions: Sequence[Motion], held_out: Sequence[float], command: st
     """
     rows = []
     for motion, value in zip(motions, printed()["experiment"]["peak_to_peak_g"], strict=True):
-        predicted = any(abs(motion.clearance - other) < 1e-9 for other in held_out)
-        note = f"{'predicted' if predicted else 'fitted'}; {motion.word}"
-        rows.append(Compared(millimeters(motion), value, motion.peak_to_peak(motion.smoothed()), "g", note))
+        note = f"{'predicted' if _is_among(motion, held_out) else 'fitted'}; {motion.word}"
+        rows.append(Compared(millimeters(motion), value, motion.smoothed_peak_to_peak, "g", note))
     return Comparison("Table 4: peak to peak of the smoothed acceleration at 370 mm", rows, command=command)
 
 
@@ -58,7 +62,7 @@ def extremes(motions: Sequence[Motion], command: str) -> Table:
 
 def rises(motions: Sequence[Motion]) -> Verdict:
     """Say whether the peak to peak grows with the clearance, and where its relative rise is sharpest."""
-    here = np.array([motion.peak_to_peak(motion.smoothed()) for motion in motions])
+    here = np.array([motion.smoothed_peak_to_peak for motion in motions])
     clearances = np.array([motion.clearance for motion in motions])
     measured = np.array(printed()["experiment"]["peak_to_peak_g"])
     words = []
@@ -78,9 +82,9 @@ def rises(motions: Sequence[Motion]) -> Verdict:
 def figure_seventeen(motions: Sequence[Motion], held_out: Sequence[float], command: str) -> list[Chart]:
     """Return Fig. 17, the peak to peak over the clearance, and Fig. 20, the part of it that section 3 shares."""
     x = np.array([1e3 * motion.clearance for motion in motions])
-    here = np.array([motion.peak_to_peak(motion.smoothed()) for motion in motions])
+    here = np.array([motion.smoothed_peak_to_peak for motion in motions])
     measured = np.array(printed()["experiment"]["peak_to_peak_g"])
-    held = np.array([any(abs(motion.clearance - other) < 1e-9 for other in held_out) for motion in motions])
+    held = np.array([_is_among(motion, held_out) for motion in motions])
 
     def curves(part: np.ndarray) -> list[Curve]:
         return [

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 
 import numpy as np
 import xarray as xr
 
+from gapbeam.paper.printed import printed
 from gapbeam.sweeping.point import span
 from postprocess.periodicity import Periodicity
 from postprocess.records_in_memory import as_history
@@ -17,12 +19,12 @@ from postprocess.smoothing import RATE, smooth
 from postprocess.windows import Windows, settled_windows
 from solver.case_file.reader import read_case
 from solver.errors import RunError
+from solver.output.records import STANDARD_GRAVITY as G
 from solver.studies.kept_body import KeptBody
 from solver.studies.respond import respond
 from solver.studies.side_by_side import side_by_side
 from solver.studies.starts import seated
 
-G = 9.80665  # m/s^2
 SAMPLING = 1.0e-4  # s, between records
 HARMONICS = 8
 WANTED = ("time", "displacement", "velocity", "acceleration_absolute", "contact_force")
@@ -57,6 +59,11 @@ class Motion:
     def peak_to_peak(self, signal: Signal) -> float:
         """Return the mean over the windows of the peak to peak of a signal, in g."""
         return float(np.mean(self.windows.ranges(signal))) / G
+
+    @cached_property
+    def smoothed_peak_to_peak(self) -> float:
+        """What Table 4 holds: peak to peak of five points at the default rate, in g, the mean over the windows."""
+        return self.peak_to_peak(self.smoothed())
 
     def extremes(self, signal: Signal) -> tuple[float, float]:
         """Return the lowest and the highest value of a signal about its mean, in g, means over the windows."""
@@ -108,5 +115,5 @@ def _march(job: _Job) -> xr.Dataset:
 
 
 def _motion(clearance: float, history: xr.Dataset) -> Motion:
-    cycle, windows, _ = settled_windows(history, 20.0)
+    cycle, windows, _ = settled_windows(history, printed()["beam"]["frequency"])
     return Motion(clearance, history, cycle, windows)

@@ -13,6 +13,7 @@ from gapbeam.sweep import sweep
 from postprocess.census import census
 from postprocess.report.blocks import Block, Section, Words
 from postprocess.report.sections.sweep import SWEEP_FILE, sweep_sections
+from solver.output.records import STANDARD_GRAVITY
 
 COMMAND = "environment/run gapbeam paper"
 STARTS = 4
@@ -72,7 +73,7 @@ def _coexisting(records: Records) -> str:
     for point in several:
         peaks = sorted(float(branch.figures[FIGURE][0]) for branch in point.branches)
         clearance = 1e3 * float(point.values["support.clearance"])
-        told.append(f"{clearance:g} mm ({', '.join(f'{peak / 9.80665:.2f}' for peak in peaks)} g)")
+        told.append(f"{clearance:g} mm ({', '.join(f'{peak / STANDARD_GRAVITY:.2f}' for peak in peaks)} g)")
     return f"More than one response is found at {len(several)} of {len(points)} clearances: {'; '.join(told)}."
 
 

@@ -153,7 +153,7 @@ def _models(
 ) -> list[Block]:
     found = {name: moved if not changes else motions(case, clearances, {**settings, **FINE, **changes})
              for name, changes in MODELS.items()}  # fmt: skip
-    peaks = {name: np.array([one.peak_to_peak(one.smoothed()) for one in group]) for name, group in found.items()}
+    peaks = {name: np.array([one.smoothed_peak_to_peak for one in group]) for name, group in found.items()}
     reference = peaks[list(MODELS)[-1]]
     rows: list[tuple[Cell, ...]] = [
         (name, *map(float, values), 100.0 * float(np.max(np.abs(values / reference - 1.0))))

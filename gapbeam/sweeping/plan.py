@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import hashlib
 import json
 import re
 import shutil
@@ -19,6 +18,7 @@ from solver.case_file.faults import CaseError
 from solver.case_file.keys import flat
 from solver.case_file.reader import read_case
 from solver.case_tables.analysis import Periodic
+from solver.checkpoint.fingerprint import checksum_of
 from solver.errors import UserError
 from solver.output.folder import write_beside
 from solver.studies.axes import Axis, overrides_of, points_of
@@ -238,7 +238,7 @@ def _plan(sweep: Sweep, cases: Sequence[Case]) -> dict[str, Any]:
     plan |= {key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)}
     if cases[0].mesh.file is not None:
         content = Path(cases[0].mesh.file)
-        plan["contents of mesh.file"] = hashlib.sha256(content.read_bytes()).hexdigest() if content.is_file() else None
+        plan["contents of mesh.file"] = checksum_of(content) if content.is_file() else None
     plan |= {f"values of {axis.key}": list(axis.values) for axis in sweep.axes}
     plan |= {f"--{key}": getattr(sweep, name) for key, name in _OPTIONS.items()}
     return {key: value for key, value in plan.items() if key not in swept}

@@ -6,15 +6,18 @@ import io
 import json
 import math
 import time
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from gapbeam.sweeping.plan import Chain, Task, point_file
 from postprocess.display_units import shown
 from postprocess.records_in_memory import as_history
 from postprocess.signals import SignalError
-from postprocess.steady import Steady, steady
+from postprocess.steady import Quantity, Steady, steady
+from postprocess.whole_record import WORD, figures_of_record
 from solver.case import Case
 from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
@@ -103,12 +106,12 @@ def _classified(
     """Return the period and the figures of a response, as far as its records allow."""
     if response.verdict != "passed":
         return {}
-    if frequency is None:
-        notes.append("the forcing has no single frequency: no period, no windows")
-        return {}
     after = None if transient is None else begin.state.time + transient
+    history = as_history(response.history, response.labels)
     try:
-        found = steady(as_history(response.history, response.labels), frequency, after, limit)
+        if frequency is None:
+            return _without_period(history, after, notes) | {"transient": transient or 0.0}
+        found = steady(history, frequency, after, limit)
     except SignalError as fault:
         notes.append(f"no figures: {fault}")
         return {}
@@ -124,11 +127,22 @@ def described(found: Steady) -> dict[str, Any]:
         "repeats_within": found.cycle.residual,
         "windows": found.windows,
         "periods_in_a_window": found.periods,
-        "figures": {
-            name: {"unit": one.unit, "mean": one.mean, "scatter": one.scatter}
-            | ({"mean_in_g": one.mean * shown(one.unit)[1]} if one.unit == "m/s^2" else {})
-            for name, one in found.quantities.items()
-        },
+        "figures": _as_data(found.quantities),
+    }
+
+
+def _without_period(history: xr.Dataset, after: float | None, notes: list[str]) -> dict[str, Any]:
+    """Return the figures of a response that no forcing period divides: peaks over the record, one window."""
+    quantities, told = figures_of_record(history, after)
+    notes += ["the forcing has no single frequency: no cycle, figures are peaks over the whole record", *told]
+    return {"response": WORD, "windows": 1, "figures": _as_data(quantities)}
+
+
+def _as_data(quantities: Mapping[str, Quantity]) -> dict[str, Any]:
+    return {
+        name: {"unit": one.unit, "mean": one.mean, "scatter": one.scatter}
+        | ({"mean_in_g": one.mean * shown(one.unit)[1]} if one.unit == "m/s^2" else {})
+        for name, one in quantities.items()
     }
 
 

@@ -1,0 +1,64 @@
+"""What gapbeam needs of the process that it is started in, and puts right where it is missing."""
+
+from __future__ import annotations
+
+import os
+import pwd
+import stat
+import sys
+import tempfile
+from contextlib import suppress
+from pathlib import Path
+
+OTHERS = stat.S_IWGRP | stat.S_IWOTH
+REMARKS: list[str] = []  # for the log, once there is one
+
+
+def home_by_default() -> None:
+    """Set HOME where it is not: Open MPI does not start without."""
+    if not os.environ.get("HOME"):
+        home = tempfile.gettempdir()
+        with suppress(KeyError):  # a user that the system does not know, as in containers
+            home = pwd.getpwuid(os.getuid()).pw_dir
+        os.environ["HOME"] = home
+
+
+def cache_by_default() -> None:
+    """Take a cache in the folder for temporary files where the user's cannot be written: kernels are compiled into it.
+
+    It is the same one for all ranks of a machine, and nobody else's: what it holds is run.
+    """
+    usual = Path(os.environ.get("XDG_CACHE_HOME") or Path(os.environ["HOME"]) / ".cache")
+    with suppress(OSError):
+        usual.mkdir(parents=True, exist_ok=True)
+        if os.access(usual, os.W_OK | os.X_OK):
+            return
+    instead = Path(tempfile.gettempdir()) / f"gapbeam-{os.getuid()}"
+    with suppress(OSError):
+        instead.mkdir(mode=0o700, exist_ok=True)
+        found = instead.lstat()
+        if stat.S_ISDIR(found.st_mode) and found.st_uid == os.getuid() and not found.st_mode & OTHERS:
+            os.environ["XDG_CACHE_HOME"] = str(instead)
+            REMARKS.append(f"{usual} cannot be written: compiled kernels are kept in {instead}; set XDG_CACHE_HOME")
+
+
+def words_of_the_command() -> list[str]:
+    """Return the arguments of the command line, and take them from libraries that stumble over them.
+
+    DOLFINx reads all words, and takes none that is not UTF-8. What the terminal has no letter for is written with
+    escapes from now on.
+    """
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")
+    arguments = sys.argv[1:]
+    sys.argv[1:] = []
+    return arguments
+
+
+def is_somewhere() -> bool:
+    """Return whether the folder that the process works in is still there."""
+    try:
+        return bool(os.getcwd())  # noqa: PTH109 - Path.cwd() is no shorter way to ask
+    except OSError:
+        return False

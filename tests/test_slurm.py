@@ -1,0 +1,128 @@
+"""The job script for Slurm: statuses that it tells apart, and a run that goes on until it is done; Slurm is played."""
+
+from __future__ import annotations
+
+import os
+import re
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+import gapbeam
+from solver import errors
+from solver.interruption import Wish
+from tests.command import DEMO, PROJECT, RATTLE, alone, settings, surroundings
+from tests.interrupted import differing
+
+pytestmark = alone
+SCRIPT = PROJECT / "environment" / "slurm" / "gapbeam.sbatch"
+GOES_ON = {124, 138, 143}
+
+SRUN = """#!/usr/bin/env bash
+while [[ $1 == --* ]]; do shift; done
+echo "$OMP_NUM_THREADS $OPENBLAS_NUM_THREADS $MKL_NUM_THREADS $*" >>"$PLAY/calls"
+exec "$@"
+"""
+SCONTROL = """#!/usr/bin/env bash
+echo "$*" >>"$PLAY/queued"
+"""
+STATUS = """#!/usr/bin/env bash
+exit "$STATUS"
+"""
+# Slurm sends SIGUSR1 some time before the limit: here a moment after the march has begun.
+WARNED = """#!/usr/bin/env bash
+while [[ $1 == --* ]]; do shift; done
+since=$(date +%s%N)
+"$@" &
+rank=$!
+if (($(wc -l <"$PLAY/queued") < 2)); then
+  for _ in $(seq 600); do
+    [[ -n $(find "$PLAY/out" -newermt "@${since%?????????}" -name 'history.h5*' 2>/dev/null) ]] && break
+    sleep 0.05
+  done
+  sleep 0.4
+  kill -USR1 "$rank"
+fi
+wait "$rank"
+"""
+
+
+def program(folder: Path, name: str, text: str) -> None:
+    (folder / name).write_text(text, encoding="utf-8")
+    (folder / name).chmod(0o755)
+
+
+def submitted(folder: Path, *words: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:
+    """Start the job script with the programs of a folder in the place of Slurm's."""
+    played = {**surroundings(), "PATH": f"{folder}:{os.environ['PATH']}", "PLAY": str(folder), "SLURM_JOB_ID": "42"}
+    return subprocess.run(
+        [SCRIPT, *map(str, words)], env=played | variables, capture_output=True, text=True, timeout=240, check=False
+    )
+
+
+def test_job_script_is_one() -> None:
+    """Bash and shellcheck have nothing against it; signal, requeue and one thread a rank are asked for."""
+    assert subprocess.run(["bash", "-n", SCRIPT], check=False).returncode == 0
+    text = SCRIPT.read_text(encoding="utf-8")
+    for asked in ("--signal=USR1@120", "--requeue", "--cpus-per-task=1", "--open-mode=append"):
+        assert f"#SBATCH {asked}" in text
+
+
+def test_statuses_are_the_documented_ones() -> None:
+    """The script tells apart what the README lists, and every status that an error of a run has."""
+    labels = re.findall(r"^  ([\d |]+)\)", SCRIPT.read_text(encoding="utf-8"), re.MULTILINE)
+    told = {int(number) for label in labels for number in label.split("|")}
+    readme = (PROJECT / "README.md").read_text(encoding="utf-8")
+    rows = re.findall(r"^\| ([\d, ]+) \|", readme[readme.index("| exit status |") :].split("\n\n")[0], re.MULTILINE)
+    documented = {int(number) for row in rows for number in row.split(",")} - {5}  # not of gapbeam run CASE
+    assert documented <= told
+    assert told - documented <= {137, 138}  # killed by signals that no program hears
+    kinds = [kind for kind in vars(errors).values() if isinstance(kind, type) and issubclass(kind, errors.RunError)]
+    assert {kind.exit_status for kind in kinds} - {1} <= told
+    assert {wish.exit_status for wish in Wish if wish.ends} <= told
+
+
+@pytest.mark.parametrize("status", [0, 1, 2, 3, 4, 6, 7, 124, 130, 137, 138, 143])
+def test_job_goes_on_only_where_time_ran_out(status: int, tmp_path: Path) -> None:
+    """It is queued again after 124, 138 and 143, and ends with the status of the run in any case."""
+    for name, text in (("srun", SRUN), ("scontrol", SCONTROL), ("gapbeam", STATUS)):
+        program(tmp_path, name, text)
+    done = submitted(tmp_path, "a case.toml", "--set", "title=two words", STATUS=str(status))
+    assert done.returncode == status
+    assert (tmp_path / "calls").read_text() == "1 1 1 gapbeam run a case.toml --set title=two words --resume\n"
+    assert (tmp_path / "queued").exists() == (status in GOES_ON)
+    assert done.stdout + done.stderr != ""
+    if status in GOES_ON:
+        assert (tmp_path / "queued").read_text() == "requeue 42\n"
+        (tmp_path / "queued").unlink()
+        last = submitted(tmp_path, "x", STATUS=str(status), SLURM_RESTART_COUNT="4", GAPBEAM_MOST_STARTS="5")
+        assert "started 5 times and not done" in last.stderr
+        assert not (tmp_path / "queued").exists()
+
+
+def test_job_without_a_case_says_how(tmp_path: Path) -> None:
+    """Nothing is started without a case."""
+    done = submitted(tmp_path)
+    assert (done.returncode, done.stderr.startswith("Usage: sbatch")) == (2, True)
+
+
+@pytest.mark.slow
+def test_job_resumes_until_it_is_done(tmp_path: Path) -> None:
+    """A run that is warned twice is queued twice, and ends the same to the last bit as one that had the time."""
+    keys = (*RATTLE, "time.end=0.3", "output.fields_interval=5e-3")
+    assert gapbeam.run(DEMO, keys, tmp_path / "whole").exit_status == 0
+    program(tmp_path, "srun", WARNED)
+    program(tmp_path, "scontrol", SCONTROL)
+    program(tmp_path, "gapbeam", f'#!/usr/bin/env bash\ncd {PROJECT} && exec {sys.executable} -m gapbeam "$@"\n')
+    (tmp_path / "queued").touch()
+    ends = []
+    for start in range(5):
+        words = (DEMO, *settings(*keys), "--output", tmp_path / "out")
+        done = submitted(tmp_path, *words, SLURM_RESTART_COUNT=str(start))
+        ends.append(done.returncode)
+        if len((tmp_path / "queued").read_text().splitlines()) != start + 1:
+            break
+    assert ends == [143, 143, 0], done.stderr
+    assert differing(tmp_path / "whole", tmp_path / "out") == []

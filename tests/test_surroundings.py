@@ -1,0 +1,67 @@
+"""Processes without a home, a cache or a folder, and words that are not UTF-8: put right or told, never a trace."""
+
+from __future__ import annotations
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+
+from tests.command import DEMO, GAPBEAM, PROJECT, alone
+
+pytestmark = alone
+LOOK = """
+import json, os, gapbeam
+from gapbeam.surroundings import REMARKS
+print(json.dumps([os.environ.get("HOME"), os.environ.get("XDG_CACHE_HOME"), REMARKS]))
+"""
+
+
+def found(**variables: str) -> list[object]:
+    """Return home, cache and remarks of a process that was started with other variables."""
+    plain = {name: value for name, value in os.environ.items() if name not in ("HOME", "XDG_CACHE_HOME")}
+    done = subprocess.run(
+        [sys.executable, "-c", LOOK], cwd=PROJECT, env=plain | variables, capture_output=True, text=True, check=True
+    )
+    return list(json.loads(done.stdout))
+
+
+def test_home_and_cache_of_users(tmp_path: Path) -> None:
+    """What can be written stays; without HOME it is that of the user."""
+    assert found(HOME=str(tmp_path)) == [str(tmp_path), None, []]
+    home, cache, remarks = found(XDG_CACHE_HOME=str(tmp_path))
+    assert (Path(str(home)).is_absolute(), cache, remarks) == (True, str(tmp_path), [])
+
+
+def test_cache_that_cannot_be_written(tmp_path: Path) -> None:
+    """Another one is taken and told, the same for all ranks, but not one that others can write."""
+    home, cache, remarks = found(HOME="/proc/nowhere", TMPDIR=str(tmp_path))
+    assert (home, cache) == ("/proc/nowhere", str(tmp_path / f"gapbeam-{os.getuid()}"))
+    assert "/proc/nowhere/.cache cannot be written" in str(remarks)
+    assert found(HOME="/proc/nowhere", TMPDIR=str(tmp_path))[1] == cache
+    Path(str(cache)).chmod(0o777)
+    assert found(HOME="/proc/nowhere", TMPDIR=str(tmp_path))[1] is None
+
+
+@pytest.mark.parametrize("words", [["check", b"\xff\xfe.toml"], ["check", DEMO, "--set", b"title=\xff"]])
+def test_words_that_are_no_text(words: list[str | bytes]) -> None:
+    """Names and values that are not UTF-8: status 2 and a message."""
+    done = subprocess.run([*GAPBEAM, *words], cwd=PROJECT, capture_output=True, check=False)
+    assert done.returncode == 2
+    assert b"found:" in done.stderr
+    assert b"Traceback" not in done.stderr
+
+
+def test_folder_that_is_gone(tmp_path: Path) -> None:
+    """Started in a folder that has been removed: status 2 and a message."""
+    (tmp_path / "gone").mkdir()
+    program = f"import os; os.chdir({str(tmp_path / 'gone')!r}); os.rmdir('../gone'); " + (
+        "import sys; sys.argv = ['gapbeam', 'schema']; from gapbeam.command_line import main; main()"
+    )
+    done = subprocess.run([sys.executable, "-c", program], cwd=PROJECT, capture_output=True, text=True, check=False)
+    assert done.returncode == 2, done.stderr
+    assert "is gone" in done.stderr
+    assert "Traceback" not in done.stderr

@@ -13,7 +13,14 @@ from postprocess.census import Point
 from postprocess.display_units import shown
 from postprocess.figures.style import BLACK, BLUE, GRAY, GREEN, PURPLE, SKY, VERMILION, journal_style, panels
 
-COLORS = {"period 1": BLACK, "period 2": BLUE, "period 3": VERMILION, "no cycle": GRAY, "not settled": SKY}
+COLORS = {
+    "period 1": BLACK,
+    "period 2": BLUE,
+    "period 3": VERMILION,
+    "no cycle": GRAY,
+    "not settled": SKY,
+    "no period": BLACK,
+}
 OTHER = {"period 4": GREEN, "period 5": PURPLE}
 SHAPES = {"up": "^", "down": "v", "": "o"}
 SMALLEST, LARGEST = 16.0, 64.0  # areas of the marks, points^2

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -15,10 +16,12 @@ from matplotlib.ticker import LogFormatterSciNotation, LogLocator, NullFormatter
 
 from postprocess.display_units import shown
 from postprocess.figures.style import BLACK, BLUE, GRAY, GREEN, VERMILION, journal_style, letter, panels
+from postprocess.plain_files import read_plain
 from postprocess.report.json_files import read_object
 
 DATA, CLOUD = "identification.json", "evaluations.csv"
 PICTURES = ("identified-figures.png", "identified-misfit.png")
+LARGEST_CLOUD = 32 * 2**20  # bytes: some 300 000 evaluations
 MOST_COLUMNS = 3
 MANY = 50.0  # times the least value: long numbers then stand at whole decades only
 HIGHEST = 1e3  # sums of squares over the best one that are drawn
@@ -34,9 +37,13 @@ def read_identification_data(folder: Path) -> dict[str, Any]:
 
 
 def read_cloud(folder: Path) -> tuple[list[str], np.ndarray]:
-    """Return names of the unknowns, and values and sum of squares of all evaluations that passed, (k, n + 1)."""
-    with (folder / CLOUD).open(newline="", encoding="utf-8") as file:
-        head, *rows = list(csv.reader(file))
+    """Return names of the unknowns, and values and sum of squares of all evaluations that passed, (k, n + 1).
+
+    Raises:
+        ResultsError: No plain file of reasonable size.
+    """
+    content = read_plain(folder / CLOUD, "a table of evaluations", "repeat the identification", LARGEST_CLOUD)
+    head, *rows = list(csv.reader(io.StringIO(content.decode("utf-8"), newline="")))
     found = np.array([[float(cell) for cell in row[:-1]] for row in rows]).reshape(-1, len(head) - 1)
     return head[:-2], found[np.isfinite(found[:, -1])]
 

@@ -4,23 +4,21 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import dataclass
-from math import ceil
 
 import numpy as np
 import xarray as xr
 
+from postprocess.periodic_response import motion_of
 from postprocess.periodicity import last_periods
 from postprocess.results import Results
 from postprocess.signals import Signal, SignalError, probe_signal
 from postprocess.smoothing import smooth
 from postprocess.spectra import whole_periods
 from postprocess.windows import FEWEST
-from solver.output.records import HISTORY
 
 FloatArray = np.ndarray
 
 LONGEST = 12.0  # forcing periods of a record that does not repeat
-ENOUGH = 16.0  # forcing periods to which a computed orbit is repeated
 _SAME = 1e-6
 
 
@@ -50,31 +48,7 @@ def run_of(results: Results, frequency: float) -> Run:
     """
     loads = [load for load in results.case.get("load", ()) if load.get("frequency")]
     origin = -float(loads[0].get("phase", 0.0)) / 360.0 / float(loads[0]["frequency"]) if loads else 0.0
-    history = results.history
-    if (results.case.get("analysis") or {}).get("type") == "periodic":
-        history = repeated(history, frequency)
-    return Run(history, origin)
-
-
-def repeated(history: xr.Dataset, frequency: float) -> xr.Dataset:
-    """Return the records of whole cycles, first and last the same state, going on for 16 forcing periods at least.
-
-    Impulse, work and losses since the start go on growing.
-    """
-    time = np.asarray(history["time"].values, dtype=float)
-    span = float(time[-1] - time[0])
-    rounds = ceil(ENOUGH / max(span * frequency, 1.0))
-    running = {record.name for record in HISTORY if "since t = 0" in record.meaning}
-    first = history.isel(time=slice(0, 1))
-    parts = []
-    for turn in range(rounds):
-        part = history.isel(time=slice(1, None))
-        part = part.assign_coords(time=time[1:] + turn * span)
-        for name in running & set(map(str, part.data_vars)):
-            grown = history[name].isel(time=-1, drop=True) - history[name].isel(time=0, drop=True)
-            part[name] = part[name] + turn * grown
-        parts.append(part)
-    return xr.concat([first, *parts], dim="time")
+    return Run(motion_of(results, frequency), origin)
 
 
 @dataclass(frozen=True)

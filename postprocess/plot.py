@@ -18,6 +18,7 @@ from postprocess.figures.phase_portrait import draw_phase_portrait
 from postprocess.figures.response_curve import draw_response_curve
 from postprocess.figures.style import journal_style, save
 from postprocess.figures.time_history import draw_time_history
+from postprocess.periodic_response import is_periodic, motion_of
 from postprocess.periodicity import TOLERANCE
 from postprocess.plain_json import read_json
 from postprocess.results import Results, open_results
@@ -86,7 +87,7 @@ def plot(
         raise OptionError(f"formats {', '.join(unknown)}: expected some of {', '.join(FORMATS)}")
     results = open_results(folder)
     options = Options(probe, component, acceleration, rate, points, sampling, periods, window, harmonics, tolerance)
-    analysis = analyze(results, options)
+    analysis = analyze(results, options, motion_of(results, results.forcing_frequency))
     target = Path(output) if output is not None else results.folder / FOLDER
     return plot_analysis(results, analysis, target, formats, harmonics, zoom)
 
@@ -116,6 +117,8 @@ def plot_analysis(
 
 
 def _heading(results: Results) -> str:
+    if is_periodic(results):
+        return f"{results.title}\none period of the response was computed; it is shown as it repeats"
     if results.status == "completed":
         return results.title
     message = results.summary.get("message")

@@ -5,6 +5,7 @@ from __future__ import annotations
 import tomllib
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import pairwise
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ from postprocess.damage import printable
 from postprocess.errors import ResultsError
 from postprocess.fields import Fields
 from postprocess.hdf5_check import check_hdf5
+from postprocess.plain_files import read_plain
 from postprocess.plain_json import read_json
 from solver.output.records import (
     CASE_FILE,
@@ -24,12 +26,14 @@ from solver.output.records import (
     FORMAT_VERSION,
     HISTORY,
     HISTORY_FILE,
+    KEY_OF_MANY_PARTS,
     SUMMARY_FILE,
+    history_pieces,
 )
 
 __all__ = ["Results", "ResultsError", "open_results"]
 
-LARGEST_CASE = 10_000_000  # bytes
+LARGEST_CASE = 4_000_000  # bytes: with every default, larger than what may be read
 
 
 @dataclass(frozen=True)
@@ -52,22 +56,15 @@ class Results:
             ResultsError: The file is missing, truncated, of another format, or its units are not ours.
         """
         path = self._existing(HISTORY_FILE)
-        try:
-            with h5py.File(path, "r", locking=False) as file:
-                check_hdf5(path, file)
-            with xr.open_dataset(path, engine="h5netcdf", decode_times=False, driver_kwds={"locking": False}) as stored:
-                history = stored.load()
-        except ResultsError:
-            raise
-        except Exception as fault:  # of four libraries
-            raise ResultsError(
-                path,
-                found=f"a file that cannot be read ({printable(fault)[:200]})",
-                expected="a closed HDF5 file",
-                remedy="if the run was killed while it wrote, resume or repeat it",
-            ) from fault
-        _check_version(path, history.attrs.get("format", FORMAT_VERSION))
-        return _checked(path, _complete_records(_named(history)))
+        pieces = history_pieces(self.folder)
+        while True:
+            try:
+                return _joined([(first, _history_in(piece)) for first, piece in pieces], path)
+            except ResultsError:
+                now = history_pieces(self.folder)
+                if now == pieces:
+                    raise
+                pieces = now  # a run that goes on has gathered or added some
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -86,17 +83,32 @@ class Results:
         return summary
 
     @cached_property
+    def case_text(self) -> str:
+        """What `case.toml` holds.
+
+        Raises:
+            ResultsError: It is missing, too large, or not UTF-8.
+        """
+        path = self._existing(CASE_FILE)
+        content = read_plain(path, "the case as run", "repeat the run", LARGEST_CASE)
+        try:
+            return content.decode("utf-8")
+        except UnicodeDecodeError as fault:
+            raise ResultsError(path, printable(fault), "text in UTF-8", "repeat the run") from fault
+
+    @cached_property
     def case(self) -> dict[str, Any]:
         """The case as run, with every default.
 
         Raises:
             ResultsError: `case.toml` is missing or cannot be read.
         """
-        path = self._existing(CASE_FILE)
+        path = self.folder / CASE_FILE
         try:
-            if path.stat().st_size > LARGEST_CASE:
-                raise ValueError(f"more than {LARGEST_CASE} bytes")
-            return tomllib.loads(path.read_text(encoding="utf-8"))
+            text = self.case_text
+            if KEY_OF_MANY_PARTS.search(text):
+                raise ValueError("a key of many parts")
+            return tomllib.loads(text)
         except (ValueError, RecursionError) as fault:
             found = f"text that is not TOML ({printable(fault)})"
             raise ResultsError(path, found, "the case as run", "repeat the run") from fault
@@ -122,11 +134,10 @@ class Results:
             if forcing.get("period"):
                 return 1.0 / float(forcing["period"])
             return float(forcing["frequency"]) if forcing.get("frequency") else None
-        frequencies = {
-            float(load["frequency"])
-            for load in self.case.get("load", ())
-            if load.get("frequency") and load.get("amplitude")
-        }
+        loads = self.case.get("load", ())
+        if any(str(load.get("type")).startswith("recorded_") for load in loads):
+            return None
+        frequencies = {float(load["frequency"]) for load in loads if load.get("frequency") and load.get("amplitude")}
         return frequencies.pop() if len(frequencies) == 1 else None
 
     def fields(self) -> Fields:
@@ -142,7 +153,8 @@ class Results:
         path = self.folder / name
         if not path.is_file():
             there = ", ".join(sorted(entry.name for entry in self.folder.iterdir())) or "nothing"
-            reason = f"; the run failed: {self.summary.get('message')}" if self.status == "failed" else ""
+            ended = self.status in ("failed", "interrupted")
+            reason = f"; the run was not completed: {self.summary.get('message')}" if ended else ""
             raise ResultsError(
                 path,
                 found=f"no such file, in the folder: {there}{reason}",
@@ -177,6 +189,51 @@ def open_results(folder: str | Path) -> Results:
         results._existing(HISTORY_FILE)
     _check_version(path / SUMMARY_FILE, results.summary.get("format", FORMAT_VERSION))
     return results
+
+
+def _history_in(path: Path) -> xr.Dataset:
+    """Return the records of one file."""
+    try:
+        with h5py.File(path, "r", locking=False) as file:
+            check_hdf5(path, file)
+        with xr.open_dataset(path, engine="h5netcdf", decode_times=False, driver_kwds={"locking": False}) as stored:
+            history = stored.load()
+    except ResultsError:
+        raise
+    except Exception as fault:  # of four libraries
+        raise ResultsError(
+            path,
+            found=f"a file that cannot be read ({printable(fault)[:200]})",
+            expected="a closed HDF5 file",
+            remedy="if the run was killed while it wrote, resume or repeat it",
+        ) from fault
+    _check_version(path, history.attrs.get("format", FORMAT_VERSION))
+    return _checked(path, _complete_records(_named(history)))
+
+
+def _joined(parts: list[tuple[int, xr.Dataset]], path: Path) -> xr.Dataset:
+    """Return one history of several, each with the number of its first record; a later one counts."""
+    if len(parts) == 1:
+        return parts[0][1]
+    taken = []
+    for (first, history), (following, _) in pairwise(parts):
+        if history.sizes["time"] < following - first:
+            raise ResultsError(
+                path,
+                found=f"{history.sizes['time']} records from number {first} on, and the next ones from {following} on",
+                expected="one after the other",
+                remedy="resume or repeat the run",
+            )
+        taken.append(history.isel(time=slice(following - first)))
+    try:
+        return xr.concat([*taken, parts[-1][1]], dim="time", data_vars="minimal", coords="minimal", compat="identical")
+    except ValueError as fault:
+        raise ResultsError(
+            path,
+            found=f"pieces of a history that do not fit together ({printable(fault)[:200]})",
+            expected="those of one run",
+            remedy="repeat the run",
+        ) from fault
 
 
 def _check_version(path: Path, version: object) -> None:

@@ -23,14 +23,15 @@ from postprocess.results import open_results
 from solver.errors import UserError
 from solver.interruption import Interruption, Wish
 from solver.output.lock import locked
-from tests.command import DEMO, RATTLE, alone, settings
+from tests.command import DEMO, RATTLE, alone, called, settings
 from tests.interrupted import differing, run_in_parts, stopped_after
 from tests.processes import beside, ended, often
 
-pytestmark = [alone, pytest.mark.filterwarnings("ignore:This process")]
+pytestmark = alone
 
 BRIEF = (*RATTLE, "time.end=0.012", "output.fields_interval=2e-3")
-LONGER = (*RATTLE, "time.end=0.08", "output.fields_interval=5e-3", "output.checkpoint_interval=0.05")
+SLOW = pytest.mark.slow
+LONGER = (*RATTLE, "time.end=0.04", "output.fields_interval=5e-3", "output.checkpoint_interval=0.05")
 
 
 def command(*arguments: str | Path, first: Callable[[], None] = often) -> Callable[[], int]:
@@ -64,7 +65,7 @@ def kill_and_resume(folder: Path, keys: tuple[str, ...], whole: Path, kills: int
         if chance.random() < 0.25:
             time.sleep(chance.uniform(0.02, summary["wall_time"]["total"] - summary["wall_time"]["march"]))
         else:
-            wait_for(folder / "history.h5.part", started)
+            wait_for(folder / "summary.json", started)
             time.sleep(chance.uniform(0.0, 1.4 * summary["wall_time"]["march"] / kills))
         os.kill(process, signal.SIGKILL)
         assert ended(process) == -signal.SIGKILL, "the run was done before it was killed"
@@ -115,20 +116,25 @@ def limited(size: int) -> Callable[[], None]:
     def first() -> None:
         often()
         signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
-        agreed, passed = Interruption.agreed, []
-
-        def limit(self: Interruption, own: Wish = Wish.NONE) -> Wish:
-            passed.append(own)
-            if len(passed) == 20:
-                resource.setrlimit(resource.RLIMIT_FSIZE, (size, size))
-            return agreed(self, own)
-
-        Interruption.agreed = limit  # type: ignore[method-assign]
+        after(20, lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (size, size)))
 
     return first
 
 
-@pytest.mark.parametrize("size", [8_000, 70_000, 200_000], ids=["field", "history or checkpoint", "later"])
+def after(steps: int, change: Callable[[], None]) -> None:
+    """Let something change in this process after the first steps of a march."""
+    agreed, passed = Interruption.agreed, []
+
+    def changing(self: Interruption, own: Wish = Wish.NONE) -> Wish:
+        passed.append(own)
+        if len(passed) == steps:
+            change()
+        return agreed(self, own)
+
+    Interruption.agreed = changing  # type: ignore[method-assign]
+
+
+@pytest.mark.parametrize("size", [pytest.param(8_000, marks=SLOW), 70_000], ids=["field", "history or checkpoint"])
 def test_full_disk_is_told_and_survived(size: int, whole: Path, tmp_path: Path) -> None:
     """Files that cannot grow: exit status 6, where and what to try; what is there is whole, and the run goes on."""
     folder, told = tmp_path / "out", tmp_path / "told"
@@ -150,7 +156,7 @@ def test_full_disk_is_told_and_survived(size: int, whole: Path, tmp_path: Path) 
 def test_vanished_folder_is_told(whole: Path, tmp_path: Path) -> None:
     """A folder that is moved away during a march: exit status 6; what was moved is whole, and the run goes on there."""
     folder, moved, told = tmp_path / "out", tmp_path / "moved", tmp_path / "told"
-    words = ("run", DEMO, *settings(*LONGER, "time.end=300.0", "output.fields_interval=5e-3"))
+    words = ("run", DEMO, *settings(*LONGER, "time.end=300.0"))
     process = beside(command(*words, "--output", folder), told)
     for _ in range(6000):
         if list(folder.glob("checkpoint/*.checkpoint")):
@@ -165,6 +171,48 @@ def test_vanished_folder_is_told(whole: Path, tmp_path: Path) -> None:
     assert open_results(moved).history.sizes["time"] > 1
     assert ended(beside(command("run", DEMO, *settings(*LONGER), "--output", moved, "--resume"), told)) == 0
     assert differing(whole, moved) == []
+
+
+def without_rights_after(steps: int) -> Callable[[], None]:
+    """Return what takes the right to write from this process after some steps: root gives itself up."""
+
+    def first() -> None:
+        often()
+        after(steps, lambda: os.seteuid(65534))
+
+    return first
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give its rights up")
+def test_folder_that_becomes_read_only_is_told(whole: Path, tmp_path: Path) -> None:
+    """The right to write goes during the march: exit status 6, nothing half-written, and the run goes on later."""
+    folder, told = tmp_path / "out", tmp_path / "told"
+    words = ("run", DEMO, *settings(*LONGER), "--output", folder)
+    assert ended(beside(command(*words, first=without_rights_after(20)), told)) == 6
+    errors = told.read_text(encoding="utf-8")
+    assert "could not be written: Permission denied" in errors
+    assert "Traceback" not in errors
+    assert open_results(folder).history.sizes["time"] >= 1
+    assert ended(beside(command(*words, "--resume"), told)) == 0, told.read_text(encoding="utf-8")
+    assert differing(whole, folder) == []
+
+
+@pytest.mark.skipif(os.geteuid() != 0, reason="only root can give its rights up")
+def test_read_only_folder_is_refused(tmp_path: Path) -> None:
+    """Another user's folder: exit status 2 before anything is computed, and nothing is written."""
+    folder, told = tmp_path / "out", tmp_path / "told"
+    folder.mkdir(mode=0o755)
+    told.touch(mode=0o666)
+    told.chmod(0o666)
+
+    def without_rights() -> None:
+        for place in (tmp_path, *tmp_path.parents[:3]):
+            place.chmod(place.stat().st_mode | 0o055)
+        os.setuid(65534)
+
+    assert ended(beside(command("run", DEMO, "--output", folder, first=without_rights), told)) == 2
+    assert "cannot be written (permission denied or read-only)" in told.read_text(encoding="utf-8")
+    assert list(folder.iterdir()) == []
 
 
 def test_folder_that_nobody_can_write_is_refused() -> None:
@@ -201,12 +249,16 @@ def left(tmp_path: Path) -> Path:
 
 
 def checkpoints_of(folder: Path) -> list[Path]:
-    return sorted((folder / "checkpoint").iterdir())
+    return sorted((folder / "checkpoint").glob("step-*"))
+
+
+def bytes_of(folder: Path) -> dict[Path, bytes]:
+    return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 def test_other_case_is_refused_key_by_key(left: Path, tmp_path: Path) -> None:
     """Every key that differs, what was found and what was expected; what does not change the result may differ."""
-    before = {path: path.read_bytes() for path in left.rglob("*") if path.is_file()}
+    before = bytes_of(left)
     other = (*BRIEF, "support.clearance=0.2e-3", "load.shaker.amplitude=400.0", "contact.stiffness=1e12")
     with pytest.raises(UserError) as refused:
         gapbeam.run(DEMO, other, left, resume=True)
@@ -220,7 +272,7 @@ def test_other_case_is_refused_key_by_key(left: Path, tmp_path: Path) -> None:
     assert told.count("expected") == 3
     with pytest.raises(UserError, match=r"time\.end: found 0\.005, expected more than 0\.007"):
         gapbeam.run(DEMO, (*BRIEF, "time.end=0.005"), left, resume=True)
-    assert {path: path.read_bytes() for path in left.rglob("*") if path.is_file()} == before
+    assert bytes_of(left) == before
     longer = (*BRIEF, "time.end=0.016", "output.checkpoint_interval=0.0", "title=Longer")
     assert gapbeam.run(DEMO, longer, left, resume=True).exit_status == 0
     gapbeam.run(DEMO, longer, tmp_path / "whole")
@@ -246,7 +298,7 @@ def test_broken_checkpoint_falls_back(left: Path, tmp_path: Path, caplog: pytest
         (lambda _: os.urandom(1000), "it is empty or no checkpoint"),
         (lambda data: data[: len(data) // 2], "expected"),
         (lambda data: data[:-1] + bytes([data[-1] ^ 1]), "the checksum differs"),
-        (lambda data: data.replace(b"gapbeam-checkpoint 1 ", b"gapbeam-checkpoint 7 ", 1), "it is of version 7"),
+        (lambda data: data.replace(b"gapbeam-checkpoint 2 ", b"gapbeam-checkpoint 7 ", 1), "it is of version 7"),
     ],
     ids=["empty", "noise", "half", "one bit", "another version"],
 )
@@ -254,21 +306,63 @@ def test_damaged_checkpoints_are_refused(damage: Callable[[bytes], bytes], told:
     """None that can be read: exit status 2, every one named with its reason, and nothing changed."""
     for path in checkpoints_of(left):
         path.write_bytes(damage(path.read_bytes()))
-    before = {path: path.read_bytes() for path in left.rglob("*") if path.is_file()}
+    before = bytes_of(left)
     with pytest.raises(UserError) as refused:
         gapbeam.run(DEMO, BRIEF, left, resume=True)
     assert str(refused.value).count(told) == 2
     assert "--overwrite" in str(refused.value)
-    assert {path: path.read_bytes() for path in left.rglob("*") if path.is_file()} == before
+    assert bytes_of(left) == before
 
 
-def test_histories_that_are_gone_are_told(left: Path) -> None:
-    """A checkpoint beside a history that is damaged: exit status 2, and the way out."""
-    (left / "history.h5").write_bytes(b"\x89HDF\r\n\x1a\nno more")
-    outcome = gapbeam.run(DEMO, BRIEF, left, resume=True)
-    assert outcome.exit_status == 2
-    assert "history.h5 cannot be read" in outcome.message
-    assert "--overwrite" in outcome.message
+@pytest.mark.parametrize("name", ["history.h5", "fields.h5"])
+def test_results_that_are_gone_are_told(name: str, left: Path) -> None:
+    """A checkpoint beside a history, or fields, that are damaged: exit status 2, the way out, and no byte changes."""
+    (left / name).write_bytes(b"\x89HDF\r\n\x1a\nno more")
+    before = bytes_of(left)
+    with pytest.raises(UserError, match=rf"{name} cannot be read.*--overwrite"):
+        gapbeam.run(DEMO, BRIEF, left, resume=True)
+    assert bytes_of(left) == before
+
+
+def test_run_that_is_written_is_refused_to_others(left: Path) -> None:
+    """--resume in a folder that another run holds: exit status 2, and no byte changes."""
+    with locked(left, MPI.COMM_SELF):
+        before = bytes_of(left)
+        with pytest.raises(UserError, match="is being written by another run"):
+            gapbeam.run(DEMO, BRIEF, left, resume=True)
+        assert bytes_of(left) == before
+
+
+@pytest.mark.parametrize("name", ["summary.json.part", "history.h5.part", "fields/000004.part", "checkpoint/*.part"])
+def test_nothing_is_written_through_links(name: str, left: Path, tmp_path: Path) -> None:
+    """Links where files are about to be written: they go, what they lead to stays as it is, and the run goes on."""
+    precious = tmp_path / "precious"
+    precious.write_bytes(b"precious")
+    place = left / name.replace("*", "step-000000000101.checkpoint")
+    place.parent.mkdir(exist_ok=True)
+    place.unlink(missing_ok=True)
+    place.symlink_to(precious)
+    with stopped_after(31):
+        assert gapbeam.run(DEMO, BRIEF, left, resume=True).exit_status == 143
+    assert not place.is_symlink()
+    assert gapbeam.run(DEMO, BRIEF, left, resume=True).exit_status == 0
+    assert precious.read_bytes() == b"precious"
+
+
+@pytest.mark.parametrize("name", ["run.log", "run.lock", "fields", "checkpoint"])
+def test_links_in_the_place_of_results_are_refused(name: str, tmp_path: Path) -> None:
+    """A link with the name of a file or folder of a run: exit status 2, before anything is computed or written."""
+    precious, folder = tmp_path / "precious", tmp_path / "out"
+    (precious if "." not in name else folder).mkdir()
+    folder.mkdir(exist_ok=True)
+    if "." in name:
+        precious.write_bytes(b"precious")
+    (folder / name).symlink_to(precious)
+    for options in ({"resume": True}, {"overwrite": True}):
+        with pytest.raises(UserError, match=rf"{name}: found a link, expected a f"):
+            gapbeam.run(DEMO, BRIEF, folder, **options)
+    assert precious.is_dir() or precious.read_bytes() == b"precious"
+    assert not precious.is_dir() or not list(precious.iterdir())
 
 
 def test_periodic_search_is_not_resumed(tmp_path: Path) -> None:
@@ -302,13 +396,12 @@ def test_wall_time_limit_stops_in_order(tmp_path: Path) -> None:
     assert 3.0 <= summary["wall_time"]["total"] < 30.0
 
 
-@pytest.mark.parametrize("text", ["0s", "-3s", "soon", "", "3x", "1m2h"])
-def test_wall_times_that_are_none_are_refused(text: str, capsys: pytest.CaptureFixture[str]) -> None:
+@pytest.mark.parametrize("text", ["0s", "-3s", "soon", "3x", "1m2h"])
+def test_wall_times_that_are_none_are_refused(text: str) -> None:
     """Exit status 2, what was found and what is expected."""
-    with pytest.raises(SystemExit) as leaving:
-        main(["run", str(DEMO), "--wall-time", text])
-    assert leaving.value.code == 2
-    assert "expected a time such as 2h30m" in capsys.readouterr().err
+    done = called("run", DEMO, "--wall-time", text)
+    assert done.returncode == 2
+    assert "expected a time such as 2h30m" in done.stderr
 
 
 def test_interrupt_and_termination_have_statuses_of_their_own(tmp_path: Path) -> None:
@@ -317,6 +410,41 @@ def test_interrupt_and_termination_have_statuses_of_their_own(tmp_path: Path) ->
         with stopped_after(9, wish):
             assert gapbeam.run(DEMO, BRIEF, tmp_path / str(status)).exit_status == status
         assert len(checkpoints_of(tmp_path / str(status))) == 1
+
+
+SET_UP = {"mesh": ("build_model", signal.SIGTERM, 143), "seat": ("find_seat", signal.SIGINT, 130)}
+
+
+@pytest.mark.parametrize(("place", "number", "status"), SET_UP.values(), ids=SET_UP)
+def test_signal_in_set_up_ends_at_once(
+    place: str, number: int, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A status of its own, the folder tells it, --resume starts; with earlier results, these stay as they are."""
+    folder = tmp_path / "out"
+    with monkeypatch.context() as patch:
+        patch.setattr(f"solver.run.{place}", lambda *_: os.kill(os.getpid(), number))
+        stopped = gapbeam.run(DEMO, BRIEF, folder)
+        assert stopped.exit_status == status
+        assert stopped.message.endswith("before the march began; there is nothing to keep, --resume starts it")
+        told = open_results(folder).summary
+        assert (told["status"], told["exit_status"], told["message"]) == ("interrupted", status, stopped.message)
+        assert {path.name for path in folder.iterdir()} <= {"summary.json", "case.toml", "run.log"}
+    assert signal.getsignal(number) == (signal.default_int_handler if number == signal.SIGINT else signal.SIG_DFL)
+    assert gapbeam.run(DEMO, BRIEF, folder, resume=True).exit_status == 0
+    before = bytes_of(folder)
+    monkeypatch.setattr("solver.run.build_model", lambda *_: os.kill(os.getpid(), number))
+    again = gapbeam.run(DEMO, BRIEF, folder, overwrite=True)
+    assert (again.exit_status, "is as it was" in again.message) == (status, True)
+    assert bytes_of(folder) == before
+
+
+def test_wall_time_that_ends_in_set_up(tmp_path: Path) -> None:
+    """The limit counts from the start: exit status 124 before the march, and --resume starts."""
+    stopped = gapbeam.run(DEMO, (*BRIEF, "output.wall_time=0.03"), tmp_path / "out")
+    assert stopped.exit_status == 124
+    assert stopped.message.startswith("the wall-time limit was reached before the march began")
+    assert signal.getitimer(signal.ITIMER_REAL) == (0.0, 0.0)
+    assert gapbeam.run(DEMO, BRIEF, tmp_path / "out", resume=True).exit_status == 0
 
 
 def test_checkpoints_cost_little(tmp_path: Path) -> None:

@@ -2,75 +2,170 @@
 
 from __future__ import annotations
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gapbeam
-from postprocess.results import open_results
-from tests.command import DEMO, alone, on_ranks
+from postprocess.results import Results, open_results
+from tests.command import DEMO, RATTLE, alone, on_ranks, settings
 from tests.interrupted import differing, stopped_after
-from tests.test_ranks_agree import REDUCED, SHORT, check_fields, disagreements
+from tests.test_ranks_agree import check_fields, disagreements
 
 pytestmark = alone
 
-CLOSE = 1.0e-10  # of the largest displacement or velocity
-# Soon after the beam has gone on: impacts multiply round-off.
-SOON = (*SHORT, "time.end=0.0095")
-STOP = 77
+CLOSE = 1.0e-10  # of the largest magnitude of a variable; of energies, of the largest of them
+# A short and thick beam on soft, damped contact, shaken hard: it strikes both faces, and round-off does not grow.
+FULL = (
+    "load.shaker.amplitude=2000.0",
+    "load.shaker.frequency=100.0",
+    "load.shaker.ramp=0.0",
+    "load.shaker.point=0.15",
+    "beam.length=0.2",
+    "beam.thickness=0.05",
+    "support.length=0.1",
+    "probe.test.point=0.1",
+    "probe.tip.point=0.2",
+    "mesh.degree=1",
+    "mesh.size=6e-3",
+    "damping.ratios=[0.3, 0.3]",
+    "contact.stiffness=2e10",
+    "contact.law={type='hunt-crossley', restitution=0.2}",
+    "restraint.axial=1e5",
+    "output.fields_interval=0.01",
+    "time.end=0.06",
+)
+REDUCED = (*RATTLE, "model.type=reduced", "model.modes=8", "time.end=0.05", "output.fields_interval=0.01")
+STOPS = {"full": 77, "reduced": 1}
 PROGRAM = """
-import sys
+import json, shutil, sys
+from pathlib import Path
+import numpy as np
+from mpi4py import MPI
 import gapbeam
+from solver.case_file.reader import read_case
+from solver.checkpoint.checkpoints import last_checkpoint
+from solver.checkpoint.files import found, read_checkpoint
+from solver.checkpoint.layout import layout_of
+from solver.course import steps_between
+from solver.model import build_model
 from tests.command import DEMO
 from tests.interrupted import stopped_after
 
-folder, stop, *keys = sys.argv[1:]
-assert gapbeam.run(DEMO, keys, folder + "/whole").exit_status == 0
-for name in ("parts", "begun"):
-    with stopped_after(int(stop)):
-        assert gapbeam.run(DEMO, keys, f"{folder}/{name}").exit_status == 143
-for name in ("parts", "from-one"):
-    assert gapbeam.run(DEMO, keys, f"{folder}/{name}", resume=True).exit_status == 0
+comm = MPI.COMM_WORLD
+for name, (keys, stop) in json.loads(sys.argv[2]).items():
+    folder = Path(sys.argv[1]) / name
+    assert gapbeam.run(DEMO, keys, folder / "whole").exit_status == 0
+    with stopped_after(stop):
+        assert gapbeam.run(DEMO, keys, folder / "begun").exit_status == 143
+    if comm.rank == 0:
+        shutil.copytree(folder / "begun", folder / "parts")
+    comm.barrier()
+    case = read_case(DEMO, keys)
+    model = build_model(case, comm)
+    left = last_checkpoint(folder / "from-one", case, model, comm, steps_between(model))
+    layout, state = layout_of(left.model, comm), left.paused.state
+    before = read_checkpoint(found(folder / "from-one")[0])
+    rows, points = layout.found_in(before), layout.points_in(before)
+    for key in ("u", "v"):
+        held = before.array(key)
+        if layout.spread_out:
+            held = held[:, rows.places].reshape(3, -1)
+        np.testing.assert_array_equal(getattr(state, key), held)
+    for key in ("depth", "pressure"):
+        np.testing.assert_array_equal(getattr(state, key), before.array(key)[points])
+    for part in ("parts", "from-one"):
+        assert gapbeam.run(DEMO, keys, folder / part, resume=True).exit_status == 0
 """
 
 
-@pytest.fixture(
-    scope="module",
-    params=[(SOON, STOP), pytest.param(((*REDUCED, "time.end=0.0095"), 1), marks=pytest.mark.slow)],
-    ids=["full", "reduced"],
-)
-def folder(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Runs on one rank and on two, stopped and resumed on either."""
-    keys, stop = request.param
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Runs on one rank and on two, stopped and resumed on either; on two, what one kept is read to the last bit."""
     folder = tmp_path_factory.mktemp("ranks")
-    assert gapbeam.run(DEMO, keys, folder / "one").exit_status == 0
-    with stopped_after(stop):
-        assert gapbeam.run(DEMO, keys, folder / "from-one").exit_status == 143
-    done = on_ranks(2, folder, str(stop), *keys, program=PROGRAM)
+    cases = {"full": (FULL, STOPS["full"]), "reduced": (REDUCED, STOPS["reduced"])}
+    for name, (keys, stop) in cases.items():
+        assert gapbeam.run(DEMO, keys, folder / name / "one").exit_status == 0
+        with stopped_after(stop):
+            assert gapbeam.run(DEMO, keys, folder / name / "from-one").exit_status == 143
+    done = on_ranks(2, folder, json.dumps(cases), program=PROGRAM)
     assert done.returncode == 0, done.stderr
-    assert gapbeam.run(DEMO, keys, folder / "begun", resume=True).exit_status == 0
+    for name, (keys, _) in cases.items():
+        assert gapbeam.run(DEMO, keys, folder / name / "begun", resume=True).exit_status == 0
     return folder
 
 
 def test_two_ranks_go_on_to_the_same_bits(folder: Path) -> None:
     """Stopped and resumed on two ranks: histories, fields and figures of the uninterrupted run on two."""
-    assert differing(folder / "whole", folder / "parts") == []
+    assert differing(folder / "full" / "whole", folder / "full" / "parts") == []
 
 
 @pytest.mark.parametrize(("whole", "parts"), [("one", "from-one"), ("whole", "begun")], ids=["1 to 2", "2 to 1"])
 def test_other_ranks_go_on_to_round_off(whole: str, parts: str, folder: Path) -> None:
-    """Resumed on another number of ranks: the records before are the same, the motion after them is within 1e-10.
-
-    In a reduced basis, which is found anew, the modes agree as well as their solver converged: within 1e-6.
-    """
-    expected, found = open_results(folder / whole), open_results(folder / parts)
-    reduced = expected.summary["model"]["type"] == "reduced"
+    """A full model on another number of ranks, over a whole run of many impacts: within 1e-10, and not the same run."""
+    expected, found = open_results(folder / "full" / whole), open_results(folder / "full" / parts)
     before = expected.history["time"].values <= found.summary["resumed"][0]
+    assert 0.1 < before.mean() < 0.3
+    assert expected.summary["contact_episodes"]["episodes"] > 10
     for name in ("displacement", "velocity", "contact_force", "load_work"):
         np.testing.assert_array_equal(expected.history[name].values[before], found.history[name].values[before])
-    apart = disagreements([expected, found])
-    tolerance = 1.0e-6 if reduced else CLOSE
-    assert {name: apart[name] for name in ("displacement", "velocity") if not apart[name] <= tolerance} == {}
-    assert 0.0 < max(apart.values()) < 1.0e-5
-    check_fields([expected, found], tolerance)
+    apart = relative(expected, found)
+    assert {name: value for name, value in apart.items() if not value <= CLOSE} == {}
+    assert max(apart.values()) > 0.0
+    check_fields([expected, found], CLOSE)
+
+
+@pytest.mark.parametrize(("whole", "parts"), [("one", "from-one"), ("parts", "begun")], ids=["1 to 2", "2 to 1"])
+def test_reduced_model_goes_on_to_the_same_bits_on_other_ranks(whole: str, parts: str, folder: Path) -> None:
+    """The matrices that were marched go on: no bit of histories and figures differs, fields within round-off."""
+    one, other = folder / "reduced" / whole, folder / "reduced" / parts
+    assert [name for name in differing(one, other) if " at " not in name] == []
+    assert open_results(other).summary["resumed"]
+    check_fields([open_results(one), open_results(other)], 1e-3 * CLOSE)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("chaotic", [True, False], ids=["chaotic", "not chaotic"])
+def test_round_off_after_a_resume_on_other_ranks(
+    chaotic: bool, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """The demo, resumed on two ranks: the same motion, until chaos, where it is chaotic, has multiplied the round-off.
+
+    Found elsewhere with two beam codes of their own: exponents of 18 to 84 1/s for stiff rattling under 20 N.
+    """
+    keys = ("load.shaker.ramp=0.0",) if chaotic else RATTLE
+    keys = (*keys, "output.fields_interval=0.1")
+    assert gapbeam.run(DEMO, keys, tmp_path / "one").exit_status == 0
+    with stopped_after(200):
+        assert gapbeam.run(DEMO, keys, tmp_path / "two").exit_status == 143
+    done = on_ranks(2, "run", DEMO, "--output", tmp_path / "two", "--resume", *settings(*keys))
+    assert done.returncode == 0, done.stderr
+    one, two = (open_results(tmp_path / name).history["displacement"] for name in ("one", "two"))
+    time, size = one["time"].values, float(np.abs(one).max())
+    apart = np.abs(one.values - two.values).max(axis=(1, 2)) / size
+    large = np.flatnonzero(apart > 1e-4)
+    if not chaotic:
+        with capsys.disabled():
+            print(f"\n{apart.max():.1e} of the largest displacement within {time[-1]:g} s")
+        assert apart.max() < 2e-9
+        return
+    grown = np.zeros(len(time), dtype=bool)
+    grown[: large[0]] = apart[: large[0]] > CLOSE
+    rate = float(np.polyfit(time[grown], np.log(apart[grown]), 1)[0])
+    with capsys.disabled():
+        print(
+            f"\nround-off grows by exp({rate:.3g} t / s), to 1e-4 of the largest displacement at {time[large[0]]:g} s"
+        )
+    assert apart[(time > 0.02) & (time < 0.05)].max() < 1e-8
+    assert 18.0 < rate < 84.0
+
+
+def relative(expected: Results, found: Results) -> dict[str, float]:
+    """Return the largest difference of every variable, of its largest magnitude; of energies, of the largest energy."""
+    apart, history = disagreements([expected, found]), expected.history
+    largest = max(float(np.abs(history[name]).max()) for name in ("kinetic_energy", "strain_energy", "contact_energy"))
+    for name in ("kinetic_energy", "strain_energy", "contact_energy", "restraint_energy"):
+        apart[name] = float(np.abs(history[name] - found.history[name]).max()) / largest
+    return apart

@@ -13,6 +13,7 @@ from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
 from postprocess.errors import ResultsError
+from postprocess.plain_files import read_plain
 from postprocess.report.blocks import Block, Report, Section, Table
 from postprocess.report.charts import Chart, Surface
 from postprocess.report.figures import chart_figure, surface_figure
@@ -21,6 +22,7 @@ from postprocess.report.numbers import cell, percent
 from postprocess.report.surface_picture import surface_picture
 
 SENTENCE = 40  # letters
+LARGEST_PICTURE = 32 * 2**20  # bytes
 IMAGES = {
     ".png": "image/png",
     ".jpg": "image/jpeg",
@@ -117,7 +119,7 @@ def _inlined(path: Path) -> str:
             expected=f"a file that ends in {', '.join(IMAGES)}",
             remedy="draw it again, for example with gapbeam plot or gapbeam render",
         )
-    return _data(kind, path.read_bytes())
+    return _data(kind, read_plain(path, "a picture", "draw it again", LARGEST_PICTURE))
 
 
 def _data(kind: str, content: bytes) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from math import isfinite
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,7 @@ PARTS = ("gates", "episodes", "peaks", "tally")
 NOT_KEPT = {"limits", "contact", "dt"}
 RECORDED = ("largest_restraint_energy", "largest_energy", "_last_time")
 VELOCITY = "_last_velocity"
+PAIR = 2  # numbers that are kept of a face
 
 
 def told(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
@@ -34,7 +36,8 @@ def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> Non
     """Bring accounts and recorder, as they are at a start, to what was told.
 
     Raises:
-        KeyError: Something is missing; likewise TypeError and ValueError where it is not of the right form.
+        KeyError: Something is missing; likewise TypeError, ValueError, AttributeError and OverflowError where it is not
+            of the right form.
     """
     ledger = {key: _like(value, data[LEDGER][key]) for key, value in vars(accounts.ledger).items()}
     accounts.ledger = replace(accounts.ledger, **ledger)
@@ -46,9 +49,10 @@ def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> Non
     accounts.time = float(data["time"])
     seen = data["recorder"]
     for key in RECORDED:
-        setattr(recorder, key, None if seen[key] is None else float(seen[key]))
+        setattr(recorder, key, None if seen[key] is None else _like(0.0, seen[key]))
     velocity = seen[VELOCITY]
-    recorder._last_velocity = None if velocity is None else np.array(velocity, dtype=float)
+    form = np.zeros((1, len(recorder.labels["probe"]), len(recorder.labels["component"])))
+    recorder._last_velocity = None if velocity is None else _like(form, velocity)
 
 
 def _plain(value: Any) -> Any:
@@ -62,14 +66,25 @@ def _plain(value: Any) -> Any:
 
 
 def _like(value: Any, stored: Any) -> Any:
-    """Return what was stored in the form of a value of the same meaning."""
+    """Return what was stored in the form of a value of the same meaning at a start; infinite only as there."""
     if isinstance(value, np.ndarray):
         array = np.array(stored, dtype=float)
-        if array.shape != value.shape:
-            raise ValueError(f"an array of shape {array.shape}, expected {value.shape}")
+        if array.shape != value.shape or not np.all(np.isfinite(array) | (array == value)):
+            raise ValueError(f"an array of shape {array.shape}, expected finite numbers of shape {value.shape}")
         return array
     if isinstance(value, dict):
-        return {int(key): tuple(entry) if isinstance(entry, list) else entry for key, entry in stored.items()}
-    if not isinstance(stored, int | float):
+        return {int(key): _entry(entry) for key, entry in stored.items()}
+    if isinstance(stored, bool) or not isinstance(stored, int | float) or not (isfinite(stored) or stored == value):
         raise TypeError(f"{stored!r}, expected a number")
+    if isinstance(value, int) and not (isinstance(stored, int) and stored >= 0):
+        raise TypeError(f"{stored!r}, expected a count")
     return type(value)(stored)
+
+
+def _entry(stored: Any) -> Any:
+    """Return what is kept of a face: a switch, or a pair of finite numbers."""
+    if isinstance(stored, bool):
+        return stored
+    if len(stored) != PAIR or not all(isinstance(number, int | float) and isfinite(number) for number in stored):
+        raise TypeError(f"{stored!r}, expected two numbers")
+    return tuple(stored)

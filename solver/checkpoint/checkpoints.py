@@ -15,18 +15,23 @@ from mpi4py import MPI
 from meshes.rank_zero import on_rank_zero
 from solver.accounts import Accounts
 from solver.analyses.paused import Paused
+from solver.case import Case
 from solver.case_file.reader import read_case
 from solver.checkpoint.books import restore, told
 from solver.checkpoint.files import BrokenCheckpoint, Contents, found, read_checkpoint, write_checkpoint
 from solver.checkpoint.fingerprint import FREE, differences, keys_of
 from solver.checkpoint.layout import layout_of
 from solver.checkpoint.motion import restored, stored
+from solver.checkpoint.plausible import refuse_implausible
+from solver.checkpoint.same_matrices import refuse_other_matrices
+from solver.checkpoint.same_model import keep_model, measures_of, model_as_it_was
 from solver.errors import UserError
 from solver.model import Model
 from solver.output.fields import FieldWriter
 from solver.output.history import HistoryWriter
 from solver.output.records import CASE_FILE
 from solver.output.rows import Recorder
+from solver.output.spread import Pieces, Table, on_rank_zero_with
 
 LOG = logging.getLogger("gapbeam")
 LARGEST_SHARE = 0.01  # of the wall time, for checkpoints
@@ -37,27 +42,20 @@ class Left:
     """Where a run was left.
 
     Attributes:
+        model: The model that was marched.
         paused: The march.
         exact: Whether it goes on to the same bits.
         header: What else the checkpoint holds.
     """
 
+    model: Model
     paused: Paused
     exact: bool
     header: dict[str, Any]
 
     def restore(self, accounts: Accounts, recorder: Recorder) -> None:
-        """Bring accounts and recorder, as they are at a start, to where the run was left.
-
-        Raises:
-            UserError: What the checkpoint holds is of another form.
-        """
-        try:
-            restore(accounts, recorder, self.header["accounts"])
-        except (KeyError, TypeError, ValueError, AttributeError) as error:
-            raise UserError(
-                f"the accounts of the checkpoint cannot be read ({error!r}); start again with --overwrite"
-            ) from error
+        """Bring accounts and recorder, as they are at a start, to where the run was left."""
+        restore(accounts, recorder, self.header["accounts"])
 
 
 class Checkpoints:
@@ -77,7 +75,7 @@ class Checkpoints:
         self._folder, self._comm, self._interval = folder, comm, interval
         self._layout = layout_of(model, comm)
         self._kept = dict(kept) | {"basis": self._layout.basis, "modes": self._layout.modes, "ranks": comm.size}
-        self._kept |= {"case": on_rank_zero(comm, lambda: keys_of(model.case))}
+        self._kept |= {"case": on_rank_zero(comm, lambda: keys_of(model.case)), "measures": measures_of(model)}
         self._next = time.perf_counter() + interval
         self.count, self.seconds = 0, 0.0
 
@@ -111,9 +109,12 @@ class Checkpoints:
         Collective.
         """
         started = time.perf_counter()
+        if not self.count:
+            keep_model(self._folder, self._layout)
         arrays = stored(paused, self._layout)
+        tables = {name: array for name, array in arrays.items() if isinstance(array, Table)}
 
-        def write() -> None:
+        def write(pieces: Pieces) -> None:
             assert history is not None
             history.commit()
             fields.commit()
@@ -125,21 +126,22 @@ class Checkpoints:
                 "fields": fields.times,
                 "accounts": told(accounts, recorder),
             }
-            write_checkpoint(self._folder, paused.done, header, arrays)
+            write_checkpoint(self._folder, paused.done, header, arrays, pieces)
 
-        on_rank_zero(self._comm, write)
+        on_rank_zero_with(self._comm, tables, write)
         now = time.perf_counter()
         self.count, self.seconds = self.count + 1, self.seconds + now - started
         self._next = now + max(self._interval, (now - started) / LARGEST_SHARE)
         LOG.info("checkpoint at t = %.6g s, in %.2g s", paused.state.time, now - started)
 
 
-def last_checkpoint(folder: Path, model: Model, comm: MPI.Comm, every: Mapping[str, int]) -> Left | None:
+def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, every: Mapping[str, int]) -> Left | None:
     """Return where the run in a results folder was left; None where it has no checkpoint yet.
 
     Args:
         folder: Results folder.
-        model: The model of the case that shall go on.
+        case: The case that shall go on, as it was read.
+        model: Its model, found anew.
         comm: Its ranks.
         every: Steps between records and between fields.
 
@@ -148,7 +150,6 @@ def last_checkpoint(folder: Path, model: Model, comm: MPI.Comm, every: Mapping[s
 
     Collective.
     """
-    layout = layout_of(model, comm)
     keys = on_rank_zero(comm, lambda: keys_of(model.case))
     paths = on_rank_zero(comm, lambda: found(folder))
     reasons = []
@@ -157,9 +158,12 @@ def last_checkpoint(folder: Path, model: Model, comm: MPI.Comm, every: Mapping[s
         try:
             header = on_rank_zero(comm, partial(_header, path, local))
             _refuse_another_case(path, keys, header, model, every)
-            contents = local[0] if local else Contents(path, header, {})
-            paused, exact = restored(contents, layout)
-            return Left(paused, exact, header)
+            contents = local[0] if local else None
+            same = model_as_it_was(folder, case, model, header, comm)
+            refuse_other_matrices(same.body, model.body, comm)
+            paused, exact = restored(contents, header, layout_of(same, comm))
+            refuse_implausible(paused, header, same, comm)
+            return Left(same, paused, exact, header)
         except BrokenCheckpoint as broken:
             reasons.append(f"{path}: {broken}")
             LOG.warning("%s cannot be read: %s", path, broken)
@@ -182,10 +186,14 @@ def _header(path: Path, local: list[Contents]) -> dict[str, Any]:
         "resumed": list,
         "seat": dict,
         "time": float,
+        "basis": str,
     }
     for name, kind in (wanted | {"done": int, "since": int, "records": int}).items():
         if not isinstance(header.get(name), kind):
             raise BrokenCheckpoint(f"its {name} is missing")
+    measures = header.get("measures")
+    if not isinstance(measures, list) or [type(one) for one in measures] != [float, float]:
+        raise BrokenCheckpoint("its measures are missing")
     local.append(contents)
     return header
 

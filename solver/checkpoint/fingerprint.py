@@ -8,18 +8,35 @@ from pathlib import Path
 from typing import Any
 
 from solver.case import Case
+from solver.case_file.record_fits import with_checksums
 
-FREE = {"title", "mesh.file", "output.checkpoint_interval", "output.wall_time", "time.end"}
+FREE = {
+    "title",
+    "mesh.file",
+    "output.checkpoint_interval",
+    "output.wall_time",
+    "time.end",
+    "gates.accept_lack_of_memory",
+}
 MESH_FILE = "contents of mesh.file"
 NOTHING = "nothing"
 
 
 def keys_of(case: Case) -> dict[str, Any]:
-    """Return the values of a case by their dotted keys, with a checksum of its mesh file; for JSON."""
+    """Return the values of a case by their dotted keys, with checksums for the paths of its files; for JSON."""
+    case = with_checksums(case)
     keys = dict(_flat("", case.model_dump(mode="json")))
+    for load in case.load:
+        keys.pop(f"load.{load.name}.file", None)
     if case.mesh.file is not None:
-        keys[MESH_FILE] = "sha256 " + hashlib.sha256(Path(case.mesh.file).read_bytes()).hexdigest()
+        keys[MESH_FILE] = "sha256 " + checksum_of(Path(case.mesh.file))
     return keys
+
+
+def checksum_of(path: Path) -> str:
+    """Return the SHA-256 of a file, which is not held in memory as a whole."""
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def differences(keys: dict[str, Any], expected: dict[str, Any], free: set[str] | frozenset[str]) -> list[str]:

@@ -20,6 +20,7 @@ from solver.model import Model
 from solver.output.records import SUMMARY_FILE
 
 LOG = logging.getLogger("gapbeam")
+LARGEST_SUMMARY = 64 * 2**20  # bytes
 
 
 def refuse_to_resume(case: Case) -> None:
@@ -35,12 +36,13 @@ def refuse_to_resume(case: Case) -> None:
         )
 
 
-def find_left(folder: Path, model: Model, comm: MPI.Comm) -> Left | dict[str, Any] | None:
+def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | dict[str, Any] | None:
     """Return where the run in a results folder was left.
 
     Args:
         folder: Results folder, held by this run.
-        model: The model of the case that shall go on.
+        case: The case that shall go on, as it was read.
+        model: Its model, found anew.
         comm: Its ranks.
 
     Returns:
@@ -56,7 +58,7 @@ def find_left(folder: Path, model: Model, comm: MPI.Comm) -> Left | dict[str, An
     if summary.get("status") == "completed":
         refuse_another_case(folder, model, comm, frozenset(FREE - {"time.end"}))
         return summary
-    left = last_checkpoint(folder, model, comm, steps_between(model))
+    left = last_checkpoint(folder, case, model, comm, steps_between(model))
     if left is None:
         refuse_another_case(folder, model, comm, frozenset(FREE))
         LOG.info("%s has no checkpoint: the run starts", folder)
@@ -64,8 +66,12 @@ def find_left(folder: Path, model: Model, comm: MPI.Comm) -> Left | dict[str, An
 
 
 def _summary(folder: Path) -> dict[str, Any]:
+    """Return the summary of a run; of one that cannot be read, nothing."""
+    path = folder / SUMMARY_FILE
     try:
-        found = json.loads((folder / SUMMARY_FILE).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
+        if path.stat().st_size > LARGEST_SUMMARY:
+            return {}
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
         return {}
-    return found if isinstance(found, dict) else {}
+    return found if isinstance(found, dict) and isinstance(found.get("message"), str) else {}

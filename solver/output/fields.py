@@ -1,32 +1,35 @@
 """fields.xdmf and fields.h5: displacement, velocity and contact pressure on the linear mesh.
 
 One temporal collection that ParaView and meshio read. While a run goes on, every field is a small file of its own in
-the folder `fields`, put in place when it is whole, and so is the XML that names it: whatever happens to the run, the
-series can be read. At the end all fields are gathered in fields.h5.
+the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place: whatever happens to
+the run, the series can be read. At the end all fields are gathered in fields.h5.
 """
 
 from __future__ import annotations
 
 import xml.etree.ElementTree as ET
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import h5py
 import numpy as np
 from dolfinx import fem
+from scipy.sparse import csr_matrix
 
 from meshes.rank_zero import on_rank_zero
 from solver.errors import UserError
 from solver.face_points import FacePoints, at_nodes, face_points, gather_points
 from solver.model import Model
 from solver.operators import Array
-from solver.output.folder import write_beside
+from solver.output.growing_series import GrowingSeries
 from solver.output.records import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
-from solver.output.storage import new_hdf5, put_in_place, to_disk, written
-from solver.places import matching
+from solver.output.spread import PIECE, Pieces, Rows, Table, found_rows, on_rank_zero_with, rank_by_rank
+from solver.output.storage import new_hdf5, own_folder, part_of, put_in_place, to_disk, written
+from solver.output.stored_data import refuse_other_data
 from solver.system import VALUE, State
 
 XDMF_CELLS = {
@@ -38,12 +41,6 @@ XDMF_CELLS = {
 # DOLFINx counts the corners of quadrilaterals and hexahedra row by row, XDMF around.
 AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
-HEAD = (
-    '<?xml version="1.0" encoding="utf-8"?>\n'
-    '<Xdmf Version="3.0"><Domain><Grid Name="gapbeam" GridType="Collection" CollectionType="Temporal">'
-)
-TAIL = "</Grid></Domain></Xdmf>\n"
-
 
 class FieldWriter:
     """Writes fields at their own cadence; rank 0 holds the files.
@@ -51,7 +48,7 @@ class FieldWriter:
     Args:
         folder: Results folder.
         model: The model.
-        times: Of the fields to go on after, s; None: make new files.
+        times: Of the fields to go on after, s; None: make new files. Files that are there change with the first field.
 
     Raises:
         UserError: The fields to go on after are not there.
@@ -74,46 +71,64 @@ class FieldWriter:
         corners = index_map.local_to_global(np.ascontiguousarray(local_cells).reshape(-1).astype(np.int32)).reshape(
             local_cells.shape
         )
-        cells = self._gather(corners[:, AROUND.get(cell, list(range(corners.shape[1])))])
-        points = self._gather(self._space.tabulate_dof_coordinates()[: index_map.size_local])
-        self._shapes = {"points": points.shape, "cells": cells.shape}
+        points = self._space.tabulate_dof_coordinates()[: index_map.size_local]
+        self._rows = rank_by_rank(self._comm, len(points))  # of the corners of this rank in the files
+        self._first = index_map.local_range[0]
+        mesh_tables = {
+            "points": Table(self._rows, points),
+            "cells": Table(
+                rank_by_rank(self._comm, owned_cells), corners[:, AROUND.get(cell, list(range(corners.shape[1])))]
+            ),
+        }
+        self._shapes = {name: table.shape for name, table in mesh_tables.items()}
         self._topology = XDMF_CELLS[cell]
         self.times: list[float] = list(times or ())  # of each field written
         self._gathered = 0  # how many of them are in fields.h5
         self._safe = len(self.times)  # how many of them are on the disk
-        self._order: Any = slice(None)
+        self._going_on = times is not None  # and nothing has been written yet
+        self._series = GrowingSeries(folder / FIELDS_FILE)
         self._grids: list[str]  # XML of each field written
-        on_rank_zero(self._comm, lambda: self._begin(points, cells) if times is None else self._go_on(points))
+        if times is None:
+            on_rank_zero_with(self._comm, mesh_tables, partial(self._begin, mesh_tables))
+        else:
+            on_rank_zero(self._comm, self._go_on)
+            self._rows = self._found_rows(points)
 
     def write(self, state: State, model: Model) -> None:
         """Add the fields of a state.
 
         Raises:
-            NotWritten: On rank 0 alone.
+            NotWritten: They could not be written; what is there is as it was.
 
         Collective.
         """
-        values = {
-            "displacement": self._nodal(model.expand(state.u[VALUE])),
-            "velocity": self._nodal(model.expand(state.v[VALUE])),
-        }
-        if self._comm.rank != 0:
-            return
         contact = model.system.contact
         forces = self._hat_forces @ contact.spread(contact.weights * state.pressure)
-        values["contact_pressure"] = np.zeros(self._shapes["points"][0])
-        values["contact_pressure"][self._contact_nodes] = forces / self._hat_areas
+        pressures = np.zeros(len(self._rows.places))
+        here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + len(pressures))
+        pressures[self._contact_nodes[here] - self._first] = (forces / self._hat_areas)[here]
+        tables = {
+            "displacement": Table(self._rows, self._nodal(model.expand(state.u[VALUE]))),
+            "velocity": Table(self._rows, self._nodal(model.expand(state.v[VALUE]))),
+            "contact_pressure": Table(self._rows, pressures),
+        }
+        on_rank_zero_with(self._comm, tables, partial(self._write, float(state.time), tables))
+
+    def _write(self, time: float, tables: Mapping[str, Table], pieces: Pieces) -> None:
         piece = self._piece(len(self.times))
         part = piece.with_suffix(".part")
         with written(piece):
-            piece.parent.mkdir(exist_ok=True)
+            own_folder(piece.parent)
+            self._cut()
             with new_hdf5(part) as file:
-                for name, value in values.items():
-                    file[name] = value[self._order]
+                _fill(file, tables, pieces)
             part.replace(piece)
-            self.times.append(float(state.time))
+            self.times.append(time)
             self._grids.append(self._grid(len(self.times) - 1))
-            self._write_xml()
+            if len(self.times) == 1:
+                self._series.write(self._grids)
+            else:
+                self._series.add(self._grids)
 
     def commit(self) -> None:
         """Wait until every field so far is on the disk; rank 0 only.
@@ -124,7 +139,8 @@ class FieldWriter:
         with written(self._folder / FIELD_FOLDER):
             for number in range(max(self._safe, self._gathered), len(self.times)):
                 to_disk(self._piece(number))
-            to_disk(self._folder / FIELDS_FILE)
+            if self._safe < len(self.times):
+                to_disk(self._folder / FIELDS_FILE)
         self._safe = len(self.times)
 
     def close(self) -> None:
@@ -136,37 +152,36 @@ class FieldWriter:
         if self._comm.rank != 0 or self._gathered == len(self.times):
             return
         target = self._folder / FIELDS_DATA_FILE
-        part, pieces = target.with_name(target.name + ".part"), range(self._gathered, len(self.times))
+        part, pieces = part_of(target), range(self._gathered, len(self.times))
         with written(target):
+            self._cut()
             with new_hdf5(part) as whole:
                 self._gather_in(whole)
             put_in_place(part, target)
             self._gathered = len(self.times)
             self._grids = [self._grid(number) for number in range(len(self.times))]
-            self._write_xml()
+            self._series.finish(self._grids)
         with suppress(OSError):
             for number in pieces:
                 self._piece(number).unlink()
             (self._folder / FIELD_FOLDER).rmdir()
 
-    def _begin(self, points: Any, cells: Any) -> None:
+    def _begin(self, tables: Mapping[str, Table], pieces: Pieces) -> None:
         """Make fields.h5 with the mesh alone."""
         target = self._folder / FIELDS_DATA_FILE
-        part = target.with_name(target.name + ".part")
+        part = part_of(target)
         with written(target):
             with new_hdf5(part) as file:
-                file["points"], file["cells"] = points, cells
+                _fill(file, tables, pieces)
             put_in_place(part, target)
         self._grids = []
 
-    def _go_on(self, points: Any) -> None:
-        """Find the fields before, and the order of their nodes, which follows from the number of ranks."""
+    def _go_on(self) -> None:
+        """Find the fields before."""
         source, count = self._folder / FIELDS_DATA_FILE, len(self.times)
         try:
             with h5py.File(source, "r") as file:
-                self._order = matching(points, file["points"][:])
-                if file["cells"].shape != self._shapes["cells"]:
-                    raise ValueError("another mesh")
+                refuse_other_data(file, self._shapes)
                 groups = [file.get(name, ()) for name in FIELDS]
                 while self._gathered < count and all(str(self._gathered) in group for group in groups):
                     self._gathered += 1
@@ -175,12 +190,42 @@ class FieldWriter:
         missing = [piece for piece in map(self._piece, range(self._gathered, count)) if not piece.is_file()]
         if missing:
             raise UserError(f"{missing[0]} is missing, a field before the checkpoint; start again with --overwrite")
+        for piece in map(self._piece, range(self._gathered, count)):
+            self._check_piece(piece)
         self._grids = [self._grid(number) for number in range(count)]
-        with written(self._folder / FIELDS_FILE):
-            self._write_xml()
-            for piece in (self._folder / FIELD_FOLDER).glob("*.h5"):
-                if piece.stem.isdecimal() and int(piece.stem) >= count:
-                    piece.unlink()
+
+    def _found_rows(self, points: Array) -> Rows:
+        """Return where the nodes of this rank are in fields before, whose order comes from the number of ranks."""
+        source = self._folder / FIELDS_DATA_FILE
+
+        def pieces() -> Iterator[Array]:
+            with h5py.File(source, "r") as file:
+                for begin in range(0, len(file["points"]), PIECE):
+                    yield file["points"][begin : begin + PIECE]
+
+        try:
+            return found_rows(self._comm, points, pieces)
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            raise UserError(f"{source} cannot be read ({error}); start again with --overwrite") from error
+
+    def _check_piece(self, path: Path) -> None:
+        """Refuse a field that is not one of this mesh."""
+        shapes = {name: self._shapes["points"][: 1 if name == "contact_pressure" else None] for name in FIELDS}
+        try:
+            with h5py.File(path, "r") as file:
+                refuse_other_data(file, shapes)
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            raise UserError(f"{path} cannot be read ({error}); start again with --overwrite") from error
+
+    def _cut(self) -> None:
+        """Take out of the series what a march left that had come further than where this one goes on."""
+        if not self._going_on:
+            return
+        self._going_on = False
+        self._series.write(self._grids)
+        for piece in (self._folder / FIELD_FOLDER).glob("*.h5"):
+            if piece.stem.isdecimal() and int(piece.stem) >= len(self.times):
+                piece.unlink()
 
     def _gather_in(self, whole: h5py.File) -> None:
         """Copy mesh and fields to one file."""
@@ -207,11 +252,11 @@ class FieldWriter:
         weights = np.concatenate([part.weights for part in parts])
         values = np.where(np.abs(values) > 1e-12, values, 0.0)
         self._contact_nodes = np.unique(nodes[values != 0.0])
-        rows = np.zeros((len(self._contact_nodes), len(weights)))
         point, local = np.nonzero(values)
         place = np.searchsorted(self._contact_nodes, nodes[point, local])
-        np.add.at(rows, (place, point), values[point, local])
-        self._hat_forces, self._hat_areas = rows, rows @ weights
+        shape = (len(self._contact_nodes), len(weights))
+        self._hat_forces = csr_matrix((values[point, local], (place, point)), shape)
+        self._hat_areas = self._hat_forces @ weights
 
     def _points_on(self, face: str, model: Model) -> FacePoints:
         """Return the contact points of a face with the hat functions of the linear mesh. Collective."""
@@ -230,12 +275,7 @@ class FieldWriter:
         block = self._space.dofmap.index_map_bs
         owned = self._space.dofmap.index_map.size_local
         local = self._coarse.x.array[: owned * block].reshape(-1, block)
-        return self._gather(np.pad(local, ((0, 0), (0, 3 - block))))
-
-    def _gather(self, local: Any) -> Any:
-        """Return the rows of all ranks in rank order, which is the global numbering, on rank 0."""
-        parts = self._comm.gather(np.ascontiguousarray(local))
-        return np.concatenate(parts) if parts is not None else local
+        return np.pad(local, ((0, 0), (0, 3 - block)))
 
     def _grid(self, number: int) -> str:
         """Return the XML of one field."""
@@ -261,8 +301,14 @@ class FieldWriter:
             _item(attribute, place, (points[0],) if scalar else points, "Float")
         return ET.tostring(grid, encoding="unicode")
 
-    def _write_xml(self) -> None:
-        write_beside(self._folder / FIELDS_FILE, HEAD + "".join(self._grids) + TAIL)
+
+def _fill(file: h5py.File, tables: Mapping[str, Table], pieces: Pieces) -> None:
+    """Write tables, piece by piece."""
+    for name, table in tables.items():
+        data, begin = file.create_dataset(name, table.shape, table.values.dtype), 0
+        for piece in pieces(name):
+            data[begin : begin + len(piece)] = piece
+            begin += len(piece)
 
 
 def _item(parent: ET.Element, place: str, shape: tuple[int, ...], kind: str) -> None:

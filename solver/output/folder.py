@@ -10,6 +10,8 @@ from pathlib import Path
 from solver.errors import UserError
 from solver.output import records
 from solver.output.lock import refuse_if_held
+from solver.output.plain_files import refuse_other_things
+from solver.output.storage import new_file, part_of
 
 FILES = (
     records.CASE_FILE,
@@ -23,7 +25,13 @@ FILES = (
 )
 FOLDERS = {
     records.FIELD_FOLDER: ("[0-9]*.h5", "[0-9]*.part"),
-    records.CHECKPOINT_FOLDER: (records.CHECKPOINTS, f"{records.CHECKPOINTS}.part"),
+    records.HISTORY_FOLDER: ("[0-9]*.h5", "[0-9]*.h5.part"),
+    records.CHECKPOINT_FOLDER: (
+        records.CHECKPOINTS,
+        f"{records.CHECKPOINTS}.part",
+        records.KEPT_MODEL,
+        f"{records.KEPT_MODEL}.part",
+    ),
 }
 
 
@@ -35,13 +43,15 @@ def check_folder(folder: Path, overwrite: bool) -> None:
         overwrite: Whether the files of an earlier run may be removed.
 
     Raises:
-        UserError: The folder holds results, is no folder, cannot be written, or another run writes it.
+        UserError: The folder holds results, or links, pipes or the like in their place, is no folder, cannot be
+            written, or another run writes it.
     """
     existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
     if not existing.is_dir():
         raise UserError(f"{existing} is a file, not a folder; choose another --output")
     if not os.access(existing, os.W_OK | os.X_OK):
-        raise UserError(f"{existing} cannot be written (permission denied); choose another --output")
+        raise UserError(f"{existing} cannot be written (permission denied or read-only); choose another --output")
+    refuse_other_things(folder, _places(folder), (folder / name for name in FOLDERS))
     refuse_if_held(folder)
     present = [name for name in FILES if (folder / name).exists()]
     present += [name for name in FOLDERS if any(_within(folder, name))]
@@ -81,6 +91,14 @@ def clear(folder: Path, name: str) -> None:
         (folder / name).rmdir()
 
 
+def _places(folder: Path) -> Iterator[Path]:
+    """Return where files of runs are, but for those that are written beside, which never are written through."""
+    yield from (folder / name for name in (*FILES, records.LOCK_FILE))
+    for name in FOLDERS:
+        if not (folder / name).is_symlink():
+            yield from (path for path in _within(folder, name) if path.suffix != ".part")
+
+
 def _within(folder: Path, name: str) -> Iterator[Path]:
     for pattern in FOLDERS[name]:
         yield from (folder / name).glob(pattern)
@@ -88,6 +106,7 @@ def _within(folder: Path, name: str) -> Iterator[Path]:
 
 def write_beside(path: Path, text: str) -> None:
     """Write a text file so that a reader sees the old one or the new one, never a part."""
-    part = path.with_name(path.name + ".part")
-    part.write_text(text, encoding="utf-8")
+    part = part_of(path)
+    with os.fdopen(new_file(part), "w", encoding="utf-8") as file:
+        file.write(text)
     part.replace(path)

@@ -62,7 +62,7 @@ def refuse_if_held(folder: Path) -> None:
         UserError: Another run holds it.
     """
     with suppress(OSError):
-        place = os.open(folder / LOCK_FILE, os.O_RDWR)
+        place = os.open(folder / LOCK_FILE, os.O_RDWR | os.O_NOFOLLOW)
         try:
             _check(place, folder / LOCK_FILE)
         finally:
@@ -71,7 +71,7 @@ def refuse_if_held(folder: Path) -> None:
 
 def _taken(path: Path) -> int:
     while True:
-        place = os.open(path, os.O_RDWR | os.O_CREAT, 0o644)
+        place = os.open(path, os.O_RDWR | os.O_CREAT | os.O_NOFOLLOW, 0o644)
         try:
             left = _check(place, path)
             with suppress(FileNotFoundError):

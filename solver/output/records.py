@@ -6,7 +6,9 @@ record means the same on both sides.
 
 from __future__ import annotations
 
+import re
 from dataclasses import dataclass
+from pathlib import Path
 
 FORMAT_VERSION = 1
 
@@ -17,11 +19,16 @@ FIELDS_DATA_FILE = "fields.h5"
 SUMMARY_FILE = "summary.json"
 LOG_FILE = "run.log"
 FIELD_FOLDER = "fields"
+HISTORY_FOLDER = "history"
 CHECKPOINT_FOLDER = "checkpoint"
 CHECKPOINTS = "step-*.checkpoint"
+KEPT_MODEL = "model.checkpoint"
 LOCK_FILE = "run.lock"
 CURVE_FILE = "curve.json"
 CURVE_TABLE_FILE = "curve.csv"
+
+KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
+"""In no case: tomllib takes memory as the square of the parts of a key."""
 
 FACES = ("base", "gland")
 COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}
@@ -91,3 +98,14 @@ FIELDS = {
 }
 
 STANDARD_GRAVITY = 9.80665
+
+
+def history_pieces(folder: Path) -> list[tuple[int, Path]]:
+    """Return the files of the history in a results folder with the number of their first record, in order.
+
+    While a run goes on its history is `history.h5` and pieces after it. Each holds from the first record of the next
+    one on nothing that counts: a run that went on from a checkpoint has written those records again.
+    """
+    named = [(re.fullmatch(r"([0-9]{12})\.h5", path.name), path) for path in (folder / HISTORY_FOLDER).glob("*.h5")]
+    pieces = sorted((int(name[1]), path) for name, path in named if name and not path.is_symlink())
+    return [(0, folder / HISTORY_FILE), *pieces]

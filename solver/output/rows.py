@@ -89,6 +89,22 @@ class Recorder:
         self._last_time = float(instants.times[-1])
         return found
 
+    def agrees_with(self, time: float, velocity: Array, share: float) -> bool:
+        """Return whether the last record is of another time, or of probes that move as in a state then.
+
+        Args:
+            time: Time of the state, s.
+            velocity: Its velocity, (n,).
+            share: How far velocities may be apart, over the largest.
+
+        Collective.
+        """
+        if self._last_velocity is None or self._last_time != time:
+            return True
+        now, kept = self._probes(velocity[None]), self._last_velocity
+        largest = max(float(np.max(np.abs(now), initial=0.0)), float(np.max(np.abs(kept), initial=0.0)))
+        return bool(np.all(np.abs(now - kept) <= share * largest))
+
     def _probe_rows(self, instants: Instants) -> Rows:
         """Return the motion of the probes; the first record of all has no interval, and no acceleration."""
         first = self._last_time is None

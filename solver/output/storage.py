@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import shutil
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -42,6 +43,42 @@ def to_disk(path: Path) -> None:
         os.close(place)
 
 
+def new_file(path: Path) -> int:
+    """Open a file that is not there yet, to read and to write; what has its name goes, a link as such.
+
+    So nothing is ever written through a link that somebody put where a file is about to be written.
+
+    Raises:
+        OSError: By the operating system, also where another process makes such a file at the same time.
+    """
+    path.unlink(missing_ok=True)
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+
+
+def part_of(path: Path) -> Path:
+    """Return the file beside a file that it is written to."""
+    return path.with_name(path.name + ".part")
+
+
+def copy_beside(path: Path) -> Path:
+    """Copy a file to the one beside it, to go on with, and return that."""
+    part = part_of(path)
+    with path.open("rb") as source, os.fdopen(new_file(part), "wb") as target:
+        shutil.copyfileobj(source, target, 2**20)
+    return part
+
+
+def own_folder(path: Path) -> None:
+    """Make a folder in a results folder, if it is not there.
+
+    Raises:
+        OSError: It cannot be made, or is a link that leads elsewhere.
+    """
+    path.mkdir(exist_ok=True)
+    if path.is_symlink():
+        raise OSError("it is a link; gapbeam does not write through it")
+
+
 def put_in_place(part: Path, path: Path) -> None:
     """Put a file that was written beside in its place, after its contents are on the disk."""
     to_disk(part)
@@ -57,14 +94,14 @@ class Sink:
 
     Args:
         path: The file.
-        mode: That of `open`, binary.
+        new: Whether to make it; it is there otherwise.
 
     Attributes:
         trouble: What went wrong first.
     """
 
-    def __init__(self, path: Path, mode: str) -> None:
-        self._file: Any = path.open(mode, buffering=0)
+    def __init__(self, path: Path, new: bool) -> None:
+        self._file: Any = os.fdopen(new_file(path), "w+b", buffering=0) if new else path.open("r+b", buffering=0)
         self.trouble: OSError | None = None
 
     def seek(self, offset: int, whence: int = 0) -> int:
@@ -130,7 +167,7 @@ def new_hdf5(path: Path) -> Iterator[h5py.File]:
     Raises:
         OSError: It could not be written.
     """
-    sink = Sink(path, "w+b")
+    sink = Sink(path, new=True)
     try:
         with h5py.File(sink, "w") as file:
             yield file

@@ -21,6 +21,7 @@ from solver.gates import EnergyGates
 from solver.model import Model
 from solver.output.folder import write_beside
 from solver.output.records import FORMAT_VERSION, SUMMARY_FILE
+from solver.petsc_operators import PetscOperators
 from solver.system import VALUE
 
 
@@ -45,10 +46,12 @@ def _installed(name: str) -> str:
 
 def describe_model(model: Model) -> dict[str, Any]:
     """Return the size of a model. Collective."""
-    contact = model.system.contact
+    contact, comm = model.system.contact, model.space.mesh.comm
     topology = model.space.mesh.topology
-    basis = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
-    return basis | {
+    parts: dict[str, Any] = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
+    if isinstance(model.body.operators, PetscOperators):
+        parts["solver"] = vars(model.body.operators.solver)
+    return parts | {
         "type": model.case.model.type,
         "dimension": model.case.mesh.dimension,
         "cell": topology.cell_name(),
@@ -58,7 +61,8 @@ def describe_model(model: Model) -> dict[str, Any]:
         "mesh_dofs": model.mesh_dofs,
         "contact_points": contact.size,
         "interface_dofs": contact.interface.size,
-        "ranks": model.space.mesh.comm.size,
+        "ranks": comm.size,
+        "contact_facets_per_rank": comm.allgather(sum(map(len, model.body.meshed.faces.values()))),
         "rayleigh": {"mass": model.system.mass_damping, "stiffness": model.system.stiffness_damping},
     }
 

@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 
 from postprocess.analysis import Analysis, Options, analyze
-from postprocess.overlay import repeated
+from postprocess.periodic_response import is_periodic, motion_of
 from postprocess.report.blocks import Block, Command, Listing, Picture, Report, Section, Verdict, Words, warnings_of
 from postprocess.report.json_files import read_object
 from postprocess.report.sections.contact import contact_section
@@ -62,17 +62,11 @@ def case_section(results: Results, anchor: str = "case") -> Section | None:
     path = results.folder / CASE_FILE
     if not path.is_file():
         return None
-    text = path.read_text(encoding="utf-8", errors="replace")
     blocks: list[Block] = [
         Command(f"gapbeam run {path} --output {results.folder}-again"),
-        Listing(f"`{CASE_FILE}`, with every default", text),
+        Listing(f"`{CASE_FILE}`, with every default", results.case_text),
     ]
     return Section("The case", anchor, blocks)
-
-
-def is_periodic(results: Results) -> bool:
-    """Return whether a run found a periodic response, so that its records are one period of it."""
-    return results.status == "completed" and (results.case.get("analysis") or {}).get("type") == "periodic"
 
 
 def probe_analyses(results: Results) -> dict[str, Analysis]:
@@ -82,9 +76,7 @@ def probe_analyses(results: Results) -> dict[str, Analysis]:
         ResultsError: The history cannot be read.
         SignalError: Values that are not finite.
     """
-    history, frequency = results.history, results.forcing_frequency
-    if is_periodic(results) and frequency is not None:
-        history = repeated(history, frequency)
+    history = motion_of(results, results.forcing_frequency)
     probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
     return {probe: analyze(results, Options(probe=probe), history) for probe in probes}
 

@@ -6,6 +6,7 @@ from mpi4py import MPI
 
 from meshes.compat import mesh_from_gmsh
 from meshes.errors import MeshError
+from meshes.expected import STRUCTURED, expected_cells
 from meshes.geometry import BeamGeometry
 from meshes.gmsh_session import gmsh_errors, gmsh_session
 from meshes.groups import FACES
@@ -38,7 +39,7 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
     """
     with gmsh_session(comm):
         groups = on_rank_zero(comm, lambda: _draw(geometry, sizing))
-        mesh, cells, facets = mesh_from_gmsh(comm, geometry.dimension)
+        mesh, cells, facets = mesh_from_gmsh(comm, geometry.dimension, groups)
     return TaggedMesh(mesh, cells, facets, groups)
 
 
@@ -48,22 +49,16 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
 
     from meshes.faces import check_faces, name_faces
     from meshes.structured import beam_layers, draw_structured
-    from meshes.unstructured import draw_unstructured, expected_cells
+    from meshes.unstructured import draw_unstructured
 
     unit = geometry.thickness  # gmsh's tolerances are absolute: it sees a beam of thickness 1
     cell = sizing.cell_of(geometry.dimension)
     with gmsh_errors("building the mesh", "a mesh of the beam"):
-        if cell in ("quadrilateral", "hexahedron"):
-            layers = beam_layers(geometry, sizing)
-            count = 1.0
-            for axis in layers:
-                count *= len(axis) - 1
-            _refuse_too_many(count)
-            draw_structured(geometry, layers, unit)
+        _refuse_too_many(expected_cells(geometry, sizing))
+        if cell in STRUCTURED:
+            draw_structured(geometry, beam_layers(geometry, sizing), unit)
         else:
-            cell_length = sizing.cell_length(geometry)
-            _refuse_too_many(expected_cells(geometry, cell_length))
-            draw_unstructured(geometry, cell_length, unit)
+            draw_unstructured(geometry, sizing.cell_length(geometry), unit)
         name_faces(geometry, unit)
         gmsh.model.mesh.generate(geometry.dimension)
         gmsh.model.mesh.affineTransform([unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0])

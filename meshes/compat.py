@@ -12,13 +12,20 @@ import numpy.typing as npt
 from dolfinx.mesh import GhostMode, Mesh, MeshTags, create_cell_partitioner
 from mpi4py import MPI
 
+from meshes.groups import CONTACT_FACES
+from meshes.rank_zero import on_rank_zero
 from meshes.slices import slices
 
 
-def mesh_from_gmsh(comm: MPI.Comm, dimension: int) -> tuple[Mesh, MeshTags, MeshTags]:
+def mesh_from_gmsh(comm: MPI.Comm, dimension: int, groups: dict[str, int]) -> tuple[Mesh, MeshTags, MeshTags]:
     """Distribute the current gmsh model of rank 0, with ghost cells across shared facets.
 
     The model has been checked: every cell is tagged once, one cell type, facet groups present.
+
+    Args:
+        comm: The ranks.
+        dimension: Of the cells.
+        groups: Tags of the facet groups by name.
 
     Returns:
         Mesh, cell tags, facet tags.
@@ -28,7 +35,7 @@ def mesh_from_gmsh(comm: MPI.Comm, dimension: int) -> tuple[Mesh, MeshTags, Mesh
     import gmsh
 
     read = _reader().model_to_mesh
-    options: dict[str, Any] = {"partitioner": _partitioner()}
+    options: dict[str, Any] = {"partitioner": _partitioner(*_places(comm, dimension, groups))}
     if "ghost_mode" in inspect.signature(read).parameters:  # after 0.11 the reader hands it to the partitioner
         options = {"ghost_mode": GhostMode.shared_facet}
     # the fields after the third differ between the releases
@@ -61,9 +68,24 @@ def _reader() -> ModuleType:
         return importlib.import_module("dolfinx.io.gmshio")
 
 
-def _partitioner() -> Any:
+def _places(comm: MPI.Comm, dimension: int, groups: dict[str, int]) -> tuple[npt.NDArray[np.float64], float]:
+    """Return centers of the cells and the end of the support; on rank 0. Collective."""
+    centers: list[npt.NDArray[np.float64]] = []
+
+    def look() -> float:
+        from meshes.cell_places import cell_centers, end_of
+
+        centers.append(cell_centers(dimension))
+        return end_of(dimension, groups, CONTACT_FACES)
+
+    end = on_rank_zero(comm, look)
+    return (centers[0] if centers else np.empty((0, 3))), end
+
+
+def _partitioner(centers: npt.NDArray[np.float64], support: float) -> Any:
     """Slices across the beam; from 0.10 the largest number of cells at a facet may be wanted, too."""
+    divide = slices(centers, support)
     try:
-        return create_cell_partitioner(slices, GhostMode.shared_facet)
+        return create_cell_partitioner(divide, GhostMode.shared_facet)
     except TypeError:
-        return create_cell_partitioner(slices, GhostMode.shared_facet, 2)
+        return create_cell_partitioner(divide, GhostMode.shared_facet, 2)

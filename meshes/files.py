@@ -38,7 +38,7 @@ def read_mesh(comm: MPI.Comm, path: str | PathLike[str], geometry: BeamGeometry)
     """
     with gmsh_session(comm):
         groups = on_rank_zero(comm, lambda: _load(Path(path), geometry))
-        mesh, cells, facets = mesh_from_gmsh(comm, geometry.dimension)
+        mesh, cells, facets = mesh_from_gmsh(comm, geometry.dimension, groups)
     return TaggedMesh(mesh, cells, facets, groups)
 
 

@@ -44,7 +44,7 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
     gmsh.model.mesh.setSizeCallback(_size_callback(geometry, cell_length, unit))
 
 
-def expected_cells(geometry: BeamGeometry, cell_length: CellLength) -> float:
+def cells_that_fill(geometry: BeamGeometry, cell_length: CellLength) -> float:
     """Number of equilateral cells that fill the beam, from the lengths wanted along it."""
     x = structured_partition(geometry.breakpoints(0), cell_length)
     lengths = np.diff(x)

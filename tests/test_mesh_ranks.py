@@ -31,6 +31,7 @@ for cell in CELLS:
     assert min(owned) > 0 and sum(owned) == tagged.cell_count, owned
     facets = COMM.allgather(len(tagged.facets_of("base")))
     assert sum(facets) == tagged.facet_counts["base"], facets
+    assert max(facets) <= 2 * min(facets), facets
     figures = COMM.allgather(json.dumps(describe(tagged)))
     assert len(set(figures)) == 1, figures
     areas = [integral(tagged, name) for name in tagged.groups]

@@ -16,7 +16,7 @@ from meshes.errors import MeshError
 from meshes.geometry import BeamGeometry
 from meshes.rank_zero import on_rank_zero
 from meshes.sizing import BeamSizing, Cell
-from meshes.slices import slices
+from meshes.slices import owners, slices
 from meshes.tagged import TaggedMesh
 
 COMM = MPI.COMM_WORLD
@@ -238,20 +238,39 @@ def test_rank_zero_result_and_error_reach_all_ranks() -> None:
 
 
 def test_slices_are_balanced_and_ghosts_are_neighbors() -> None:
-    """A row of ten cells on three ranks: consecutive cells, and a ghost on either side of each cut."""
+    """A row of ten cells on three ranks, half of them in the support, and a ghost on either side of each cut."""
     from dolfinx.cpp.graph import AdjacencyList_int64
 
     count = 10
     links = [[other for other in (cell - 1, cell + 1) if 0 <= other < count] for cell in range(count)]
     row = AdjacencyList_int64(np.concatenate(links).astype(np.int64), np.cumsum([0, *map(len, links)]).astype(np.int32))
-    owners = [slices(COMM, 3, row, False).links(cell)[0] for cell in range(count)]
-    assert sorted(np.bincount(owners)) == [3, 3, 4]
-    assert np.count_nonzero(np.diff(owners)) == 2
-    both = slices(COMM, 3, row, True)
+    divide = slices(np.column_stack([np.arange(count), np.zeros((count, 2))]), 4.5)
+    ranks = [divide(COMM, 3, row, False).links(cell)[0] for cell in range(count)]
+    assert ranks == [0, 1, 1, 2, 2, 2, 1, 1, 0, 0]
+    both = divide(COMM, 3, row, True)
     for cell in range(count):
-        expected = {int(owners[other]) for other in links[cell]} - {int(owners[cell])}
-        assert both.links(cell)[0] == owners[cell]
+        expected = {int(ranks[other]) for other in links[cell]} - {int(ranks[cell])}
+        assert both.links(cell)[0] == ranks[cell]
         assert set(both.links(cell)[1:]) == expected
+
+
+@pytest.mark.parametrize("parts", [1, 2, 3, 7, 100])
+def test_every_rank_has_its_share_of_the_support(parts: int) -> None:
+    """Layers of cells in any order: shares of the support and of the rest differ by less than two layers."""
+    rng, layer, layers, supported = np.random.default_rng(3), 16, 60, 12
+    places = np.stack(np.meshgrid(np.arange(layers), np.arange(4), np.arange(4), indexing="ij"), axis=-1).reshape(-1, 3)
+    places = rng.permutation(places) * [0.01, 0.003, 0.003] + 1e-13 * rng.standard_normal((layers * layer, 3))
+    within = places[:, 0] < (supported - 0.5) * 0.01
+    found = owners(places, (supported - 0.5) * 0.01, parts)
+    for some in (within, ~within):
+        shares = np.bincount(found[some], minlength=parts)
+        assert shares.max() - shares.min() < (2 if parts > 2 else 5) * layer
+        assert len(shares) == parts
+    if parts == 2:
+        assert np.bincount(found[within]).tolist() == [6 * layer] * 2
+        ends = [np.unique(np.round(places[~within & (found == rank), 0] / 0.01)) for rank in (1, 0)]
+        assert [len(end) for end in ends] == [22, 26]  # the rank in the middle has two cuts
+        assert ends[0].max() < ends[1].min()
 
 
 @pytest.mark.skipif(COMM.size == 1, reason="there is only one rank")

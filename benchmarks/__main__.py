@@ -12,8 +12,17 @@ from pathlib import Path
 
 from benchmarks.table import options
 
-DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "iterative")
-LARGE = {"iterative": ["--large"], "predictions": ["--large"], "fidelity": []}
+DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "solves")
+LARGE = {
+    "predictions": ["--large"],
+    "fidelity": [],
+    "scaling": [],
+    "communication": [],
+    "replicated": ["--large"],
+    "many_ranks": [],  # after those that it reads
+    "solves": ["--large"],
+    "tiers": ["--large"],
+}
 PAGE = "README.md"
 
 

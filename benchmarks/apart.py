@@ -7,6 +7,7 @@ import resource
 import subprocess
 import sys
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 
@@ -19,13 +20,20 @@ def measured_apart(module: str, *arguments: str, timeout: float = 3600.0) -> Fig
     Raises:
         RuntimeError: It failed; the message holds the end of what it said.
     """
-    done = subprocess.run(
-        [sys.executable, "-m", module, *arguments], capture_output=True, text=True, timeout=timeout, check=False
-    )
-    if done.returncode != 0:
-        raise RuntimeError(f"{module} {' '.join(arguments)} failed:\n{(done.stdout + done.stderr)[-2000:]}")
-    told: Figures = json.loads(done.stdout.strip().splitlines()[-1])
+    told: Figures = told_by([sys.executable, "-m", module, *arguments], timeout)
     return told
+
+
+def told_by(command: Sequence[str], timeout: float = 3600.0) -> Any:
+    """Run a command and return what it told last, in JSON.
+
+    Raises:
+        RuntimeError: It failed; the message holds the end of what it said.
+    """
+    done = subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
+    if done.returncode != 0:
+        raise RuntimeError(f"{' '.join(command)} failed:\n{(done.stdout + done.stderr)[-2000:]}")
+    return json.loads(done.stdout.strip().splitlines()[-1])
 
 
 def tell(figures: Figures) -> None:

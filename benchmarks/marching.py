@@ -57,9 +57,9 @@ class Marched:
     displacements: tuple[NDArray[np.float64], ...] = ()
 
 
-def seated(case: Case) -> Seated:
-    """Mesh, assemble, seat and factor a case on this process alone."""
-    model = build_model(case, MPI.COMM_SELF)
+def seated(case: Case, comm: MPI.Comm = MPI.COMM_SELF) -> Seated:
+    """Mesh, assemble, seat and factor a case, by default on this process alone. Collective."""
+    model = build_model(case, comm)
     scheme = make_integrator(model.case.time.scheme)
     clock = time.perf_counter()
     seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)

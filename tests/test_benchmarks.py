@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from benchmarks import contact_points, getfem_peer, iterative, rungs, size, textbook
+from benchmarks import contact_points, getfem_peer, rungs, size, solves, textbook
 from benchmarks.apart import exponent
 from benchmarks.table import Table, seconds
 from benchmarks.textbook_newton import TextbookBeam
@@ -112,11 +112,11 @@ POINTS = {
 
 
 @alone
-def test_iterative_solves_are_measured() -> None:
-    """The coarsest mesh: it converges, and the estimate is called one."""
-    found = iterative.table((1, 2))
-    assert "an estimate, not a run" in found.markdown()
+def test_solves_by_iterations_are_measured() -> None:
+    """The coarsest meshes: a step lands with many points at once."""
+    found = solves.table((1, 2))
     assert found.figures["largest_solve"] > 0.0
+    assert "points pressed" in str(found.rows[0][5])
 
 
 @alone
@@ -159,7 +159,7 @@ def test_tables_are_put_into_the_page(tmp_path: Path) -> None:
     expected = "text\n<!-- one -->\n| a |\n<!-- /one -->\n<!-- two -->\nkept\n<!-- /two -->\n"
     assert filled(page, tmp_path) == expected
     marks = set(re.findall(r"<!-- (\w+) -->", (DOCS / "speed.md").read_text()))
-    assert {"textbook", "rungs", "getfem", "size", "contact_points", "iterative", "predictions"} <= marks
+    assert {"textbook", "rungs", "getfem", "size", "contact_points", "predictions"} <= marks
 
 
 def test_exponents_and_durations() -> None:

@@ -20,9 +20,12 @@ from hypothesis import strategies as st
 from test_postprocess_plot import sine_records
 from test_postprocess_synthetic import write_fields, write_results
 
+from benchmarks.fuzz.added import added
 from benchmarks.fuzz.mutations import spoil_bytes, spoil_json, spoil_text
 from benchmarks.fuzz.sandbox import Limits, attempt
+from benchmarks.table import Table
 from gapbeam.command_line import _dispatch
+from gapbeam.ladder.stored import stored_choice, study_key
 from gapbeam.stored_records import StoredPiece, StoredResponse, checked, refuse_links
 from gapbeam.sweeping.plan import Sweep, chains_of, point_file, prepare, read_points
 from gapbeam.terminal import harmless
@@ -37,7 +40,7 @@ from solver.case_file.faults import CaseError
 from solver.case_file.reader import read_case
 from solver.errors import UserError
 from solver.output.history import HistoryWriter
-from solver.output.records import CASE_FILE, FIELDS_DATA_FILE, FIELDS_FILE, HISTORY_FILE, SUMMARY_FILE
+from solver.output.records import CASE_FILE, FIELDS_DATA_FILE, FIELDS_FILE, HISTORY, HISTORY_FILE, SUMMARY_FILE
 from solver.output.rows import Recorder
 from solver.output.space import check_space, size_of_results
 from solver.studies.axes import points_of, read_axis
@@ -57,6 +60,13 @@ BOMBS = {
     "other": b'{"format": 99}',
     "list": b"[]",
 }
+
+
+IDENTIFIED = {
+    "measurements": [], "unknowns": [], "told": [], "tolerance": None, "rms": {"fit": None, "predict": None},
+    "residual": "log10", "confidence": 0.95, "standard_deviation": 1.0, "standard_deviation_from": "nothing",
+    "bound_of_misfit": 1.0, "sensitivity": [],
+}  # fmt: skip
 
 
 @pytest.fixture(scope="module")
@@ -210,6 +220,62 @@ def test_other_things_in_the_place_of_files(name: str, instead: str, copy: Path)
 
     found = attempt(work, copy.parent / "said.txt", Limits(20.0))
     assert found.kind == ("done" if name == SUMMARY_FILE else "refused"), found.told[-1000:]
+
+
+def _unbounded(folder: Path, instead: str, name: str) -> str:
+    """Put something that has no end, or nearly none, in the place of a file, and read the folder."""
+    (folder / name).unlink()
+    if instead == "device":
+        (folder / name).symlink_to("/dev/zero")
+    else:
+        with (folder / name).open("wb") as file:
+            file.truncate(2**40)
+    return answer(folder, "report", folder, "--no-pdf")
+
+
+@pytest.mark.parametrize("instead", ["device", "hole of 1 TB"])
+@pytest.mark.parametrize("name", ["evaluations.csv", "identification.json"])
+def test_identifications_without_end(name: str, instead: str, tmp_path: Path) -> None:
+    """The table of the evaluations is read in bounded memory: a device in its place took 5 GB and half a minute."""
+    folder = tmp_path / "identified"
+    folder.mkdir()
+    (folder / "identification.json").write_text(json.dumps(IDENTIFIED), encoding="utf-8")
+    (folder / "evaluations.csv").write_text("x,sum of squares,status\n1.0,2.0,done\n", encoding="utf-8")
+    said = _unbounded(folder, instead, name)
+    assert name in said or (name == "identification.json" and instead == "device"), said
+    assert "MemoryError" not in said
+
+
+@pytest.mark.parametrize("name", [CASE_FILE, SUMMARY_FILE])
+def test_runs_with_files_of_a_terabyte(name: str, copy: Path) -> None:
+    """They are refused by their size."""
+    assert re.search(rf"{name}: found {2**40} bytes; expected .* of at most \d+ bytes", _unbounded(copy, "hole", name))
+
+
+def test_cases_as_run_with_keys_of_many_parts(copy: Path) -> None:
+    """The reader of TOML takes gigabytes for one, also in results."""
+    (copy / CASE_FILE).write_text(f"[x]\n{'a.' * 30_000}a = 1\n", encoding="utf-8")
+    said = answer(copy, "report", copy, "--no-pdf")
+    assert f"{CASE_FILE}: found text that is not TOML (a key of many parts)" in said
+
+
+@pytest.mark.parametrize("name", [*BOMBS, "rungs"])
+def test_tradeoffs_that_name_no_rung(name: str, tmp_path: Path) -> None:
+    """What `gapbeam run --tolerance` finds in a folder is told, whatever it holds."""
+    case = read_case(DEMO)
+    rungs = {"key": study_key(case), "fixed": {}, "rungs": [{"verdict": "passed"}]}
+    content = json.dumps(rungs).encode() if name == "rungs" else BOMBS[name]
+    (tmp_path / "tradeoff.json").write_bytes(content)
+    with pytest.raises(ResultsError, match=r"tradeoff\.json: found"):
+        stored_choice(tmp_path, case, 0.1)
+
+
+def test_json_of_millions_of_empty_lists(tmp_path: Path) -> None:
+    """It is refused by what it would take in memory, 25 times its size."""
+    path = tmp_path / "sweep.json"
+    path.write_bytes(b"[" + b"[]," * 6_100_000 + b"0]")
+    with pytest.raises(ResultsError, match="more than 12000000 entries"):
+        read_json(path, "nothing")
 
 
 @pytest.mark.parametrize(("link", "command"), [("figures", "plot"), ("pictures", "render"), ("report.html", "report")])
@@ -453,7 +519,10 @@ def test_results_that_the_disk_has_no_room_for(tmp_path: Path) -> None:
     """The size is that of the files that are written; too large, it is refused before anything is."""
     model = beam_model({"time": {"end": 0.02, "step": 1e-4}}, ({"type": "gravity"},), {"tip": 0.51})
     history, fields = size_of_results(model)
-    HistoryWriter(tmp_path / HISTORY_FILE, Recorder(model).labels).close()
+    writer, labels = HistoryWriter(tmp_path, Recorder(model).labels), Recorder(model).labels
+    sizes = {record.name: [len(labels[dimension]) for dimension in record.dims[1:]] for record in HISTORY}
+    writer.append({"time": np.zeros(1)} | {name: np.zeros((1, *size)) for name, size in sizes.items()})
+    writer.close()
     with h5py.File(tmp_path / HISTORY_FILE) as file:
         values = sum(int(np.prod(data.shape[1:])) for data in file.values() if data.maxshape[0] is None)
     assert history == pytest.approx(8 * values * 200)
@@ -461,3 +530,14 @@ def test_results_that_the_disk_has_no_room_for(tmp_path: Path) -> None:
     with pytest.raises(UserError, match=r"history\.h5 will take about 1e\+09 GB and .* has room for"):
         check_space(tmp_path / "not" / "there", 1e18, fields)
     assert not (tmp_path / "not").exists()
+
+
+def test_slices_of_fuzzing_are_added_up(tmp_path: Path) -> None:
+    """Numbers of inputs are summed, times and memory are the largest, seeds and CPU are told."""
+    rows = (("case files", 3, 1, 2, 0, 0, 0, 0.5, 100), ("all", 3, 1, 2, 0, 0, 0, 0.5, 100))
+    for seed in (1, 2):
+        notes, figures = (f"seed {seed}, 4 minutes",), {"cpu_seconds": 60.0 * seed}
+        Table("fuzz", "Hostile input", tuple("abcdefghi"), rows, notes, figures).write(tmp_path / str(seed))
+    whole = added([tmp_path / "1", tmp_path / "2"])
+    assert whole.rows == (("case files", 6, 2, 4, 0, 0, 0, 0.5, 100), ("all", 6, 2, 4, 0, 0, 0, 0.5, 100))
+    assert whole.notes == ("seed 1; seed 2: 3.0 minutes of CPU",)

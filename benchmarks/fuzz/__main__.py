@@ -20,6 +20,7 @@ from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
 
+from benchmarks.fuzz.added import added
 from benchmarks.fuzz.sandbox import Outcome, attempt
 from benchmarks.fuzz.seeds import make_seeds
 from benchmarks.fuzz.targets import TARGETS, Target
@@ -40,6 +41,10 @@ class Count:
 def main() -> int:
     """Fuzz and return 0, or 1 where something was found."""
     options = _options()
+    if options.add:
+        table = added(options.add)
+        table.write(options.output)
+        return 1 if table.figures["findings"] else 0
     scratch = Path(tempfile.mkdtemp(prefix="gapbeam-fuzz-"))
     try:
         seeds = make_seeds(options.seeds or scratch / "seeds")
@@ -60,6 +65,7 @@ def _options() -> argparse.Namespace:
     parser.add_argument("--seeds", type=Path, help="folder for the files that are mutated; kept")
     parser.add_argument("--findings", type=Path, help="folder for inputs that crash or hang")
     parser.add_argument("--output", type=Path, default=Path("results/bench"))
+    parser.add_argument("--add", type=Path, nargs="+", help="fuzz nothing: add up what these --output hold")
     return parser.parse_args()
 
 

@@ -19,7 +19,7 @@ from gapbeam.terminal import harmless
 Kind = Literal["done", "refused", "crash", "hang", "escape"]
 LONGEST_MESSAGE = 50_000  # characters
 REFUSED = 2
-TOLD = (0, 3, 4, 5)  # a run that was done, and the ways in which it says that it cannot be trusted
+TOLD = (0, 3, 4, 5, 6)  # a run that was done, and the ways in which it says that it cannot be trusted
 ALLOWED = {"\n", "\t", "\r"}
 
 

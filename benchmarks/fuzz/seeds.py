@@ -7,8 +7,9 @@ import subprocess
 import sys
 from pathlib import Path
 
-PROJECT = Path(__file__).parents[2]
-DEMO, STABILITY = PROJECT / "cases" / "demo.toml", PROJECT / "cases" / "stability.toml"
+from benchmarks.fuzz.checkpoint_seeds import DEMO, PROJECT, make_stopped
+
+STABILITY = PROJECT / "cases" / "stability.toml"
 COARSE = (
     "mesh.size=0.06", "load.shaker.ramp=0", "load.shaker.frequency=50", "time.end=0.4", "time.step=2e-4",
     "output.history_interval=2e-4", "output.fields_interval=0.1",
@@ -110,6 +111,7 @@ def make_seeds(folder: Path) -> Path:
     }.items():
         if not (folder / name).exists():
             _call(folder / name, *words)
+    make_stopped(folder)
     tradeoff = folder / "tradeoff"
     tradeoff.mkdir(exist_ok=True)
     (tradeoff / "tradeoff.json").write_text(json.dumps(TRADEOFF), encoding="utf-8")

@@ -8,9 +8,11 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 
+from benchmarks.fuzz import checkpoint_targets
+from benchmarks.fuzz.checkpoint_seeds import PROJECT
 from benchmarks.fuzz.mutations import NUMBERS, WORDS, put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
 from benchmarks.fuzz.sandbox import Limits
-from benchmarks.fuzz.seeds import PROJECT, STABILITY
+from benchmarks.fuzz.seeds import STABILITY
 
 Work = Callable[[], int]
 TEXTS = {".toml": spoil_text, ".json": spoil_json, ".jsonl": spoil_json, ".csv": spoil_text, ".xdmf": spoil_text}
@@ -35,7 +37,7 @@ class Target:
     quotes: bool = False
 
 
-def _command(*words: object) -> Work:
+def command(*words: object) -> Work:
     """Return the work of a whole command in this process."""
 
     def work() -> int:
@@ -49,9 +51,30 @@ def _command(*words: object) -> Work:
 def _case(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: ARG001
     path = folder / "case.toml"
     path.write_bytes(spoil_text(chance.choice(_cases()).read_bytes(), chance))
+    shutil.copytree(PROJECT / "cases" / "signals", folder / "signals")
     if chance.random() < 0.02:
         put_in_place(path, folder / "precious", chance)
     return lambda: _read_case(path, [])
+
+
+def _record(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: ARG001
+    """Read a case with a spoiled record, or with keys that read it otherwise."""
+    signal = PROJECT / "cases" / "signals" / "transport.csv"
+    (folder / "signals").mkdir()
+    path, record = folder / "case.toml", folder / "signals" / signal.name
+    path.write_bytes((PROJECT / "cases" / "recorded.toml").read_bytes())
+    lines = signal.read_bytes().splitlines(keepends=True)
+    content = b"".join(lines[: chance.choice((6, 9, 40, len(lines)))])
+    record.write_bytes(chance.choice((spoil_text, spoil_text, spoil_bytes))(content, chance))
+    if chance.random() < 0.05:
+        put_in_place(record, folder / "precious", chance)
+    keys = ("time_column", "value_column", "time_scale", "scale", "offset", "start", "ramp", "file", "checksum",
+            "beyond=zero", "beyond=repeat", "interpolation=monotone", "quantity=displacement")  # fmt: skip
+    texts = [
+        f"load.base.{key}" if "=" in key else f"load.base.{key}={chance.choice((*NUMBERS, *WORDS))}"
+        for key in chance.sample(keys, chance.choice((0, 1, 1, 2)))
+    ]
+    return lambda: _read_case(path, texts)
 
 
 def _check(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: ARG001
@@ -67,7 +90,7 @@ def _check(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: A
         value = f"{chance.choice((1.0, -1.0, 3.0))}e{chance.choice((-300, -30, -12, -6, -3, 0, 3, 6, 12, 30, 300))}"
         value = {"damping.ratios": f"[{value}, 0.01]", "mesh.dimension": chance.choice("1234")}.get(key, value)
         words += ["--set", f"{key}={'200' if key.endswith('thickness') and 'mesh' in key else value}"]
-    return _command("check", PROJECT / "cases" / "demo.toml", *words)
+    return command("check", PROJECT / "cases" / "demo.toml", *words)
 
 
 def _cases() -> list[Path]:
@@ -188,7 +211,7 @@ def _analysis(seeds: Path, folder: Path, chance: random.Random) -> Work:
 def _of_run(*words: str) -> Callable[[Path, Path, random.Random], Work]:
     def spoil(seeds: Path, folder: Path, chance: random.Random) -> Work:
         copy = _spoiled_folder(seeds, "run", folder, chance, *RUN)
-        return _command(*words, copy)
+        return command(*words, copy)
 
     return spoil
 
@@ -197,7 +220,7 @@ def _compare(seeds: Path, folder: Path, chance: random.Random) -> Work:
     copy = _spoiled_folder(seeds, "run", folder, chance, *RUN[:6])
     pair = [copy, seeds / "other"]
     chance.shuffle(pair)
-    return _command("compare", *pair, "--output", folder / "out")
+    return command("compare", *pair, "--output", folder / "out")
 
 
 STUDIES = {
@@ -212,7 +235,7 @@ STUDIES = {
 def _study_report(seeds: Path, folder: Path, chance: random.Random) -> Work:
     kind = chance.choice(sorted(STUDIES))
     copy = _spoiled_folder(seeds, kind, folder, chance, *STUDIES[kind])
-    return _command("report", copy, "--no-pdf", *(("--overwrite",) if chance.random() < 0.5 else ()))
+    return command("report", copy, "--no-pdf", *(("--overwrite",) if chance.random() < 0.5 else ()))
 
 
 def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
@@ -287,6 +310,7 @@ QUICK_FIXED = _fixed()
 TARGETS = (
     Target("case files", 20.0, _case, quotes=True),
     Target("--set and swept keys", 10.0, _setting, quotes=True),
+    Target("records of loads", 10.0, _record, quotes=True),
     Target("gapbeam check of absurd values", 1.5, _check, Limits(180.0, 8 * 2**30)),
     Target("identification files", 10.0, _identification, quotes=True),
     Target("results: records, tables, fields", 24.0, _analysis),
@@ -298,4 +322,6 @@ TARGETS = (
     Target("sweep taken up again", 5.0, _sweep_again),
     Target("identify taken up again", 5.0, _identify_again),
     Target("mesh files", 4.0, _mesh, Limits(60.0, 12 * 2**30)),
+    Target("checkpoints, runs resumed", 12.0, checkpoint_targets.checkpoints, Limits(20.0, 4 * 2**30)),
+    Target("results beside checkpoints, runs resumed", 6.0, checkpoint_targets.beside, Limits(20.0, 4 * 2**30)),
 )

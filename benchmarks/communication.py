@@ -1,0 +1,249 @@
+"""What a step sends between ranks, part by part, and what this machine takes to send it.
+
+The solid beam of cases/li2013.toml, shaken so hard that it rattles, on 1, 2 and 4 ranks. Messages and bytes are counted
+by MPI's profiling interface (benchmarks.messages), those of MUMPS among them. On more ranks than cores only the
+counts mean something.
+
+    environment/run python3 -m benchmarks.communication
+"""
+
+from __future__ import annotations
+
+import json
+import os
+import sys
+import time
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from tempfile import TemporaryDirectory
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from benchmarks.apart import told_by
+from benchmarks.marching import Seated, marched, seated
+from benchmarks.messages import counter, on_ranks
+from benchmarks.parts import Account, Watched
+from benchmarks.size import mesh_overrides
+from benchmarks.table import Cell, Table, machine_words, options, seconds
+from benchmarks.textbook import shaken
+from solver.accounts import Accounts
+from solver.analyses.paused import Paused
+from solver.checkpoint.layout import layout_of
+from solver.checkpoint.motion import stored
+from solver.condensation import CondensedOperator
+from solver.integrators import midpoint
+from solver.output.fields import FieldWriter
+from solver.output.rows import Recorder
+from solver.output.spread import Pieces, on_rank_zero_with
+
+CELLS, RANKS = (4, 8), (1, 2, 4)
+STEPS = 40
+REST, RECORD, FIELDS, CHECKPOINT = "the rest", "a record", "a field", "a checkpoint"
+APART = (RECORD, FIELDS, CHECKPOINT)  # not in every step
+SIZES = (8, 256, 4_096, 65_536, 1_048_576, 16_777_216)  # bytes
+STREAM, SQUARE = 20_000_000, 1_500  # numbers that are read; rows of matrices that are multiplied
+
+Told = dict[str, Any]
+
+
+def watched(start: Seated) -> Watched:
+    """Return the parts of a step."""
+    operators = type(start.model.system.operators)
+    products = ("apply_mass", "apply_stiffness", "apply_restraint")
+    return {
+        "back-substitution": ((CondensedOperator, "solve_free"),),
+        "correction": ((CondensedOperator, "correct"),),
+        "contact solve": ((midpoint, "solve_contact_and_friction"),),
+        "products": tuple((operators, name) for name in products),
+        "sums": ((operators, "sum"),),
+    }
+
+
+def measure(cells: int, comm: MPI.Comm) -> None:
+    """Count and time the steps of one size on these ranks and tell it, rank by rank. Collective."""
+    start = seated(shaken(overrides=mesh_overrides(cells)), comm)
+    marched(start, 2)
+    account, model = Account(), start.model
+    with account.watching(watched(start)), account.part(REST):
+        marched(start, STEPS)
+    recorder, opened = Recorder(model), Accounts.opened(model.system, model.law, start.start, start.plan.dt)
+    with account.part(RECORD):
+        recorder.row(start.start, opened)
+    folders = TemporaryDirectory() if comm.rank == 0 else None
+    fields = FieldWriter(Path(comm.bcast(folders.name if folders else "")), model)
+    with account.part(FIELDS):
+        fields.write(start.start, model)
+    layout = layout_of(model, comm)
+    with account.part(CHECKPOINT):
+        arrays = stored(Paused(start.start, 0), layout)
+        tables = {name: array for name, array in arrays.items() if not isinstance(array, np.ndarray)}
+
+        def taken(pieces: Pieces) -> None:
+            for name in tables:
+                for _ in pieces(name):
+                    pass
+
+        on_rank_zero_with(comm, tables, taken)
+    told = {
+        "dofs": comm.allgather(model.system.operators.size),
+        "points": model.system.contact.size,
+        "interface": model.system.contact.interface.size,
+        "parts": comm.allgather(account.figures()),
+    }
+    if comm.rank == 0:
+        print(json.dumps(told))
+    comm.Barrier()
+    if folders is not None:
+        folders.cleanup()
+
+
+def least(comm: MPI.Comm, work: Callable[[], object], repeats: int = 20, inner: int = 1) -> float:
+    """Return the least wall time of some work on these ranks, begun together, s. Collective."""
+    found = []
+    for _ in range(repeats):
+        comm.Barrier()
+        clock = time.perf_counter()
+        for _ in range(inner):
+            work()
+        found.append((time.perf_counter() - clock) / inner)
+    return float(max(comm.allgather(min(found))))
+
+
+def wire(comm: MPI.Comm) -> None:
+    """Measure what a message between the first two ranks takes, what a sum over all, and what each core does.
+
+    Collective. Tells, all ranks at work at once, seconds by bytes for half of a ping-pong and for Reduce with Bcast,
+    and for each core the bytes it reads and the floating-point operations it does in a second.
+    """
+    half, total = {}, {}
+    for size in SIZES:
+        data, into, inner = np.zeros(size // 8), np.zeros(size // 8), 50 if size < 100_000 else 2
+
+        def ping(data: Any = data) -> None:
+            if comm.rank == 0 and comm.size > 1:
+                comm.Send(data, 1)
+                comm.Recv(data, 1)
+            elif comm.rank == 1:
+                comm.Recv(data, 0)
+                comm.Send(data, 0)
+
+        def add(data: Any = data, into: Any = into) -> None:
+            comm.Reduce(data, into)
+            comm.Bcast(into)
+
+        half[size] = 0.5 * least(comm, ping, inner=inner)
+        total[size] = least(comm, add, inner=inner)
+    one, other = np.ones(STREAM), np.ones(STREAM)
+    square = np.ones((SQUARE, SQUARE))
+    told = {
+        "half": half,
+        "sum": total,
+        "read": 16.0 * STREAM / least(comm, lambda: one @ other, 8),
+        "multiply": 2.0 * SQUARE**3 / least(comm, lambda: square @ square, 4),
+    }
+    if comm.rank == 0:
+        print(json.dumps(told))
+
+
+def busiest(told: Told, part: str, what: str) -> float:
+    """Return a figure of a part on the rank where it is largest: per step, or once for what is not in every step."""
+    every = 1 if part in APART else STEPS
+    return max(float(rank[part][what]) for rank in told["parts"]) / every
+
+
+def counted(cells: int, ranks: int, counting: Path) -> Told:
+    """Return what `measure` tells in processes of its own."""
+    words = on_ranks(ranks, "-m", "benchmarks.communication", "--one", str(cells), counting=counting)
+    told: Told = told_by(words)
+    return told
+
+
+def tables(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS) -> tuple[Table, Table]:
+    """Return the table of what parts send and take, and that of the wire."""
+    rows: list[tuple[Cell, ...]] = []
+    figures: dict[str, Cell] = {}
+    with counter() as counting:
+        for size in cells:
+            for count in ranks:
+                told = counted(size, count, counting)
+                dofs = sum(told["dofs"])
+                timed = count <= (os.cpu_count() or 1)
+                figures |= {f"{dofs}: {name}": told[name] for name in ("points", "interface")}
+                for part in told["parts"][0]:
+                    what = {name: busiest(told, part, name) for name in told["parts"][0][part]}
+                    figures |= {f"{dofs} on {count}: {part}: {name}": value for name, value in what.items()}
+                    if not timed and what["messages"] + what["collectives"] == 0.0:
+                        continue
+                    rows.append(
+                        (
+                            dofs,
+                            count,
+                            part,
+                            round(what["messages"], 1),
+                            kilobytes(what["message_bytes"]),
+                            round(what["collectives"], 1),
+                            kilobytes(what["collective_bytes"]),
+                            seconds(what["seconds"]) if timed else None,
+                            seconds(what["in_mpi"]) if timed else None,
+                        )
+                    )
+    step = Table(
+        "communication",
+        "What a step sends, part by part",
+        ("DOFs", "ranks", "part", "messages", "bytes", "collective", "bytes", "time", "in MPI"),
+        tuple(rows),
+        (
+            machine_words(),
+            f"means over {STEPS} rattling steps of the busiest rank; a record, a field and a checkpoint: of one",
+            "a time is that of the part alone; in MPI: with waiting for other ranks",
+        ),
+        figures,
+    )
+    return step, wire_table()
+
+
+def wire_table() -> Table:
+    """Return what messages, sums, reading and multiplying take on one rank and on two at once."""
+    found = {count: told_by(on_ranks(count, "-m", "benchmarks.communication", "--wire")) for count in (1, 2)}
+    two = found[2]
+    rows: list[tuple[Cell, ...]] = [
+        (kilobytes(float(size)), seconds(two["half"][str(size)]), seconds(two["sum"][str(size)])) for size in SIZES
+    ]
+    figures: dict[str, Cell] = {f"half {size}": two["half"][str(size)] for size in SIZES}
+    figures |= {f"sum {size}": two["sum"][str(size)] for size in SIZES}
+    figures |= {f"{name} on {count}": one[name] for count, one in found.items() for name in ("read", "multiply")}
+    return Table(
+        "wire",
+        "What it takes to send, on two ranks of this machine",
+        ("message", "one way", "Reduce and Bcast"),
+        tuple(rows),
+        (
+            machine_words(),
+            "each rank reads {:.3g} GB/s alone and {:.3g} GB/s where both do, and multiplies matrices with "
+            "{:.3g} and {:.3g} Gflop/s".format(
+                *(found[count][name] / 1e9 for name in ("read", "multiply") for count in (1, 2))
+            ),
+        ),
+        figures,
+    )
+
+
+def kilobytes(amount: float) -> str:
+    """Return an amount of data with a unit and three digits."""
+    for unit, size in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if amount >= size:
+            return f"{amount / size:.3g} {unit}"
+    return f"{amount:.3g} B"
+
+
+if __name__ == "__main__":
+    if "--one" in sys.argv:
+        measure(int(sys.argv[-1]), MPI.COMM_WORLD)
+    elif "--wire" in sys.argv:
+        wire(MPI.COMM_WORLD)
+    else:
+        chosen = options(__doc__)
+        for one in tables():
+            one.write(chosen.output)

@@ -14,6 +14,7 @@ Source: Woodbury (1950); Hager (1989), SIAM Rev. 31.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from typing import ClassVar
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -37,6 +38,11 @@ class UpdatedFactor:
     operators: Operators
     responses: Array
     inner: Array
+    tolerance: ClassVar[float] = 0.0
+
+    def keeps(self, columns: int) -> bool:
+        """Return whether so many columns A^-1 E X may be kept in memory."""
+        return self.factor.keeps(columns)
 
     def solve(self, right_side: Array) -> Array:
         """Return A'^-1 b, (n,). Collective."""
@@ -49,6 +55,17 @@ class UpdatedFactor:
         seen = self.operators.sum(np.asarray(columns[interface.slots].T @ self.responses[interface.owned]).T)
         solved -= self.responses @ (self.inner @ seen)
         return solved
+
+    def interface_block(self, interface: Interface) -> Array | None:
+        """Return E^T A'^-1 E, (interface.size, interface.size), symmetric, or None. Collective."""
+        block = self.factor.interface_block(interface)
+        if block is None:
+            return None
+        mine = np.zeros((interface.size, len(self.inner)))
+        mine[interface.slots] = self.responses[interface.owned]
+        seen = self.operators.sum(mine)
+        changed = block - seen @ (self.inner @ seen.T)
+        return np.asarray(0.5 * (changed + changed.T))
 
 
 def updated(factor: Factor, operators: Operators, added: RankOnes | None) -> Factor:

@@ -20,14 +20,18 @@ from scipy.sparse import csr_matrix
 from meshes.describe import describe
 from meshes.tagged import TaggedMesh
 from solver.case import Case
+from solver.case_file.solver_fits import factor_needed
 from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
 from solver.case_tables.time import CentralDifference
 from solver.defaults import Default, contact_patch
 from solver.elasticity import elastic_forms, lame
 from solver.face_points import PointRule
+from solver.free_memory import free_memory
 from solver.interface import contact_operator, nitsche_operator
+from solver.linear_solver import LinearSolver, linear_solver
 from solver.loads.patterns import axis_point, load_patterns
 from solver.mass_redistribution import extrapolation
+from solver.memory_needs import memory_needs
 from solver.mesh_of_case import mesh_of_case
 from solver.nitsche import Nitsche
 from solver.operators import Array, Indices, Operators, Springs
@@ -163,7 +167,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     moved = None
     if case.contact.mass == "redistributed":
         moved = extrapolation(space, np.concatenate(list(meshed.faces.values())), explicit)
-    operators = PetscOperators(forms, space, correction, explicit, moved)
+    operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed))
     contact, patch = gathered(case, contact)
     body = Body(
         case,
@@ -177,6 +181,14 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         patch,
     )
     return replace(body, seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started})
+
+
+def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:
+    """Return how the effective operators of a case are solved with. Collective."""
+    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+    needs = memory_needs(mesh_dofs(meshed), case.mesh.dimension)
+    free = free_memory(meshed.tagged.mesh.comm)
+    return linear_solver(case.solver, needs, free, None if needed is None else needed[1])
 
 
 def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Default | None]:

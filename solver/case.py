@@ -16,6 +16,8 @@ from pydantic import BeforeValidator, Field
 from solver.case_tables.analysis import Analysis, Transient
 from solver.case_tables.contact import Contact
 from solver.case_tables.model import FullModel, ModelTable
+from solver.case_tables.recorded import Recorded
+from solver.case_tables.solver import SolverTable
 from solver.case_tables.time import Time
 from solver.case_tables.values import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole, named
 
@@ -124,13 +126,31 @@ class Ramped(Table):
     )
 
 
-class PointForce(Ramped):
-    """A harmonic force at a point."""
+class AtPoint(Table):
+    """A force at a point."""
 
-    amplitude: Number = Field(description="amplitude of the force, N", examples=[20.0])
     point: Number | Vector = Field(
         description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.15]
     )
+
+
+class OfSupport(Table):
+    """Motion of the support; the equations are solved in the moving frame."""
+
+    quantity: Literal["acceleration", "velocity", "displacement"] = Field(
+        default="acceleration", description="which quantity of the support it gives"
+    )
+
+    @property
+    def derivative(self) -> int:
+        """Which derivative of the quantity in time is the acceleration."""
+        return ("acceleration", "velocity", "displacement").index(self.quantity)
+
+
+class PointForce(Ramped, AtPoint):
+    """A harmonic force at a point."""
+
+    amplitude: Number = Field(description="amplitude of the force, N", examples=[20.0])
 
 
 class HarmonicForce(PointForce):
@@ -166,18 +186,30 @@ class Exciter(PointForce):
         return f"{self.name} preload"
 
 
-class BaseMotion(Ramped):
+class BaseMotion(Ramped, OfSupport):
     """Harmonic motion of the support; the equations are solved in the moving frame."""
 
     type: Literal["base_motion"] = Field(description="kind of load")
     name: Name = Field(default="base", description="name in results and messages, different for every load")
     amplitude: Number = Field(description="amplitude of the quantity, m/s^2, m/s or m", examples=[20.0])
-    quantity: Literal["acceleration", "velocity", "displacement"] = Field(
-        default="acceleration", description="what the amplitude is the amplitude of"
-    )
 
 
-Load = Annotated[Gravity | HarmonicForce | Exciter | BaseMotion, Field(discriminator="type")]
+class RecordedForce(Recorded, AtPoint):
+    """A force at a point whose course in time was recorded, N after scaling."""
+
+    type: Literal["recorded_force"] = Field(description="kind of load")
+
+
+class RecordedMotion(Recorded, OfSupport):
+    """Motion of the support that was recorded, m/s^2, m/s or m after scaling; solved in the moving frame."""
+
+    type: Literal["recorded_motion"] = Field(description="kind of load")
+    name: Name = Field(default="base", description="name in results and messages, different for every load")
+
+
+Load = Annotated[
+    Gravity | HarmonicForce | Exciter | BaseMotion | RecordedForce | RecordedMotion, Field(discriminator="type")
+]
 
 
 class Probe(Table):
@@ -190,12 +222,15 @@ class Probe(Table):
 
 
 class Gates(Table):
-    """Limits on the energy that the algorithm creates or loses, relative to the energy exchanged so far."""
+    """Limits on the energy that the algorithm creates or loses, relative to that exchanged so far, and on memory."""
 
     impact_loss: NonNegative = Field(default=0.008, description="largest algorithmic loss in one impact, no unit")
     impact_growth: NonNegative = Field(default=0.0025, description="largest algorithmic growth in one impact, no unit")
     total_growth: Positive = Field(default=0.05, description="cumulative growth that ends the run, no unit")
     accept_energy_growth: Switch = Field(default=False, description="go on, and end with status 0, in spite of growth")
+    accept_lack_of_memory: Switch = Field(
+        default=False, description="run a model that is expected to need more memory than is free"
+    )
 
 
 class Output(Table):
@@ -229,5 +264,6 @@ class Case(Table):
     probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")
     time: Time
     analysis: Analysis = Transient()
+    solver: SolverTable = SolverTable()
     gates: Gates = Gates()
     output: Output = Output()

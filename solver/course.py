@@ -22,7 +22,6 @@ from solver.operators import Array
 from solver.output.fields import FieldWriter
 from solver.output.history import HistoryWriter
 from solver.output.progress import ProgressLine
-from solver.output.records import HISTORY_FILE
 from solver.output.rows import Recorder, Rows
 from solver.stretches import Stretch, Wanted, marched, stretches_of
 from solver.system import State, Step
@@ -44,10 +43,9 @@ class Course:
 
     Args:
         model: The model.
-        folder: Results folder.
+        folder: Results folder. Where a march goes on, nothing in it changes before `follow`.
         comm: Its ranks.
         start: Where the march starts, or where it was left.
-        checkpoints: What writes them; None: the march cannot be resumed.
 
     Attributes:
         recorder: Makes records.
@@ -59,10 +57,9 @@ class Course:
         NotWritten: The files cannot be written.
     """
 
-    def __init__(
-        self, model: Model, folder: Path, comm: MPI.Comm, start: State | Left, checkpoints: Checkpoints | None = None
-    ) -> None:
-        self.model, self.comm, self._checkpoints = model, comm, checkpoints
+    def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State | Left) -> None:
+        self.model, self.comm = model, comm
+        self._checkpoints: Checkpoints | None = None
         self.recorder = Recorder(model)
         left = start if isinstance(start, Left) else None
         self._start = start.paused if isinstance(start, Left) else start
@@ -73,11 +70,16 @@ class Course:
         self._trouble: NotWritten | None = None
         self._history: HistoryWriter | None = None
         kept = None if left is None else int(left.header["records"])
-        on_rank_zero(comm, lambda: self._open_history(folder / HISTORY_FILE, kept))
+        on_rank_zero(comm, lambda: self._open_history(folder, kept))
         self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
 
     def follow(
-        self, plan: March, steps: Iterator[Step] | None, period: float | None, deadline: float | None = None
+        self,
+        plan: March,
+        steps: Iterator[Step] | None,
+        period: float | None,
+        deadline: float | None = None,
+        checkpoints: Checkpoints | None = None,
     ) -> None:
         """Follow given steps, or march the plan.
 
@@ -86,11 +88,13 @@ class Course:
             steps: Its steps; None: march it, compiled where that is possible.
             period: That of the forcing, s, for the progress shown.
             deadline: When to stop, by `time.perf_counter`, s; None: never.
+            checkpoints: What writes them; None: the march cannot be resumed.
 
         Raises:
             RunError: The march failed, created energy, was interrupted or could not be written; what was computed up
                 to then is on disk, or up to the last checkpoint.
         """
+        self._checkpoints = checkpoints
         case, every = self.model.case, steps_between(self.model)
         fields_every = every["fields_interval"]
         if isinstance(self._start, State):
@@ -160,8 +164,8 @@ class Course:
         checkpoints = self._checkpoints
         return {} if checkpoints is None else {"count": checkpoints.count, "seconds": checkpoints.seconds}
 
-    def _open_history(self, path: Path, kept: int | None) -> None:
-        self._history = HistoryWriter(path, self.recorder.labels, kept)
+    def _open_history(self, folder: Path, kept: int | None) -> None:
+        self._history = HistoryWriter(folder, self.recorder.labels, kept)
 
     def _begin_history(self) -> None:
         """Put the history in place with its first record, so that a run that is killed leaves one."""

@@ -5,9 +5,10 @@ from __future__ import annotations
 from dataclasses import dataclass, replace
 from math import log, pi, sqrt
 
-from solver.case import BaseMotion, Case, Exciter, Gravity, PointForce, Ramped
+from solver.case import AtPoint, Case, Exciter, Gravity, Ramped
 from solver.case_tables.contact import AugmentedLagrangian, Friction, KelvinVoigt, Unilateral
 from solver.contact.restitution import kelvin_voigt_ratio, kelvin_voigt_restitution
+from solver.loads.peaks import peak
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
@@ -58,13 +59,12 @@ def support_reaction(case: Case) -> float:
     for load in case.load:
         if isinstance(load, Gravity):
             moment += mass * load.acceleration * lever
-        elif isinstance(load, PointForce):
+        elif isinstance(load, AtPoint):
             x = load.point if isinstance(load.point, float | int) else load.point[0]
-            force = abs(load.amplitude) + (abs(load.preload) if isinstance(load, Exciter) else 0.0)
+            force = peak(load) + (abs(load.preload) if isinstance(load, Exciter) else 0.0)
             moment += force * abs(float(x) - edge)
-        elif isinstance(load, BaseMotion):
-            power = {"acceleration": 0, "velocity": 1, "displacement": 2}[load.quantity]
-            moment += mass * abs(load.amplitude) * (2.0 * pi * load.frequency) ** power * lever
+        else:
+            moment += mass * peak(load) * lever
     return moment / edge
 
 

@@ -44,6 +44,12 @@ class NotWritten(RunError):  # noqa: N818
     exit_status = 6
 
 
+class OutOfMemory(RunError):  # noqa: N818
+    """The memory of a machine, or the limit that a job has of it, was used up."""
+
+    exit_status = 7
+
+
 class Interrupted(RunError):  # noqa: N818
     """The user, a scheduler or the wall-time limit asked the run to stop."""
 

@@ -11,6 +11,8 @@ from typing import Any
 
 from mpi4py import MPI
 
+from solver.errors import Interrupted
+
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)  # Slurm and mpirun pass the last one on as a warning
 
 
@@ -89,3 +91,65 @@ class Interruption:
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before = {}
+
+
+class SetUp:
+    """Turns the same signals and limit into an error at once, as long as a run has nothing to keep.
+
+    A call into a library ends first. Outside the main thread the limit is looked at by `check` alone.
+
+    Args:
+        limit: Wall time of the whole run, s; None: none.
+
+    Attributes:
+        started: When the run started, by `time.perf_counter`, s.
+        deadline: When to stop; None: never.
+        heard: What came: an error that is raised in the middle of a library may get lost there.
+    """
+
+    def __init__(self, limit: float | None) -> None:
+        self.started = time.perf_counter()
+        self.deadline = None if limit is None else self.started + limit
+        self.heard = Wish.NONE
+        self._before: dict[int, Any] = {}
+
+    def __enter__(self) -> SetUp:
+        """Start to listen."""
+        if threading.current_thread() is threading.main_thread():
+            timed = () if self.deadline is None else (signal.SIGALRM,)
+            self._before = {number: signal.signal(number, self._hear) for number in (*SIGNALS, *timed)}
+            if self.deadline is not None:
+                signal.setitimer(signal.ITIMER_REAL, max(self.deadline - time.perf_counter(), 1.0e-3))
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Leave the signals as they were."""
+        self.over()
+
+    def over(self) -> None:
+        """Leave the signals as they were: there is something to keep from here on."""
+        if signal.SIGALRM in self._before:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        for number, handler in self._before.items():
+            signal.signal(number, handler)
+        self._before = {}
+
+    def check(self) -> None:
+        """Raise what was heard, or that time is over.
+
+        Raises:
+            Interrupted: A signal came, or the limit was reached.
+        """
+        if self.heard == Wish.NONE and self.deadline is not None and time.perf_counter() >= self.deadline:
+            self.heard = Wish.WALL_TIME
+        if self.heard != Wish.NONE:
+            raise Interrupted(f"{self.heard.words} before the march began", self.heard.exit_status)
+
+    def _hear(self, number: int, _frame: FrameType | None) -> None:
+        self.heard = {signal.SIGINT: Wish.INTERRUPT, signal.SIGALRM: Wish.WALL_TIME}.get(
+            signal.Signals(number), Wish.TERMINATE
+        )
+        self.over()
+        self.check()

@@ -12,15 +12,22 @@ from meshes.files import read_mesh
 from meshes.geometry import BeamGeometry
 from meshes.sizing import BeamSizing
 from meshes.tagged import TaggedMesh
-from solver.case import Case, PointForce
+from solver.case import AtPoint, Case
 
 
 def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
     """Mesh a case with gmsh, or read the mesh file that it names. Collective."""
+    if case.mesh.file is not None:
+        return read_mesh(comm, Path(case.mesh.file), geometry_of(case))
+    return build_beam(comm, geometry_of(case), sizing_of(case))
+
+
+def geometry_of(case: Case) -> BeamGeometry:
+    """Return the beam of a case, with the points that shall be nodes."""
     mesh, beam = case.mesh, case.beam
-    points = [load.point for load in case.load if isinstance(load, PointForce)]
+    points = [load.point for load in case.load if isinstance(load, AtPoint)]
     points += [probe.point for probe in case.probe]
-    geometry = BeamGeometry(
+    return BeamGeometry(
         dimension=mesh.dimension,
         length=beam.length,
         thickness=beam.thickness,
@@ -28,9 +35,12 @@ def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
         support_length=case.support.length,
         points=tuple(_coordinates(point, mesh.dimension) for point in points),
     )
-    if mesh.file is not None:
-        return read_mesh(comm, Path(mesh.file), geometry)
-    sizing = BeamSizing(
+
+
+def sizing_of(case: Case) -> BeamSizing:
+    """Return how fine gmsh shall mesh a case."""
+    mesh = case.mesh
+    return BeamSizing(
         cell=mesh.cell,
         size=mesh.size,
         support_size=mesh.support_size,
@@ -38,7 +48,6 @@ def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
         cells_through_thickness=mesh.cells_through_thickness,
         cells_across_width=mesh.cells_across_width,
     )
-    return build_beam(comm, geometry, sizing)
 
 
 def _coordinates(point: float | tuple[float, ...], dimension: int) -> tuple[float, ...]:

@@ -32,6 +32,7 @@ from solver.defaults import (
 )
 from solver.face_points import PointRule
 from solver.loads.exciter import assembled_system
+from solver.memory_limit import refuse_too_large, refuse_too_large_before_meshing
 from solver.operators import Array
 from solver.reduction.reduced_body import reduced_body
 from solver.reduction.rigid_body import rigid_body
@@ -127,8 +128,8 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
     Raises:
         MeshError: A user's mesh does not fit the case.
-        UserError: A point lies outside the mesh, a patch of contact.points between its quadrature points, or an
-            explicit scheme cannot march the step.
+        UserError: A point lies outside the mesh, a patch of contact.points between its quadrature points, an
+            explicit scheme cannot march the step, or there is not enough memory.
         CaseError: The computed time step does not go with the rest of the case.
 
     Collective.
@@ -138,8 +139,11 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
 
 def build_body(case: Case, comm: MPI.Comm) -> Body:
     """Return what `model_of` needs of a case; errors as in `build_model`. Collective."""
+    refuse_too_large_before_meshing(case, comm)
     meshed = mesh_beam(case, comm)
     LOG.info("meshed: %d cells in %.2g s", meshed.tagged.cell_count, meshed.seconds)
+    if case.mesh.file is not None:
+        refuse_too_large(case, mesh_dofs(meshed), comm)
     if isinstance(case.model, BeamModel):
         return beam_body(case, meshed, case.model)
     body = finite_elements(case, meshed)

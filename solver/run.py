@@ -14,7 +14,8 @@ from mpi4py import MPI
 from meshes.rank_zero import all_there, on_rank_zero
 from solver.analyses.start import start_of_case
 from solver.analyses.static import Seat, find_seat
-from solver.case import Case, Ramped
+from solver.case import Case
+from solver.case_file.record_fits import with_checksums
 from solver.case_file.warnings import warnings
 from solver.case_file.writer import case_to_toml
 from solver.case_tables.analysis import Periodic
@@ -25,8 +26,11 @@ from solver.course import Course, steps_between
 from solver.energy_creators import accepted_energy_creators, refuse_energy_creators
 from solver.errors import Interrupted, NotWritten, RunError
 from solver.integrators.schemes import Integrator, make_integrator
+from solver.interruption import SetUp, Wish
 from solver.march_of_model import march_of_model
 from solver.model import Model, build_model
+from solver.never_begun import left_behind, stopped_words
+from solver.out_of_memory import out_of_memory_told
 from solver.output import summary as summaries
 from solver.output.folder import check_folder, clear, prepare_folder, write_beside
 from solver.output.lock import locked
@@ -36,7 +40,8 @@ from solver.output.space import check_space, size_of_results
 from solver.output.storage import written
 from solver.periodic.probe_figures import ProbeFigures
 from solver.periodic.searching import search
-from solver.system import State
+from solver.threads import crowded, threads_a_rank
+from solver.time_step import forcing_frequencies
 from solver.verdict import (
     balance_words,
     contact_words,
@@ -44,7 +49,7 @@ from solver.verdict import (
     friction_words,
     judge,
     remarks,
-    remarks_on_basis,
+    remarks_on_model,
     resolution_remarks,
 )
 
@@ -86,36 +91,63 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
         UserError: The folder holds results, cannot be written or has no room for them, a point lies outside the mesh,
             or scheme and contact are known to create energy and the case does not accept that.
         CaseError: The computed time step does not go with the rest of the case.
+        RecordError: The record of a load cannot be used, or is another one than its checksum tells.
         MeshError: The mesh file does not fit the case.
 
     Collective.
     """
-    started, ends = time.perf_counter(), comm.Dup()
+    ends, case = comm.Dup(), with_checksums(case)
+    with SetUp(case.output.wall_time) as set_up:
+        try:
+            outcome = _run_case(case, folder, comm, ends, overwrite, resume, set_up)
+        except Interrupted as stopped:
+            set_up.over()
+            if comm.size > 1 and not all_there(ends):  # the others wait for this rank
+                raise
+            summary = left_behind(case, folder, comm, stopped, resume, set_up.started)
+            outcome = Outcome(folder, stopped.exit_status, summary["message"], summary)
+    ends.Free()
+    return outcome
+
+
+def _run_case(
+    case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, set_up: SetUp
+) -> Outcome:
+    """Run a case; where it is interrupted before anything is in the folder, that is raised."""
     on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume))
     if resume:
         refuse_to_resume(case)
-    model = build_model(case, comm)
+    with out_of_memory_told("the model was made"):
+        model = build_model(case, comm)
+    set_up.check()
     refuse_energy_creators(model)
     if not isinstance(model.case.analysis, Periodic):
         sizes = size_of_results(model)
         on_rank_zero(comm, lambda: check_space(folder, *sizes))
     with locked(folder, comm):
-        left = find_left(folder, model, comm) if resume else None
+        left = find_left(folder, case, model, comm) if resume else None
         if isinstance(left, dict):
             return Outcome(folder, 0, f"was done before: {left['message']}", left)
+        course = None
         if left is None:
             on_rank_zero(comm, lambda: prepare_folder(folder))
+        else:
+            model = left.model
+            course = Course(model, folder, comm, left)  # or a refusal, before anything in the folder changes
         with log_file(folder, comm):
             summary = _opening(model)
             try:
                 _write_opening(model, folder, comm, summary)
-                _run(model, folder, comm, summary, left, started)
+                with out_of_memory_told("the model was marched"):
+                    _run(model, folder, comm, summary, left, course, set_up)
             except RunError as error:
                 if comm.size > 1 and not all_there(ends):  # the others wait for this rank
                     raise
                 summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
                 summary["exit_status"], summary["message"] = error.exit_status, str(error)
-                LOG.error("%s", error)
+                if isinstance(error, Interrupted) and set_up.heard != Wish.NONE:
+                    summary["message"] = stopped_words(case, error, left is not None)
+                LOG.error("%s", summary["message"])
             except BaseException as error:
                 summary["status"], summary["exit_status"] = "crashed", 1
                 summary["message"] = f"{type(error).__name__}: {error}"
@@ -123,10 +155,9 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
                     with suppress(OSError):
                         summaries.write_summary(folder, summary)
                 raise
-            summary["wall_time"]["total"] = time.perf_counter() - started
+            summary["wall_time"]["total"] = time.perf_counter() - set_up.started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
             _close(folder, comm, summary)
-    ends.Free()
     return Outcome(folder, summary["exit_status"], summary["message"], summary)
 
 
@@ -159,12 +190,13 @@ def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
 def _opening(model: Model) -> dict[str, Any]:
     """Return the summary of a run that has only been set up, and log it."""
     case, contact = model.case, model.system.contact
+    crowding = filter(None, [crowded(model.space.mesh.comm)])
     summary: dict[str, Any] = {
         "title": case.title,
         "status": "running",
         "exit_status": None,
         "message": "",
-        "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_basis(model)],
+        "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(model), *crowding],
         "versions": summaries.versions(),
         "forcing": _forcing(case),
         "model": summaries.describe_model(model),
@@ -175,11 +207,12 @@ def _opening(model: Model) -> dict[str, Any]:
     for warning in summary["warnings"]:
         LOG.warning("%s", warning)
     LOG.info(
-        "%d DOFs, %d contact points on %d interface DOFs, ranks: %d",
+        "%d DOFs, %d contact points on %d interface DOFs, ranks: %d, threads a rank: %d",
         model.dofs,
         contact.size,
         contact.interface.size,
         summary["model"]["ranks"],
+        threads_a_rank(),
     )
     for default in model.defaults:
         LOG.info("%s = %.4g %s: %s", default.key, default.value, default.unit, default.reason)
@@ -187,24 +220,29 @@ def _opening(model: Model) -> dict[str, Any]:
 
 
 def _run(
-    model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any], left: Left | None, started: float
+    model: Model,
+    folder: Path,
+    comm: MPI.Comm,
+    summary: dict[str, Any],
+    left: Left | None,
+    course: Course | None,
+    set_up: SetUp,
 ) -> None:
     scheme = make_integrator(model.case.time.scheme)
     plan = march_of_model(model, scheme)
     summary["wall_time"] |= plan.operators.at(plan.dt).seconds
     reason = why_not_compiled(plan)
     summary["loop"] = "compiled" if reason is None else f"step by step: {reason}"
-    limit = model.case.output.wall_time
-    deadline = None if limit is None else started + limit
+    deadline = set_up.deadline
     checkpoints, steps, response = None, None, None
-    start: State | Left
     if left is not None:
-        start = left
         _tell_resumed(left, summary)
     else:
         seat = _seated(model, scheme, summary)
         start = start_of_case(model.case, model.system, seat.state)
+        set_up.check()
         if isinstance(model.case.analysis, Periodic):
+            set_up.over()
             response = search(model, seat.state, model.case.analysis, folder, comm, summary, deadline)
             model, plan, start = response.steady.model, response.steady.plan, response.start
     if response is None:
@@ -213,10 +251,12 @@ def _run(
     probes = ProbeFigures(model)
     if response is not None:
         steps = probes.listening(response.steps)
-    course = Course(model, folder, comm, start, checkpoints)
+    course = course or Course(model, folder, comm, start)
+    set_up.over()
+    set_up.check()
     try:
         with course:
-            course.follow(plan, steps, summary["forcing"]["period"], deadline)
+            course.follow(plan, steps, summary["forcing"]["period"], deadline, checkpoints)
     finally:
         if response is not None:
             summary["periodic"]["probes"] = probes.told(response.steady.periods)
@@ -262,8 +302,8 @@ def _tell_resumed(left: Left, summary: dict[str, Any]) -> None:
 
 
 def _forcing(case: Case) -> dict[str, float | None]:
-    frequencies = {load.frequency for load in case.load if isinstance(load, Ramped)}
-    frequency = frequencies.pop() if len(frequencies) == 1 else None
+    frequencies = forcing_frequencies(case)
+    frequency = frequencies[0] if len(frequencies) == 1 else None
     return {"frequency": frequency, "period": 1.0 / frequency if frequency else None}
 
 

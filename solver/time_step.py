@@ -6,12 +6,15 @@ from collections.abc import Iterator
 from dataclasses import replace
 from fractions import Fraction
 from math import ceil, gcd, pi, sqrt
+from operator import itemgetter
 
 from solver.case import Case, Exciter, Ramped
 from solver.case_file.consistency import contradictions_in
 from solver.case_file.faults import CaseError
+from solver.case_tables.recorded import Recorded
 from solver.contact_scales import contact_duration
 from solver.defaults import Default, overhang_frequency
+from solver.loads.recorded import MOST_POWER, signal_of
 
 STEPS_PER_PERIOD = 50  # of the highest frequency of interest
 PERIOD_ERROR = (2.0 * pi / STEPS_PER_PERIOD) ** 2 / 12.0  # of the midpoint rule at the frequency of interest
@@ -19,31 +22,37 @@ STEPS_PER_CONTACT = 20  # for peak forces
 RIGID_RATIO = 10.0  # of contact frequency to frequency of interest; a stiffer contact is rigid on that time scale
 FORCING_HARMONICS = 5.0  # of the forcing that are of interest
 MODAL_SHARE = 0.25  # of the mass of a beam, that its bending modes have at its tip
+ON_SPRING = "an exciter and a quarter of the beam on its spring"
 SHORTEST_SHARE = 0.25  # of the step that would do; what would ask for a shorter one is not made a whole number of steps
 
 
 def forcing_frequencies(case: Case) -> list[float]:
-    """Return the frequencies of all harmonic loads, Hz, each once, in ascending order."""
+    """Return the frequencies of all harmonic loads, Hz, each once, in ascending order; none beside a recorded load."""
+    if any(isinstance(load, Recorded) for load in case.load):
+        return []
     return sorted({load.frequency for load in case.load if isinstance(load, Ramped)})
 
 
 def frequency_of_interest(case: Case) -> tuple[float, str]:
     """Return the highest frequency of interest, Hz, and where it comes from.
 
-    `time.frequency`, or the largest of 5 times the highest forcing frequency, the second bending frequency of the
-    overhang clamped at the support, and the frequency of an exciter with a quarter of the beam on its spring: the mass
-    of a bending mode of a cantilever at its tip.
+    `time.frequency`, or the largest of 5 times the highest forcing frequency, the frequency below which 99 % of the
+    power of a record lie, the second bending frequency of the overhang clamped at the support, and the frequency of an
+    exciter with a quarter of the beam on its spring: the mass of a bending mode of a cantilever at its tip.
     """
     if case.time.frequency is not None:
         return case.time.frequency, "time.frequency"
-    bending = overhang_frequency(case, 2)
-    forcing = FORCING_HARMONICS * max(forcing_frequencies(case), default=0.0)
-    shaken = max((_exciter_frequency(case, load) for load in case.load if isinstance(load, Exciter)), default=0.0)
-    if forcing > max(bending, shaken):
-        return forcing, f"{FORCING_HARMONICS:g} times the highest forcing frequency"
-    if shaken > bending:
-        return shaken, "an exciter and a quarter of the beam on its spring"
-    return bending, "the second bending frequency of the clamped overhang"
+    harmonic = max((load.frequency for load in case.load if isinstance(load, Ramped)), default=0.0)
+    candidates = [
+        (overhang_frequency(case, 2), "the second bending frequency of the clamped overhang"),
+        *((_exciter_frequency(case, load), ON_SPRING) for load in case.load if isinstance(load, Exciter)),
+        (FORCING_HARMONICS * harmonic, f"{FORCING_HARMONICS:g} times the highest forcing frequency"),
+    ]
+    for load in case.load:
+        if isinstance(load, Recorded):
+            origin = f"below which {MOST_POWER:.0%} of the power of the load {load.name} lie"
+            candidates.append((signal_of(load).content.below(MOST_POWER), origin))
+    return max(candidates, key=itemgetter(0))
 
 
 def _exciter_frequency(case: Case, exciter: Exciter) -> float:

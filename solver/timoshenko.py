@@ -18,7 +18,7 @@ import numpy as np
 from scipy.sparse import csr_matrix
 
 from solver.body import Body, MeshedBeam, gathered, point_rule
-from solver.case import Case, PointForce
+from solver.case import AtPoint, Case
 from solver.case_tables.model import BeamModel
 from solver.dense import DenseOperators
 from solver.interface import contact_operator
@@ -154,7 +154,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     patterns = []
     for load in case.load:
         along = load_direction(load, dimension)[-1]
-        if isinstance(load, PointForce):
+        if isinstance(load, AtPoint):
             w, _ = beam.rows(axis_point(load.point)[:1])
             patterns.append(along * w.toarray()[0])
         else:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from solver.case import BaseMotion, Case, Damping, Exciter, Gates, Gravity, Output
+from solver.case import Case, Damping, Exciter, Gates, Gravity, OfSupport, Output
 from solver.case import Load as CaseLoad
 from solver.case_tables.analysis import Transient
 from solver.case_tables.contact import Contact, Friction, KelvinVoigt
+from solver.case_tables.recorded import Recorded
 from solver.case_tables.time import CentralDifference, Time
 
 
@@ -13,7 +14,8 @@ def body_key(case: Case) -> Case:
     """Return a case with everything taken out that a body does not depend on; equal for cases that share a body.
 
     Clearance, law, stiffness and damping of the contact, structural damping, amplitudes, frequencies, phases and ramps
-    of the loads, mass, suspension and preload of exciters, time, analysis, gates and output are cheap to change.
+    of the loads, records and how they are read, mass, suspension and preload of exciters, time, analysis, gates and
+    output are cheap to change.
     """
     return case.model_copy(
         update={
@@ -46,8 +48,13 @@ def _contact(contact: Contact) -> Contact:
 def _load(load: CaseLoad) -> CaseLoad:
     if isinstance(load, Gravity):
         return load.model_copy(update={"acceleration": 0.0})
-    cheap: dict[str, object] = {"amplitude": 0.0, "frequency": 1.0, "phase": 0.0, "ramp": 0.0}
-    if isinstance(load, BaseMotion):
+    cheap: dict[str, object]
+    if isinstance(load, Recorded):
+        fields = Recorded.model_fields.keys() - {"name", "direction"}
+        cheap = {name: Recorded.model_fields[name].get_default() for name in fields - {"file"}} | {"file": ""}
+    else:
+        cheap = {"amplitude": 0.0, "frequency": 1.0, "phase": 0.0, "ramp": 0.0}
+    if isinstance(load, OfSupport):
         cheap["quantity"] = "acceleration"
     if isinstance(load, Exciter):
         cheap |= {"mass": 0.0, "stiffness": 0.0, "damping": 0.0, "preload": 0.0}

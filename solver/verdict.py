@@ -17,6 +17,7 @@ from solver.model import Model
 from solver.output.rows import Recorder
 from solver.output.summary import describe_energy, describe_gates
 from solver.peaks import Peaks
+from solver.petsc_operators import PetscOperators
 from solver.reduction.report import basis_remarks
 from solver.tally import Tally
 from solver.time_step import frequency_of_interest
@@ -114,9 +115,16 @@ def remarks(model: Model, recorder: Recorder, accounts: Accounts) -> list[str]:
     return found
 
 
-def remarks_on_basis(model: Model) -> list[str]:
-    """Return what a user has to know of a reduced basis before using it, one sentence each."""
-    return list(basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]))
+def remarks_on_model(model: Model) -> list[str]:
+    """Return what a user has to know of a basis, or of steps by iterations, before using it, one sentence each."""
+    found = list(basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]))
+    operators = model.body.operators
+    if isinstance(operators, PetscOperators) and operators.solver.iterative:
+        found.append(
+            f"{model.dofs} DOFs are marched by conjugate gradients ({operators.solver.reason}), several solves of "
+            'dozens of products in every step: type = "reduced" in [model] needs them only once, for its basis'
+        )
+    return found
 
 
 def resolution_remarks(model: Model, tally: Tally) -> list[str]:

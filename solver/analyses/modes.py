@@ -178,7 +178,8 @@ def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:
     if isinstance(operators, PetscOperators):
         mass, stiffness = operators.with_springs(on_mass, on_stiffness)
         shift = (2.0 * pi * overhang_frequency(model.case)) ** 2
-        modes = lowest_modes(mass, stiffness, shift, count)
+        factor = operators.shifted_solver(mass, stiffness.copy(), shift, operators.solver.tolerance)
+        modes = lowest_modes(mass, stiffness, factor, shift, count)
         return modes.frequencies, modes.shapes
     assert isinstance(operators, DenseOperators)
     owned, slots = springs.interface.owned, springs.interface.slots

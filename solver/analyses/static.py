@@ -22,15 +22,16 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.contact.solve import solve_contact
 from solver.errors import NotConverged
+from solver.matrix_free import Condensed, MatrixFreeOperator, condensed_operator
 from solver.operators import Array
 from solver.system import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, imaged
 
 MAX_ITERATIONS = 400
 TOLERANCE = 1.0e-12  # of the energy norm
+INNER_TOLERANCE = 1.0e-6  # of iterative solves: each iteration mends what the one before has left
 STALLED = 1.0e-6
 NOISE_SAFETY = 10.0
 NOISY = 3  # updates that have stopped to contract
@@ -64,7 +65,9 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     """
     system = replace(system, contact=replace(system.contact, tangents=None))
     contact, operators = system.contact, system.operators
-    condensed = CondensedOperator(system, 0.0, 1.0, springs=contact.springs(springs))
+    condensed = condensed_operator(system, 0.0, 1.0, springs=contact.springs(springs), seldom=True)
+    if isinstance(condensed, MatrixFreeOperator):
+        condensed.factor.tolerance = max(condensed.factor.tolerance, INNER_TOLERANCE)
     force = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))
     u: Imaged = np.zeros((3, operators.size))
     depth = contact.depth(np.zeros(contact.interface.size))
@@ -78,7 +81,7 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         solution = solve_contact(
             condensed, 1.0, held_depth, contact.weights, law.static, point_forces, augmented=law.augmented
         )
-        moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.change))
+        moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.change, None, solution.response))
         moved += u
         point_forces = solution.forces
         depth = contact.depth(contact.interface.trace(u[VALUE], operators))
@@ -105,7 +108,7 @@ def _is_noise(updates: list[float]) -> bool:
     return len(updates) > NOISY and min(updates[-NOISY:]) >= 0.5 * updates[-NOISY - 1]
 
 
-def _noise(system: SemiDiscreteSystem, condensed: CondensedOperator, u: Array) -> float:
+def _noise(system: SemiDiscreteSystem, condensed: Condensed, u: Array) -> float:
     """Return twice the energy of an update that round-off in K u alone makes. Collective."""
     signs = np.random.default_rng(0).choice([-1.0, 1.0], len(u))
     moved = condensed.solve_free(signs * system.operators.stiffness_round_off(u))

@@ -13,10 +13,10 @@ import numpy as np
 
 from solver.analyses.paused import Paused
 from solver.analyses.resolution import Resolution
-from solver.condensation import CondensedOperator
 from solver.contact.law import ContactLaw
 from solver.errors import NotConverged
 from solver.integrators.schemes import Integrator
+from solver.matrix_free import Condensed, condensed_operator
 from solver.system import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, Step, imaged
 
 REFRESH_INTERVAL = 50  # steps; keeps the round-off in the images K u and K v from adding up
@@ -27,12 +27,12 @@ class EffectiveOperators:
 
     def __init__(self, system: SemiDiscreteSystem, scheme: Integrator) -> None:
         self._system, self._scheme = system, scheme
-        self._kept: dict[float, CondensedOperator] = {}
+        self._kept: dict[float, Condensed] = {}
 
-    def at(self, dt: float) -> CondensedOperator:
+    def at(self, dt: float) -> Condensed:
         """Return the condensed operator of a step size. Collective."""
         if dt not in self._kept:
-            self._kept[dt] = CondensedOperator(self._system, *self._scheme.coefficients(self._system, dt))
+            self._kept[dt] = condensed_operator(self._system, *self._scheme.coefficients(self._system, dt))
         return self._kept[dt]
 
 

@@ -16,6 +16,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.analyses.transient import REFRESH_INTERVAL, March, march
+from solver.condensation import CondensedOperator
 from solver.contact.step_slopes import step_slopes
 from solver.integrators.effective import image_of_solution
 from solver.integrators.midpoint import Midpoint
@@ -74,6 +75,7 @@ class MarchedMap:
         depth = -(contact.gap_matrix @ contact.interface.trace(u[VALUE], system.operators))
         for number, tangent in enumerate(tangents, start=1):
             condensed = self.plan.operators.at(tangent.dt)
+            assert isinstance(condensed, CondensedOperator)  # periodic responses are searched for with a factor
             right_side = (2.0 / tangent.dt) * v[MASS] - u[STIFFNESS]
             free = condensed.solve_free(right_side)
             moved = contact.gap_matrix @ contact.interface.trace(free, system.operators)
@@ -81,11 +83,11 @@ class MarchedMap:
             free_depth = depth - tangent.dt * moved
             if len(tangent.active):
                 here, after = tangent.active, tangent.after
-                matrix = tangent.dt * after[:, None] * condensed.delassus[np.ix_(here, here)]
+                matrix = tangent.dt * after[:, None] * condensed.among(here)
                 matrix[np.diag_indices_from(matrix)] += 1.0
                 forces[here] = np.linalg.solve(matrix, tangent.before * depth[here] + after * free_depth[here])
             middle = image_of_solution(system, condensed, free, right_side, forces)
-            depth = free_depth - tangent.dt * condensed.respond(forces)
+            depth = free_depth - tangent.dt * condensed.respond(forces).gaps
             u, v = u + tangent.dt * middle, 2.0 * middle - v
             if number % REFRESH_INTERVAL == 0 or number == len(tangents):
                 u, v = imaged(system.operators, u[VALUE]), imaged(system.operators, v[VALUE])

@@ -14,8 +14,10 @@ from scipy.optimize import linprog
 
 from solver.analyses.start import start_of_case
 from solver.analyses.static import find_seat
-from solver.case import Case, Ramped
+from solver.case import Case, Gravity, Ramped
+from solver.case_tables.recorded import Recorded
 from solver.integrators.schemes import make_integrator
+from solver.loads.peaks import peak
 from solver.model import Model
 from solver.operators import Array
 from solver.system import VALUE, State, imaged
@@ -58,6 +60,8 @@ def seated(model: Model) -> Start:
 def kicked(model: Model, number: int, seed: int) -> Start:
     """Return the seat with a random velocity, after the ramp, at a random phase of the forcing.
 
+    A recorded load acts from its start.
+
     The velocity is a random combination of the rigid motions in the bending plane and of the shapes in which the
     loads bend the beam, (K + omega^2 M)^-1 f; its kinetic energy is uniform up to twice f^T (K + omega^2 M)^-1 f / 2
     of the loads that drive.
@@ -72,7 +76,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     generator = np.random.default_rng([seed, number])
     seat, operators, case = seated(model).state, model.system.operators, model.case
     omega = 2.0 * pi * max(forcing_frequencies(case), default=1.0)
-    amplitudes = {load.name: load.amplitude for load in case.load if isinstance(load, Ramped)}
+    amplitudes = {load.name: peak(load) for load in case.load if not isinstance(load, Gravity)}
     forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in model.system.loads if not load.static]
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
@@ -88,6 +92,8 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     frequencies = forcing_frequencies(case)
     period = 1.0 / frequencies[0] if frequencies else 0.0
     steps = ceil(max(ramps, default=0.0) / model.step - _WHOLE) + floor(generator.uniform() * period / model.step)
+    if _recorded(case):
+        steps = 0
     state = replace(seat, time=steps * model.step, v=imaged(operators, velocity))
     return Start(state, f"kick {number}")
 
@@ -96,9 +102,10 @@ def carried(model: Model, end: State, before: Case) -> Start:
     """Return the end of a response of a variant of the model as a start.
 
     Displacement and velocity are those of the end. The time is the first, after the ramp, at which the forcing has
-    the phase that it had there, to the nearest step. Where the faces have come closer, as with a smaller clearance, the
-    beam is moved as a rigid body in the bending plane, by the least that leaves no point deeper in its face than it
-    was: the base stays where it is, the gland has come down, and no energy is put into the contact.
+    the phase that it had there, to the nearest step; a recorded load acts from its start. Where the faces have come
+    closer, as with a smaller clearance, the beam is moved as a rigid body in the bending plane, by the least that
+    leaves no point deeper in its face than it was: the base stays where it is, the gland has come down, and no energy
+    is put into the contact.
 
     Args:
         model: The model to start; its DOFs mean what they meant.
@@ -124,6 +131,8 @@ def carried(model: Model, end: State, before: Case) -> Start:
 
 
 def _time(model: Model, end: State, before: Case) -> tuple[float, list[str]]:
+    if _recorded(model.case):
+        return 0.0, []
     old, new, step = forcing_frequencies(before), forcing_frequencies(model.case), model.step
     if len(old) != 1 or len(new) != 1:
         return round(end.time / step) * step, []
@@ -134,6 +143,10 @@ def _time(model: Model, end: State, before: Case) -> tuple[float, list[str]]:
     jump = abs(number * step * new[0] - phase)
     told = [f"the phase of the forcing jumps by {jump:.2g} of a period, to a whole step"] if jump > 1e-4 else []
     return number * step, told
+
+
+def _recorded(case: Case) -> bool:
+    return any(isinstance(load, Recorded) for load in case.load)
 
 
 def _slack(allowed: Array) -> float:

@@ -6,23 +6,29 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 from collections.abc import Sequence
 from pathlib import Path
 
 import pytest
 from mpi4py import MPI
 
+from gapbeam.command_line import main
+from tests.processes import beside, ended
+
 PROJECT = Path(__file__).parents[1]
 DEMO = PROJECT / "cases" / "demo.toml"
 GAPBEAM = (sys.executable, "-m", "gapbeam")
+FORKED = ("run", "check", "modes", "compare", "schema")
+"""Commands that start no processes of their own and draw nothing in three dimensions."""
 MAIN = "import sys; from gapbeam.command_line import main; main(sys.argv[1:])"
 
-SEVERAL = """
+# What defines `captured`: a command called in the process it stands in, with its status and what it said.
+CAPTURE = """
 import contextlib, io, json, sys, traceback
 from gapbeam.command_line import main
 
-told = []
-for arguments in json.loads(sys.argv[1]):
+def captured(arguments):
     out, err = io.StringIO(), io.StringIO()
     with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err):
         try:
@@ -32,8 +38,13 @@ for arguments in json.loads(sys.argv[1]):
         except BaseException:
             traceback.print_exc()
             status = 1
-    told.append((status, out.getvalue(), err.getvalue()))
-print(json.dumps(told))
+    return status, out.getvalue(), err.getvalue()
+"""
+SEVERAL = f"""{CAPTURE}
+told = [captured(arguments) for arguments in json.loads(sys.argv[1])]
+from mpi4py import MPI
+if MPI.COMM_WORLD.rank == 0:
+    print(json.dumps(told))
 """
 
 # A process of its own does not start ranks of MPI beside those that run the tests.
@@ -49,7 +60,14 @@ def settings(*overrides: str) -> list[str]:
 
 
 def called(*arguments: str | Path, timeout: float = 600.0) -> subprocess.CompletedProcess[str]:
-    """Call the command line and return what it said."""
+    """Call the command line and return what it said; in a fork of this process where that is enough."""
+    if arguments and arguments[0] in FORKED:
+        return _forked(list(map(str, arguments)), timeout)
+    return called_anew(*arguments, timeout=timeout)
+
+
+def called_anew(*arguments: str | Path, timeout: float = 600.0) -> subprocess.CompletedProcess[str]:
+    """Call the command line in a process of its own, as a user does, and return what it said."""
     return _done([*GAPBEAM, *map(str, arguments)], timeout)
 
 
@@ -59,7 +77,9 @@ def programmed(program: str, *arguments: str | Path, timeout: float = 600.0) -> 
 
 
 def called_in_turn(*calls: Sequence[str | Path], timeout: float = 600.0) -> list[subprocess.CompletedProcess[str]]:
-    """Call the command line several times in one process, which saves the imports."""
+    """Call the command line several times, in forks of this process or all in one other, which saves the imports."""
+    if all(arguments[0] in FORKED for arguments in calls):
+        return [called(*arguments, timeout=timeout) for arguments in calls]
     words = [list(map(str, arguments)) for arguments in calls]
     done = programmed(SEVERAL, json.dumps(words), timeout=timeout)
     assert done.returncode == 0, done.stderr
@@ -72,6 +92,17 @@ def on_ranks(
 ) -> subprocess.CompletedProcess[str]:
     """Run a Python program, by default the command line, on several ranks."""
     return _done([*ranks(count), sys.executable, "-c", program, *map(str, arguments)], timeout)
+
+
+def on_ranks_in_turn(
+    count: int, *calls: Sequence[str | Path], timeout: float = 600.0
+) -> list[subprocess.CompletedProcess[str]]:
+    """Call the command line several times on the same ranks, which saves the imports; tells what rank 0 said."""
+    words = [list(map(str, arguments)) for arguments in calls]
+    done = on_ranks(count, json.dumps(words), program=SEVERAL, timeout=timeout)
+    assert done.returncode == 0, done.stderr
+    told = json.loads(done.stdout)
+    return [subprocess.CompletedProcess(arguments, *one) for arguments, one in zip(words, told, strict=True)]
 
 
 def ranks(count: int) -> list[str]:
@@ -89,6 +120,25 @@ def surroundings() -> dict[str, str]:
         "COLUMNS": "200",
         "NO_COLOR": "1",
     }
+
+
+def _forked(arguments: list[str], timeout: float) -> subprocess.CompletedProcess[str]:
+    with tempfile.TemporaryDirectory() as folder:
+        out, err = Path(folder) / "out", Path(folder) / "err"
+
+        def work() -> int:
+            os.environ.update(surroundings())
+            os.chdir(PROJECT)
+            with out.open("w", encoding="utf-8") as said:
+                os.dup2(said.fileno(), 1)
+                sys.stdout = said
+                try:
+                    main(arguments)
+                except SystemExit as leaving:
+                    return int(leaving.code or 0)
+
+        status = ended(beside(work, err), timeout)
+        return subprocess.CompletedProcess(arguments, status, out.read_text("utf-8"), err.read_text("utf-8"))
 
 
 def _done(command: list[str], timeout: float) -> subprocess.CompletedProcess[str]:

@@ -76,12 +76,12 @@ def out_of_reach(system: SemiDiscreteSystem, distance: float = 1.0) -> SemiDiscr
 
 def mass_of(model: Model) -> csr_matrix:
     """Return M, (n, n)."""
-    return _sparse(model.system.operators._mass)
+    return _sparse(model.system.operators.matrices()[0])
 
 
 def stiffness_of(model: Model) -> csr_matrix:
     """Return K with the weak restraint, (n, n)."""
-    return _sparse(model.system.operators._stiffness)
+    return _sparse(model.system.operators.matrices()[1])
 
 
 def spread(springs: Springs, size: int) -> csr_matrix:

@@ -7,6 +7,7 @@ import signal
 import sys
 import time
 import traceback
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 
@@ -16,8 +17,15 @@ LONGEST = 120.0  # s
 
 
 def beside(work: Callable[[], int], told: Path) -> int:
-    """Do some work in a process of its own, whose standard error goes to a file, and return its number."""
-    process = os.fork()
+    """Do some work in a process of its own, whose standard error goes to a file, and return its number.
+
+    Python warns of forks where there are threads: a lock that another thread holds is never let go in the child. Here
+    they are those of MPI, which the child does not call into anew, and of OpenBLAS and glibc, which mend their locks at
+    forks; a child that waits all the same is ended, and told, by `ended`.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)
+        process = os.fork()
     if process:
         return process
     status = 1
@@ -27,16 +35,17 @@ def beside(work: Callable[[], int], told: Path) -> int:
         with told.open("w", encoding="utf-8") as errors:
             os.dup2(errors.fileno(), 2)
             sys.stderr = errors
-            status = work()
-    except BaseException:
-        traceback.print_exc()
+            try:
+                status = work()
+            except BaseException:
+                traceback.print_exc()
     finally:
         os._exit(status)
 
 
-def ended(process: int) -> int:
+def ended(process: int, longest: float = LONGEST) -> int:
     """Wait until a process has ended and return its exit status, negative for the signal that ended it."""
-    deadline = time.monotonic() + LONGEST
+    deadline = time.monotonic() + longest
     while time.monotonic() < deadline:
         done, status = os.waitpid(process, os.WNOHANG)
         if done:
@@ -44,7 +53,7 @@ def ended(process: int) -> int:
         time.sleep(0.01)
     os.kill(process, signal.SIGKILL)
     os.waitpid(process, 0)
-    raise AssertionError(f"process {process} did not end in {LONGEST} s")
+    raise AssertionError(f"process {process} did not end in {longest} s")
 
 
 def often() -> None:

@@ -85,6 +85,22 @@ def test_wrong_words_are_refused() -> None:
         assert_refused(done, told)
 
 
+@pytest.mark.parametrize(
+    ("words", "behind"),
+    [
+        (("run", DEMO, "--output", ""), "behind --output"),
+        (("run", DEMO, "--output="), "behind --output="),
+        (("run", ""), "behind run"),
+        (("plot", " "), "behind plot"),
+    ],
+)
+def test_empty_words_are_refused(words: tuple[str | Path, ...], behind: str) -> None:
+    """A variable of the shell that is not set does not fill the folder that one stands in."""
+    before = set(Path.cwd().iterdir())
+    assert_refused(called(*words), behind, "is a variable of the shell not set?")
+    assert set(Path.cwd().iterdir()) == before
+
+
 def test_unknown_command_in_a_process_of_its_own() -> None:
     """The status reaches the shell."""
     assert_refused(called("walk"), "No such command 'walk'")

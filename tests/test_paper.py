@@ -21,12 +21,13 @@ from gapbeam.paper.experiment_figures import (
     waveforms,
 )
 from gapbeam.paper.identified import CASE, _started, copied, placed
-from gapbeam.paper.motion import G, Motion, motions
+from gapbeam.paper.motion import Motion, motions
 from gapbeam.paper.printed import printed
 from postprocess.report.blocks import Chart, Report, Section, Table, Verdict
 from postprocess.report.html import write_html
 from postprocess.report.pdf import OPTIONS, find_browser
 from solver.errors import RunError
+from solver.output.records import STANDARD_GRAVITY as G
 from tests.command import alone, called
 
 pytestmark = alone

@@ -17,6 +17,7 @@ from postprocess.plot import plot
 from postprocess.results import open_results
 from postprocess.signals import SignalError
 from postprocess.tables import as_text
+from solver.output.records import CASE_FILE
 
 FORCING = 20.0
 FIGURES = {"time_history", "phase_portrait", "period_peaks", "spectrum", "contact", "energy"}
@@ -187,3 +188,22 @@ def test_a_3d_run_is_analyzed_in_its_bending_direction(tmp_path: Path) -> None:
     assert analysis.component == "z"
     assert analysis.displacement is not None
     assert analysis.displacement.peaks.maximum > 1e-3
+
+
+def test_periodic_responses_are_analyzed_as_they_repeat(tmp_path: Path) -> None:
+    """One computed period of three forcing periods is a cycle of 3, with nothing undecided or transient."""
+    time = np.linspace(0.0, 3.0 / FORCING, 1501)
+    folder = write_results(tmp_path / "orbit", time, sine_records(time))
+    with (folder / CASE_FILE).open("a", encoding="utf-8") as case:
+        case.write('[analysis]\ntype = "periodic"\n')
+    plot(folder)
+    told = json.loads((folder / "figures" / "figures.json").read_text(encoding="utf-8"))
+    assert told["periodicity"]["period"] == 3
+    assert told["periodicity"]["transient"] == 0.0
+    assert not [text for text in told["warnings"] if "transient" in text or "settled" in text or "no multiple" in text]
+    amplitudes = {row["order"]: row["amplitude"] for row in told["signals"]["displacement"]["harmonics"]}
+    assert amplitudes["1"] == pytest.approx(2e-3, rel=1e-6)
+    assert amplitudes["1/3"] == pytest.approx(1e-4, rel=1e-6)
+    text = (folder / "figures" / "tables.txt").read_text(encoding="utf-8")
+    assert "undecided" not in text
+    assert "shown as it repeats" in text

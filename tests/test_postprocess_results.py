@@ -32,7 +32,7 @@ def test_folder_without_results_lists_what_is_there(tmp_path: Path) -> None:
 def test_a_run_that_failed_before_its_first_record_says_why(tmp_path: Path) -> None:
     summary = {"format": 1, "status": "failed", "message": "no static seat was found"}
     (tmp_path / SUMMARY_FILE).write_text(json.dumps(summary))
-    with pytest.raises(ResultsError, match=r"history\.h5: .*the run failed: no static seat was found"):
+    with pytest.raises(ResultsError, match=r"history\.h5: .*the run was not completed: no static seat was found"):
         _ = open_results(tmp_path).history
 
 
@@ -130,3 +130,12 @@ def test_fields_that_are_missing_or_cut_off_are_named(tmp_path: Path) -> None:
     (folder / FIELDS_FILE).write_text("<Xdmf>")
     with pytest.raises(ResultsError, match=r"fields\.xdmf"):
         open_results(folder).fields()
+
+
+@pytest.mark.parametrize("status", ["failed", "interrupted"])
+def test_runs_that_did_not_get_to_a_history_say_why(status: str, tmp_path: Path) -> None:
+    """The message of the summary stands beside what is missing."""
+    summary = {"format": 1, "status": status, "message": "told to terminate before the march began"}
+    (tmp_path / SUMMARY_FILE).write_text(json.dumps(summary), encoding="utf-8")
+    with pytest.raises(ResultsError, match=r"no such file.*not completed: told to terminate before the march"):
+        _ = open_results(tmp_path).history

@@ -13,10 +13,14 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gapbeam.sweeping.plan import Sweep, chains_of
+import gapbeam
+from gapbeam.sweeping.plan import Chain, Sweep, Task, chains_of, point_file
 from gapbeam.sweeping.point import run_chain, span
 from postprocess.branches import draw_branches
 from postprocess.census import census
+from postprocess.results import open_results
+from postprocess.signals import SignalError
+from postprocess.whole_record import figures_of_record
 from solver.analyses.transient import march
 from solver.case_file.faults import CaseError
 from solver.errors import UserError
@@ -295,3 +299,33 @@ def test_a_case_with_faults_everywhere_is_told() -> None:
     done = called("sweep", CASE, "time.step=-1,-2")
     assert done.returncode == CaseError.exit_status
     assert "time.step" in done.stderr
+
+
+def test_records_of_loads_have_the_peaks_of_a_run(tmp_path: Path) -> None:
+    """Without a period figures are peaks over the record: those that the history of a run of the point shows."""
+    wanted = ("model.elements=12", "time.end=0.02", "load.base.start=0.3", "load.base.scale=20")
+    case = PROJECT / "cases" / "recorded.toml"
+    outcome = gapbeam.run(case, list(wanted), output=tmp_path / "run")
+    assert outcome.exit_status == 0
+    history = open_results(tmp_path / "run").history
+    task = Task(0, ("20",), "", 0)
+    sweep = Sweep(case, wanted[:3], (read_axis("load.base.scale=20", "linear", ""),))
+    (tmp_path / "points").mkdir()
+    assert run_chain(Chain(sweep, tmp_path, (task,))) == 1
+    told = json.loads(point_file(tmp_path, task).read_text(encoding="utf-8"))
+    assert (told["response"], told["windows"], told["verdict"]) == ("no period", 1, "passed")
+    figures = {name: figure["mean"] for name, figure in told["figures"].items()}
+    tip = history.sel(probe="tip")
+    assert figures["tip displacement"] == pytest.approx(float(np.ptp(tip["displacement"].values[:, -1])), rel=1e-9)
+    accelerations = tip["acceleration_absolute"].values[1:, -1]  # means over the intervals
+    assert figures["tip acceleration"] == pytest.approx(float(np.ptp(accelerations)), rel=1e-9)
+    for face in ("base", "gland"):
+        force, impulse = (history[name].sel(face=face).values for name in ("contact_force", "impulse"))
+        assert figures[f"{face} peak force"] == pytest.approx(float(force.max()), rel=1e-9)
+        assert figures[f"{face} whole impulse"] == pytest.approx(float(impulse[-1] - impulse[0]), rel=1e-9)
+    late = figures_of_record(history, after=0.01)[0]
+    after = history["contact_force"].sel(face="base", time=slice(0.01, None))
+    assert late["base peak force"].mean == float(after.max())
+    assert late["tip displacement"].mean <= figures["tip displacement"]
+    with pytest.raises(SignalError, match="ends before the transient does"):
+        figures_of_record(history, after=1.0)

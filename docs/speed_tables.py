@@ -1,4 +1,4 @@
-"""Put the tables that `make bench` wrote into docs/speed.md, each between its marks.
+"""Put the tables that `make bench` wrote into docs/speed.md and docs/scaling.md, each between its marks.
 
 Run it with: environment/run python3 docs/speed_tables.py [results/bench]
 """
@@ -9,7 +9,7 @@ import re
 import sys
 from pathlib import Path
 
-PAGE = Path(__file__).parent / "speed.md"
+PAGES = [Path(__file__).parent / name for name in ("speed.md", "scaling.md")]
 
 
 def filled(page: str, folder: Path) -> str:
@@ -27,4 +27,5 @@ def filled(page: str, folder: Path) -> str:
 
 if __name__ == "__main__":
     chosen = Path(sys.argv[1] if len(sys.argv) > 1 else "results/bench")
-    PAGE.write_text(filled(PAGE.read_text(encoding="utf-8"), chosen), encoding="utf-8")
+    for page in PAGES:
+        page.write_text(filled(page.read_text(encoding="utf-8"), chosen), encoding="utf-8")

@@ -5,12 +5,11 @@ A matrix is then read from memory once for all of them, which is most of what a 
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from dolfinx import common, la
-from mpi4py import MPI
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
@@ -28,7 +27,7 @@ class BlockMatrix:
     Attributes:
         starts: Where the blocks of each node begin, (nodes + 1,).
         columns: The nodes that they stand for, numbered by `nodes`.
-        values: The blocks, (blocks, b, b).
+        values: The blocks, (blocks, b, b), in the precision that products are computed in.
         nodes: Which nodes this rank multiplies with: its own, then those of others.
 
     Collective to use.
@@ -72,11 +71,9 @@ class BlockMatrix:
         result[rows[here]] = self.values[here]
         return result
 
-    @classmethod
-    def of_blocks(cls, blocks: Array) -> BlockMatrix:
-        """Return the matrix that has blocks (nodes, b, b) on its diagonal and nothing else."""
-        numbers = np.arange(len(blocks) + 1, dtype=np.int32)
-        return cls(numbers, numbers[:-1], blocks, common.IndexMap(MPI.COMM_SELF, len(blocks)))
+    def single(self) -> BlockMatrix:
+        """Return the same in single precision, which is read twice as fast."""
+        return replace(self, values=self.values.astype(np.float32))
 
     @property
     def size(self) -> int:
@@ -89,42 +86,49 @@ class BlockMatrix:
         return self.size * (len(self.starts) - 1)
 
     def __call__(self, x: Array) -> Array:
-        """Return the images, (rows, k), of columns, (n, k). Collective."""
-        result = np.empty((self.rows, x.shape[1]))
-        if x.shape[1] < WORTHWHILE:
-            for column in range(x.shape[1]):
-                image = np.empty((self.rows, 1))
-                self._multiply(x[:, column : column + 1], image)
-                result[:, column] = image[:, 0]
-            return result
-        for first in range(0, x.shape[1], AT_ONCE):
-            part = x[:, first : first + AT_ONCE]
-            count = part.shape[1]
-            block, images = (part, result) if x.shape[1] == AT_ONCE else self._full(part)
-            self._multiply(block, images)
+        """Return the images, (rows, k), of columns, (n, k), in the precision of the matrix. Collective."""
+        result = np.empty((self.rows, x.shape[1]), self.values.dtype)
+        for part in pieces(x.shape[1]):
+            block = in_full(x[:, part], self.values.dtype)
+            images = result if block.shape == x.shape else np.empty((self.rows, block.shape[1]), self.values.dtype)
+            product = block_product(self.size, block.shape[1])
+            product(self.starts, self.columns, self.values, self.with_others(block), images)
             if images is not result:
-                result[:, first : first + count] = images[:, :count]
+                result[:, part] = images[:, : part.stop - part.start]
         return result
 
-    def _full(self, part: Array) -> tuple[Array, Array]:
-        block = np.zeros((len(part), AT_ONCE))
-        block[:, : part.shape[1]] = part
-        return block, np.empty((self.rows, AT_ONCE))
+    def with_others(self, x: Array) -> Array:
+        """Return columns, (n, k), of one block of them, with the rows of other nodes that this rank needs. Collective.
 
-    def _multiply(self, x: Array, images: Array) -> None:
-        count = x.shape[1]
-        x = np.ascontiguousarray(x)
-        if self.nodes.size_global > self.nodes.size_local:
-            ghosted = self._ghosted_one if count == 1 else self._ghosted
-            ghosted.array[: x.size] = x.reshape(-1)
-            ghosted.scatter_forward()
-            x = ghosted.array.reshape(-1, count)
-        block_product(self.size, count)(self.starts, self.columns, self.values, x, images)
+        Args:
+            x: Contiguous and in the precision of the matrix; 1 or `AT_ONCE` columns.
+        """
+        if self.nodes.size_global == self.nodes.size_local:
+            return x
+        ghosted = self._ghosted_one if x.shape[1] == 1 else self._ghosted
+        ghosted.array[: x.size] = x.reshape(-1)
+        ghosted.scatter_forward()
+        return np.asarray(ghosted.array.reshape(-1, x.shape[1]))
 
     @cached_property
     def _ghosted_one(self) -> la.Vector:
-        return la.vector(self.nodes, self.size)
+        return la.vector(self.nodes, self.size, self.values.dtype.type)
 
     @cached_property
     def _ghosted(self) -> la.Vector:
-        return la.vector(self.nodes, self.size * AT_ONCE)
+        return la.vector(self.nodes, self.size * AT_ONCE, self.values.dtype.type)
+
+
+def pieces(count: int) -> list[slice]:
+    """Return which columns of so many are worked on together: some `AT_ONCE`, a few one by one."""
+    step = 1 if count < WORTHWHILE else AT_ONCE
+    return [slice(first, min(first + step, count)) for first in range(0, count, step)]
+
+
+def in_full(x: Array, precision: np.dtype[np.floating]) -> Array:
+    """Return columns of a piece, contiguous and in a precision: one, or `AT_ONCE` with columns of zeros at the end."""
+    if x.shape[1] in (1, AT_ONCE):
+        return np.ascontiguousarray(x, precision)
+    block = np.zeros((len(x), AT_ONCE), precision)
+    block[:, : x.shape[1]] = x
+    return block

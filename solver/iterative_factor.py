@@ -18,6 +18,7 @@ from solver.added_springs import add_springs
 from solver.block_matrix import AT_ONCE, BlockMatrix
 from solver.conjugate_gradients import conjugate_gradients
 from solver.errors import RunError
+from solver.exact_motions import ExactMotions
 from solver.multigrid import multigrid
 from solver.operators import Array, Interface, Operators, RankOnes, Springs
 
@@ -60,6 +61,7 @@ class IterativeFactor:
         prefix: Of PETSc's options.
         tolerance: Error over solution.
         added: What is added to the matrix.
+        images: A R of the rigid motions R, (n, r), where it is known better than round-off leaves it to the matrix.
 
     Attributes:
         tolerance: As given.
@@ -79,6 +81,7 @@ class IterativeFactor:
         prefix: str,
         tolerance: float,
         added: RankOnes | None = None,
+        images: Array | None = None,
     ) -> None:
         self._operators, self.tolerance, self.motions = operators, tolerance, motions
         self.solves = self.iterations = 0
@@ -86,7 +89,12 @@ class IterativeFactor:
         layout = matrix.getSizes(), matrix.getBlockSize(), matrix.comm
         self._levels = multigrid(matrix, space, prefix, self.dots, more)
         self._layout = layout
-        self._images = self._levels.multiply(motions)
+        self._product: Part = self._levels.multiply
+        if images is None:
+            self._images = self._product(motions)
+        else:
+            self._images = images
+            self._product = ExactMotions(self._product, motions, images, self.sum)
         self._plain = self._deflated(self._levels.precondition, self._images)
         self._stiff = self._levels  # with the springs of a solve that iterated too long without them
         self._most = PETSc.Options(prefix).getInt("ksp_max_it", MOST_ITERATIONS)
@@ -97,7 +105,7 @@ class IterativeFactor:
 
     def multiply(self, x: Array) -> Array:
         """Return A x, (n, k). Collective."""
-        return self._levels.multiply(x)
+        return self._product(x)
 
     def precondition(self, residual: Array) -> Array:
         """Return about A^-1 r, (n, k), of few columns at a time: a V-cycle holds ten times as many. Collective."""
@@ -113,7 +121,7 @@ class IterativeFactor:
 
     def dots(self, x: Array, y: Array) -> Array:
         """Return the products x_j^T y_j of columns, (k,). Collective."""
-        return self._operators.sum(np.einsum("ij,ij->j", x, y, optimize=False))
+        return self._operators.sum(np.einsum("ij,ij->j", x, y, optimize=False, dtype=float))
 
     def solve(self, right_side: Array) -> Array:
         """Return A^-1 b. Collective."""

@@ -18,7 +18,7 @@ from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 from petsc4py import PETSc
 
-from solver.block_matrix import BlockMatrix
+from solver.block_matrix import BlockMatrix, in_full, pieces
 from solver.operators import Array
 from solver.rigid_motions import rigid_motions
 from solver.smoother import Smoother
@@ -27,6 +27,7 @@ FACTORED = 400_000  # DOFs of the coarse elements, above which their factor woul
 
 FACTOR = "cholesky"
 AGGREGATION = "gamg"
+SINGLE = np.dtype(np.float32)
 Part = Callable[[Array], Array]
 Dots = Callable[[Array, Array], Array]
 
@@ -72,7 +73,10 @@ class Aggregation:
 
 
 class Multigrid:
-    """A = matrix + added on elements of degree 2 and more, preconditioned by a V-cycle; see `Aggregation`."""
+    """A = matrix + added on elements of degree 2 and more, preconditioned by a V-cycle; see `Aggregation`.
+
+    The V-cycle computes in single precision, but for its coarse solve: it need not be exact, and reads half as much.
+    """
 
     def __init__(
         self, matrix: PETSc.Mat, space: fem.FunctionSpace, prefix: str, dots: Dots, added: Part | None = None
@@ -85,8 +89,9 @@ class Multigrid:
         self._small = matrix.ptap(self._lifting)
         self._matrix = BlockMatrix.of(matrix, block)
         self._diagonal = self._matrix.diagonal
-        self._restricted = BlockMatrix.of(self._lifting.transpose(PETSc.Mat()), block)
-        self._lifted = BlockMatrix.of(self._lifting.copy(), block)
+        self._restricted = BlockMatrix.of(self._lifting.transpose(PETSc.Mat()), block).single()
+        self._lifted = BlockMatrix.of(self._lifting.copy(), block).single()
+        self._single = self._matrix.single()
         self._set_up(self._small, self._diagonal)
 
     def _set_up(self, small: PETSc.Mat, diagonal: Array) -> None:
@@ -95,19 +100,30 @@ class Multigrid:
         with_rigid_motions(small, self._space)
         kind = FACTOR if small.getSize()[0] <= FACTORED else AGGREGATION
         self._coarse = _Preconditioner(small, self._prefix, kind)
-        inverse = BlockMatrix.of_blocks(np.asarray(np.linalg.inv(diagonal)))
-        self._smoother = Smoother(inverse, self.multiply, self._dots, self._lifted.rows)
+        self._smoother = Smoother(self._single, self._added, diagonal, self._dots)
 
     def multiply(self, x: Array) -> Array:
         """Return A x, (n, k). Collective."""
         return self._matrix(x) if self._added is None else self._matrix(x) + self._added(x)
 
     def precondition(self, residual: Array) -> Array:
-        """Return about A^-1 r, (n, k). Collective."""
-        x, missing = self._smoother.smooth(residual)
+        """Return about A^-1 r, (n, k), each column scaled, as single precision has a narrow range. Collective."""
+        result = np.empty_like(residual)
+        sizes = np.sqrt(self._dots(residual, residual))
+        scale = np.divide(1.0, sizes, out=np.zeros_like(sizes), where=sizes > 0.0)
+        for part in pieces(residual.shape[1]):
+            count = part.stop - part.start
+            found = self._cycle(in_full(residual[:, part] * scale[part], SINGLE))
+            np.multiply(found[:, :count], sizes[part], out=result[:, part])
+        return result
+
+    def _cycle(self, right_side: Array) -> Array:
+        x, missing = self._smoother.smooth(right_side)
         lifted = self._lifted(self._coarse(self._restricted(missing)))
         x += lifted
-        missing -= self.multiply(lifted)
+        missing -= self._single(lifted)
+        if self._added is not None:
+            missing -= self._added(lifted).astype(SINGLE)
         x += self._smoother.smooth(missing, last=True)[0]
         return x
 
@@ -141,7 +157,7 @@ class _Preconditioner:
             self._inner.apply(self._in, self._out)
             return np.array(self._out.array_r)[:, None]
         sizes = self._in.getSizes(), (PETSc.DECIDE, x.shape[1])
-        given = PETSc.Mat().createDense(sizes, array=np.array(x, order="F"), comm=self._matrix.comm)
+        given = PETSc.Mat().createDense(sizes, array=np.array(x, float, order="F"), comm=self._matrix.comm)
         found = PETSc.Mat().createDense(sizes, comm=self._matrix.comm)
         found.setUp()
         for made in (given, found):

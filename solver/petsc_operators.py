@@ -94,12 +94,6 @@ class PetscOperators:
         """Return M and K, made for the caller. Collective."""
         return self._whole_mass(), self._whole_stiffness()
 
-    def shifted(self, shift: float) -> PETSc.Mat:
-        """Return K + sigma M, made for the caller, with M on its own for no longer than that takes. Collective."""
-        stiffness = self._whole_stiffness()
-        stiffness.axpy(shift, self._whole_mass(), self._mass_pattern)
-        return stiffness
-
     def products(self) -> tuple[PETSc.Mat, PETSc.Mat]:
         """Return M and K as PETSc's matrices that know their products only. Collective."""
         return as_matrix(self.apply_mass, self._elastic), as_matrix(self.apply_stiffness, self._elastic)
@@ -165,7 +159,8 @@ class PetscOperators:
             add_springs(effective, springs, self.sum)
         effective.setOption(PETSc.Mat.Option.SPD, True)
         if self.solver.iterative and stiffness != 0.0:
-            return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added)
+            images = self._rigid_images(mass, stiffness, springs, added)
+            return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added, images)
         return updated(self._factored(effective, "gapbeam_effective_"), self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
@@ -186,15 +181,45 @@ class PetscOperators:
         matrix.setOption(PETSc.Mat.Option.SPD, True)
         return self._factored(matrix, prefix)
 
+    def shifted_factor(self, shift: float) -> Factor:
+        """Return what solves with K + sigma M of this body, as `solver_of` does (prefix gapbeam_shifted_). Collective.
+
+        M on its own is there for no longer than that takes.
+        """
+        shifted, tolerance = self._whole_stiffness(), self.solver.basis_tolerance
+        shifted.axpy(shift, self._whole_mass(), self._mass_pattern)
+        if self.solver.iterative:
+            return self._iterated(shifted, SHIFTED, tolerance, None, self._rigid_images(shift, 1.0))
+        return self.solver_of(shifted, SHIFTED, tolerance)
+
     def shifted_solver(self, mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, tolerance: float) -> Factor:
         """Return what solves with K + sigma M (prefix gapbeam_shifted_) like `solver_of`; takes K over. Collective."""
         stiffness.axpy(shift, mass, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
         return self.solver_of(stiffness, SHIFTED, tolerance)
 
     def _iterated(
-        self, matrix: PETSc.Mat, prefix: str, tolerance: float, added: RankOnes | None = None
+        self,
+        matrix: PETSc.Mat,
+        prefix: str,
+        tolerance: float,
+        added: RankOnes | None = None,
+        images: Array | None = None,
     ) -> IterativeFactor:
-        return IterativeFactor(matrix, self._space, self._rigid, self, prefix, tolerance, added)
+        return IterativeFactor(matrix, self._space, self._rigid, self, prefix, tolerance, added, images)
+
+    def _rigid_images(
+        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    ) -> Array:
+        """Return (mass M + stiffness K + springs + added) R of the rigid motions R, with K R exact. Collective."""
+        images = np.empty_like(self._rigid)
+        for number, motion in enumerate(self._rigid.T):
+            image = mass * self.apply_mass(motion) + stiffness * self.apply_restraint(motion)
+            if springs is not None:
+                springs.interface.add(image, springs.matrix @ springs.interface.trace(motion, self))
+            if added is not None:
+                image += added.apply(motion, self)
+            images[:, number] = image
+        return images
 
     def _factored(self, matrix: PETSc.Mat, prefix: str) -> Factor:
         try:

@@ -16,47 +16,72 @@ from math import sqrt
 import numpy as np
 from scipy.linalg import eigvalsh_tridiagonal
 
+from solver.block_matrix import BlockMatrix
+from solver.compiled.block_product import block_residual
+from solver.compiled.smoothing import relax
 from solver.operators import Array
 
 BETA = (1.00391310427285, 1.04035811188593, 1.14863498546254, 1.38268869241000)
 SAFETY = 1.1  # of the estimate of s, which is from below
 ESTIMATED = 10  # iterations for it
-ROUND_OFF = 1.0e-24  # of a square: nothing is left to see
+ROUND_OFF = 1.0e-12  # of a square: nothing is left to see in single precision
 Part = Callable[[Array], Array]
 Dots = Callable[[Array, Array], Array]
 
 
 class Smoother:
-    """Four sweeps on A.
+    """Four sweeps on A = matrix + added.
 
     Args:
-        inverse: D^-1 on blocks of columns.
-        multiply: A, likewise.
+        matrix: In the precision that is computed in.
+        added: What is added to it, on blocks of columns; None: nothing.
+        diagonal: D, (nodes, b, b).
         dots: x_j^T y_j over all ranks, (n, k), (n, k) -> (k,).
-        rows: n.
 
     Collective to make and to use.
     """
 
-    def __init__(self, inverse: Part, multiply: Part, dots: Dots, rows: int) -> None:
-        self._multiply, self._weigh = multiply, inverse
-        noise = np.random.default_rng(0).standard_normal((rows, 1))
-        self._largest = SAFETY * largest_eigenvalue(inverse, multiply, dots, noise)
+    def __init__(self, matrix: BlockMatrix, added: Part | None, diagonal: Array, dots: Dots) -> None:
+        self._matrix, self._added = matrix, added
+        self._inverse = np.linalg.inv(diagonal).astype(matrix.values.dtype)
+        noise = np.random.default_rng(0).standard_normal((matrix.rows, 1))
+        self._largest = SAFETY * largest_eigenvalue(self._weighed, self._multiplied, dots, noise)
 
     def smooth(self, right_side: Array, last: bool = False) -> tuple[Array, Array]:
-        """Return x, from 0, and b - A x, which the `last` sweep of a cycle leaves as it is before. Collective."""
+        """Return x, from 0, and b - A x, which at the `last` of a cycle nobody needs: it is not that then.
+
+        Args:
+            right_side: b, (n, k), in the precision of the matrix; k = 1 or `AT_ONCE`.
+            last: See above.
+
+        Collective.
+        """
+        real = self._matrix.values.dtype.type
+        size, count = self._matrix.size, right_side.shape[1]
         x, z = np.zeros_like(right_side), np.zeros_like(right_side)
-        missing, residual = right_side.copy(), right_side.copy()
-        for number, beta in enumerate(BETA, 1):
-            z *= (2 * number - 3) / (2 * number + 1)
-            z += (8 * number - 4) / ((2 * number + 1) * self._largest) * self._weigh(residual)
-            x += beta * z
+        residual = right_side.copy()
+        missing = residual if last else right_side.copy()
+        relaxed, taken_away = relax(size, count), block_residual(size, count)
+        for number, beta in enumerate(map(real, BETA), 1):
+            kept, taken = (2 * number - 3) / (2 * number + 1), (8 * number - 4) / ((2 * number + 1) * self._largest)
+            relaxed(self._inverse, residual, z, x, real(kept), real(taken), beta)
             if last and number == len(BETA):
                 break
-            image = self._multiply(z)
-            residual -= image
-            missing -= beta * image
+            matrix, there = self._matrix, self._matrix.with_others(z)
+            taken_away(matrix.starts, matrix.columns, matrix.values, there, residual, missing, beta, not last)
+            if self._added is not None:
+                more = self._added(z).astype(real)
+                residual -= more
+                if not last:
+                    missing -= beta * more
         return x, missing
+
+    def _multiplied(self, x: Array) -> Array:
+        return self._matrix(x) if self._added is None else self._matrix(x) + self._added(x)
+
+    def _weighed(self, x: Array) -> Array:
+        blocks = x.reshape(len(self._inverse), self._matrix.size, -1)
+        return np.asarray(np.einsum("nij,njk->nik", self._inverse, blocks)).reshape(x.shape)
 
 
 def largest_eigenvalue(inverse: Part, multiply: Part, dots: Dots, noise: Array) -> float:

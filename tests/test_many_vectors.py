@@ -49,6 +49,37 @@ def test_products_with_many_columns_are_those_of_each(mesh: dict[str, object], c
 
 
 @pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
+def test_single_precision_leaves_products_its_own_round_off(mesh: dict[str, object]) -> None:
+    operators = operators_of(mesh, "factor")
+    _, stiffness = operators.matrices()
+    product = BlockMatrix.of(stiffness, 3 if mesh is THREE else 2)
+    x = np.random.default_rng(0).standard_normal((operators.size, 20))
+    exact, found = product(x), product.single()(x)
+    assert found.dtype == np.float32
+    off = np.abs(found - exact).max() / np.abs(exact).max()
+    assert 1e-12 < off < 1e-6
+
+
+def test_iterations_feel_no_more_of_rigid_motions_than_their_inertia() -> None:
+    """The assembled K of a fine mesh resists rigid motions by round-off, which is more than the shift adds."""
+    fine = {**THREE, "size": 0.01, "support_size": 0.005, "cells_through_thickness": 4, "cells_across_width": 4}
+    operators, shift = operators_of(fine, "iterative"), 1.0e-3
+    factor = operators.shifted_factor(shift)
+    assert isinstance(factor, IterativeFactor)
+    motions = factor.motions
+    heavy = np.stack([shift * operators.apply_mass(motion) for motion in motions.T], axis=1)
+    held = np.stack([operators.apply_restraint(motion) for motion in motions.T], axis=1)
+    exact = motions.T @ (heavy + held)
+    assert motions.T @ factor.multiply(motions) == pytest.approx(exact, rel=1e-9, abs=1e-9 * np.abs(exact).max())
+    both = np.random.default_rng(0).standard_normal((operators.size, 2)) + 1e3 * motions[:, :2]
+    images = factor.multiply(both)
+    assert both[:, 0] @ images[:, 1] == pytest.approx(both[:, 1] @ images[:, 0], rel=1e-12)
+    assembled = operators.shifted_solver(*operators.matrices(), shift, 1e-7)
+    assert isinstance(assembled, IterativeFactor)
+    assert np.abs(motions.T @ assembled.multiply(motions) - exact).max() > 1e-6 * np.abs(exact).max()
+
+
+@pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
 def test_modes_without_a_solve_are_those_by_a_factor(mesh: dict[str, object]) -> None:
     found = {}
     for effective in ("factor", "iterative"):

@@ -25,8 +25,8 @@ def fixed_interface_vectors(
     shapes: Array | None,
     settings: ReducedModel,
     shift: float,
-) -> Array:
-    """Return rigid motions, fixed-interface modes and constraint modes, (n, k).
+) -> tuple[Array, float]:
+    """Return rigid motions, fixed-interface modes and constraint modes, (n, k), and `Modes.left` of these modes.
 
     Args:
         operators: M and K.
@@ -61,7 +61,7 @@ def fixed_interface_vectors(
         constraints[:, number] = interior.solve(pull) + moved
     rigid = free.shapes[:, free.squares < shift]
     elastic = modes.shapes[:, : settings.modes] if settings.frequency is None else modes.shapes
-    return np.concatenate([rigid, elastic, constraints], axis=1)
+    return np.concatenate([rigid, elastic, constraints], axis=1), modes.left
 
 
 def _fitted(contact: ContactOperator, shapes: Array) -> Array:

@@ -34,11 +34,13 @@ class Modes:
         squares: Squares of the angular frequencies, ascending, (k,), 1/s^2.
         shapes: Mode shapes on the DOFs of this rank, (n, k), with x^T M x = 1.
         factor: What solves with K + sigma M.
+        left: Error of the shapes in the energy norm, where round-off left more than was asked for; else 0.
     """
 
     squares: Array
     shapes: Array
     factor: Factor
+    left: float = 0.0
 
     @property
     def frequencies(self) -> Array:
@@ -137,10 +139,10 @@ def _iterated(mass: PETSc.Mat, factor: IterativeFactor, shift: float, count: int
     wanted, shapes = min(max(count, 1), most), None
     tolerance = max(SHAPES, INEXACT * factor.tolerance)
     while True:
-        values, shapes = lowest_shapes(factor, multiply_mass, wanted, tolerance, shapes)
+        values, shapes, error = lowest_shapes(factor, multiply_mass, wanted, tolerance, shapes)
         squares = values - shift
         if below is None or squares[-1] > (2.0 * pi * below) ** 2 or wanted == most:
             break
         wanted = min(int(MARGIN * 2 * wanted) + 1, most)
     kept = slice(None) if below is None else squares <= (2.0 * pi * below) ** 2
-    return Modes(squares[kept], shapes[:, kept], factor)
+    return Modes(squares[kept], shapes[:, kept], factor, error if error > tolerance else 0.0)

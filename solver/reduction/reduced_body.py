@@ -22,7 +22,7 @@ from solver.case import Case
 from solver.case_tables.model import ReducedModel
 from solver.defaults import overhang_frequency
 from solver.operators import Array
-from solver.petsc_operators import SHIFTED, PetscOperators
+from solver.petsc_operators import PetscOperators
 from solver.reduction.basis import modal_basis
 from solver.reduction.face_shapes import face_shapes
 from solver.reduction.fixed_interface import fixed_interface_vectors
@@ -51,11 +51,11 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     symmetric = is_symmetric(case)
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
     count = RIGID_MODES[case.mesh.dimension] + settings.modes
-    factor = operators.solver_of(operators.shifted(shift), SHIFTED, operators.solver.basis_tolerance)
+    factor = operators.shifted_factor(shift)
     modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency)
     shapes = _pressures(case, contact, settings, symmetric)
     loads = np.stack([modes.factor.solve(pattern) for pattern in body.patterns], axis=1) if body.patterns else None
-    vectors = _vectors(operators, contact, modes, shapes, settings, shift)
+    vectors, left = _vectors(operators, contact, modes, shapes, settings, shift)
     basis = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
     fewer = gathered_points(case, contact, symmetric, settings.points_across, body.meshed.facet_length)
     kept: Kept = np.ones(len(basis.squares), dtype=bool)
@@ -74,6 +74,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
         highest=float(np.sqrt(basis.squares[kept].max()) / (2.0 * pi)),
         neglected=neglected[0],
         neglected_smooth=neglected[1],
+        modes_left=left,
     )
     return replace(
         projected(body, fewer, basis.kept(kept)),
@@ -99,13 +100,14 @@ def _vectors(
     shapes: Array | None,
     settings: ReducedModel,
     shift: float,
-) -> Array:
-    """Return modes and contact shapes, (n, k). Collective."""
+) -> tuple[Array, float]:
+    """Return modes and contact shapes, (n, k), and the largest `Modes.left`. Collective."""
     if settings.interface == "fixed":
-        return fixed_interface_vectors(operators, contact, modes, shapes, settings, shift)
+        vectors, left = fixed_interface_vectors(operators, contact, modes, shapes, settings, shift)
+        return vectors, max(modes.left, left)
     interface = contact.interface
     if shapes is None:
         columns = csr_matrix(identity(interface.size))
     else:
         columns = csr_matrix(contact.resultants @ (contact.weights[:, None] * shapes))
-    return np.concatenate([modes.shapes, modes.factor.solve_columns(interface, columns)], axis=1)
+    return np.concatenate([modes.shapes, modes.factor.solve_columns(interface, columns)], axis=1), modes.left

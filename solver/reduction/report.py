@@ -24,6 +24,7 @@ class BasisReport:
         neglected: Share of the static flexibility of the contact faces that is neglected, for pressures that vary from
             point to point.
         neglected_smooth: The same for pressures that vary over half a shape.
+        modes_left: Error of the mode shapes in the energy norm, where round-off left more than was asked for; else 0.
     """
 
     modes: int
@@ -35,6 +36,7 @@ class BasisReport:
     highest: float
     neglected: float
     neglected_smooth: float
+    modes_left: float = 0.0
 
 
 def basis_remarks(basis: BasisReport | None, frequency: float) -> Iterator[str]:
@@ -55,4 +57,9 @@ def basis_remarks(basis: BasisReport | None, frequency: float) -> Iterator[str]:
         yield (
             f"the basis neglects {basis.neglected_smooth:.2g} of the static flexibility of the contact faces even "
             'where the pressure is smooth: try more modes and shapes in [model], or contact = "all"'
+        )
+    if basis.modes_left > 0.0:
+        yield (
+            f"round-off left errors of {basis.modes_left:.1e} in the mode shapes of the basis (in the energy norm; "
+            'their frequencies are off by its square): solver.effective = "factor" finds them to round-off'
         )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterator
 from pathlib import Path
 
@@ -27,14 +28,15 @@ def check_hdf5(path: Path, file: h5py.File) -> None:
     Raises:
         ResultsError: There is such an entry.
     """
-    room = 2 * path.stat().st_size + _SPARE
+    size = os.fstat(file.id.get_vfd_handle()).st_size  # another file may stand in its place by now
+    room = 2 * size + _SPARE
     needed = 0
     for count, (name, data) in enumerate(_datasets(path, file, 0)):
         needed += data.size * data.dtype.itemsize if data.shape is not None else 0
         if data.external or data.is_virtual:
             raise _refused(path, f"{name}, whose data lie in another file", "data in the file itself")
         if needed > room or count > _MOST:
-            found = f"{name} of {printable(data.shape)}, in a file of {path.stat().st_size} bytes"
+            found = f"{name} of {printable(data.shape)}, in a file of {size} bytes"
             raise _refused(path, found, "data that are all there")
 
 

@@ -34,6 +34,8 @@ from solver.output.records import (
 __all__ = ["Results", "ResultsError", "open_results"]
 
 LARGEST_CASE = 4_000_000  # bytes: with every default, larger than what may be read
+READINGS = 10
+"""Of a history whose files a run gathers or takes back meanwhile: it does so once, at its end or when resumed."""
 
 
 @dataclass(frozen=True)
@@ -55,16 +57,15 @@ class Results:
         Raises:
             ResultsError: The file is missing, truncated, of another format, or its units are not ours.
         """
-        path = self._existing(HISTORY_FILE)
-        pieces = history_pieces(self.folder)
-        while True:
+        self._existing(HISTORY_FILE)
+        for _ in range(READINGS - 1):
+            before = _marks(self.folder)
             try:
-                return _joined([(first, _history_in(piece)) for first, piece in pieces], path)
+                return _history_of(self.folder)
             except ResultsError:
-                now = history_pieces(self.folder)
-                if now == pieces:
+                if _marks(self.folder) == before:
                     raise
-                pieces = now  # a run that goes on has gathered or added some
+        return _history_of(self.folder)
 
     @cached_property
     def summary(self) -> dict[str, Any]:
@@ -189,6 +190,23 @@ def open_results(folder: str | Path) -> Results:
         results._existing(HISTORY_FILE)
     _check_version(path / SUMMARY_FILE, results.summary.get("format", FORMAT_VERSION))
     return results
+
+
+def _history_of(folder: Path) -> xr.Dataset:
+    """Return the records of all files of a history."""
+    return _joined([(first, _history_in(piece)) for first, piece in history_pieces(folder)], folder / HISTORY_FILE)
+
+
+def _marks(folder: Path) -> list[tuple[Path, int, int] | None]:
+    """Return what tells the files of a history from others that took their place."""
+    marks: list[tuple[Path, int, int] | None] = []
+    for _, path in history_pieces(folder):
+        try:
+            status = path.stat()
+            marks.append((path, status.st_ino, status.st_mtime_ns))
+        except OSError:
+            marks.append(None)
+    return marks
 
 
 def _history_in(path: Path) -> xr.Dataset:

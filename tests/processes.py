@@ -56,6 +56,14 @@ def ended(process: int, longest: float = LONGEST) -> int:
     raise AssertionError(f"process {process} did not end in {longest} s")
 
 
+def appears(path: Path, longest: float = LONGEST) -> None:
+    """Wait until a file is there."""
+    deadline = time.monotonic() + longest
+    while not path.exists():
+        assert time.monotonic() < deadline, f"{path} was not there after {longest} s"
+        time.sleep(0.01)
+
+
 def often() -> None:
     """Let checkpoints cost what they will."""
     checkpoints.LARGEST_SHARE = 1.0e9

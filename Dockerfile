@@ -7,7 +7,7 @@ COPY environment/dpkg.cfg /etc/dpkg/dpkg.cfg.d/gapbeam
 COPY environment/packages.txt /usr/share/gapbeam/
 RUN apt-get update \
  && sed 's/#.*//' /usr/share/gapbeam/packages.txt \
-  | DEBIAN_FRONTEND=noninteractive xargs apt-get install -y --no-install-recommends \
+  | DEBIAN_FRONTEND=noninteractive xargs apt-get install -y --no-install-recommends tini \
  && apt-get clean && rm -rf /var/lib/apt/lists/*
 
 # for a PyPI mirror or a proxy with a certificate of its own: --build-arg
@@ -37,5 +37,6 @@ RUN /opt/gapbeam/bin/pip install --no-cache-dir --no-deps --no-build-isolation /
 
 USER gapbeam
 WORKDIR /home/gapbeam
-ENTRYPOINT ["gapbeam"]
+# the first process of a container hears no signal that it does not ask for: tini is that, and passes them on
+ENTRYPOINT ["/usr/bin/tini", "--", "gapbeam"]
 CMD ["--help"]

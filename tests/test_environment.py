@@ -3,12 +3,16 @@
 import importlib.metadata
 import os
 import re
+import shutil
+import signal
 import subprocess
 import tomllib
 from pathlib import Path
 
 import pytest
 from packaging.requirements import Requirement
+
+from tests.command import alone
 
 project = Path(__file__).resolve().parents[1]
 run = project / "environment" / "run"
@@ -45,6 +49,78 @@ def test_arguments_pass_through_as_they_are():
 def test_variables_and_folder_pass_through(tmp_path):
     told = call("sh", "-c", 'echo "$COLOR"; pwd', cwd=tmp_path, COLOR="green")
     assert told.stdout.split() == ["green", str(tmp_path)]
+
+
+# Where there is no bubblewrap: something else that waits for what it starts in mounts of its own.
+BWRAP = """#!/bin/sh
+while [ "$1" != -- ]; do shift; done; shift
+unshare --mount -- "$@" &
+wait $!
+"""
+# proot ignores signals, and waits for what it starts.
+PROOT = """#!/bin/sh
+trap '' TERM HUP USR1 INT
+"$@" &
+wait $!
+"""
+# Says its number once it listens, and the signals that it hears, each of them, before it ends with 7.
+LISTENS = """
+hear() { echo "$1"; status=7; }
+for name in TERM HUP USR1 INT; do trap "hear $name" $name; done
+echo $$
+for _ in $(seq 200); do sleep 0.02; [ -z "$status" ] || break; done
+sleep 0.2
+exit $status
+"""
+STEPS = project / "environment" / "steps"
+
+
+def stand_in(folder, name, text):
+    """A program in the place of another one, and where to look for it first."""
+    if shutil.which(name) is None:
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+    return f"{folder}:{os.environ['PATH']}"
+
+
+def signalled(words, path, name, to_all):
+    """What a shell that was started by some words heard: its number, the signals, its status, the number we know."""
+    started = subprocess.Popen(
+        [*words, "env", "--default-signal=TERM,HUP,USR1,INT", "sh", "-c", LISTENS],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PATH": path},
+    )
+    number = int(started.stdout.readline())
+    (os.killpg if to_all else os.kill)(started.pid, getattr(signal, f"SIG{name}"))
+    heard, _ = started.communicate(timeout=60)
+    return number, heard.split(), started.returncode, started.pid
+
+
+@alone
+@pytest.mark.parametrize("to_all", [False, True])
+@pytest.mark.parametrize("name", ["TERM", "HUP", "USR1", "INT"])
+def test_signals_reach_the_command_once(name, to_all, tmp_path):
+    """Nothing stands in front of a command in a root file system: its process is the one that was started."""
+    if subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "true"], capture_output=True).returncode:
+        pytest.skip("no namespaces here")
+    user, group = os.getuid(), os.getgid()
+    words = [STEPS / "become.sh", str(user), str(group), "--dev-bind", "/", "/", "--"]
+    number, heard, status, started = signalled(words, stand_in(tmp_path, "bwrap", BWRAP), name, to_all)
+    assert (number, heard, status) == (started, [name], 7)
+
+
+@alone
+@pytest.mark.parametrize("to_all", [False, True])
+def test_signals_pass_proot(to_all, tmp_path):
+    """A program that ignores signals: they reach the command through the script before it, and once."""
+    words = [STEPS / "forward.sh", tmp_path / "tracer", "--"]
+    (tmp_path / "tracer").write_text(PROOT)
+    (tmp_path / "tracer").chmod(0o755)
+    _, heard, status, _ = signalled(words, os.environ["PATH"], "TERM", to_all)
+    assert (heard, status) == (["TERM"], 7)
 
 
 def test_help_names_every_variable():

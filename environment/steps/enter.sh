@@ -56,18 +56,18 @@ enter_root() {
     esac
   done
   "enter_with_$way"
-  # what points into this machine's own /usr has no meaning there; Ctrl-C is for the command again
-  entered+=(env --default-signal=INT)
+  # what points into this machine's own /usr has no meaning there
+  entered+=(env)
   for name in PYTHONHOME LD_LIBRARY_PATH LD_PRELOAD CC CXX CONDA_PREFIX; do
     entered+=(-u "$name")
   done
   entered+=("LC_ALL=C.UTF-8" "PATH=$here/bin:$venv/bin:/usr/local/bin:/usr/bin:/bin" "PYTHONPATH=$project:$checkout")
 }
 
-# bubblewrap: a mount namespace. It waits for the command, and has to outlive a Ctrl-C that is meant for that.
+# bubblewrap: a mount namespace, which become.sh steps into.
 enter_with_root() {
   local folder file
-  entered=(env --ignore-signal=INT bwrap --die-with-parent
+  entered=("$here/steps/become.sh" "$EUID" "$(id -g)"
     --ro-bind "$root/usr" /usr --ro-bind "$root/etc" /etc
     --symlink usr/bin /bin --symlink usr/sbin /sbin --symlink usr/lib /lib --symlink usr/lib64 /lib64
     --dir /run --proc /proc --ro-bind /sys /sys --dev /dev --perms 1777 --tmpfs /dev/shm)
@@ -81,14 +81,16 @@ enter_with_root() {
       entered+=(--bind-try "$folder" "$folder")
     fi
   done
-  entered+=(--chdir "$PWD" --)
+  entered+=(--)
 }
 
-# proot: translates paths in the system calls, slower, for containers that allow no namespaces.
+# proot: translates paths in the system calls, slower, for containers that allow no namespaces; forward.sh passes signals on.
 enter_with_proot() {
   local path
-  entered=(env PMIX_MCA_gds=hash proot --rootfs="$root" --cwd="$PWD")
+  export PMIX_MCA_gds=hash
+  entered=("$here/steps/forward.sh" proot --rootfs="$root" --cwd="$PWD")
   for path in /proc /sys /dev "${overlaid[@]}" "${shared[@]}"; do
     entered+=(--bind="$path")
   done
+  entered+=(--)
 }

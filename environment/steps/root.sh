@@ -29,7 +29,7 @@ choose_tool() {
       return 1
     fi
   fi
-  if reason=$(bwrap --ro-bind / / true 2>&1); then
+  if reason=$("$here/steps/become.sh" "$EUID" "$(id -g)" --dev-bind / / -- true 2>&1); then
     way=root
     return
   fi

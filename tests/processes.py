@@ -13,7 +13,7 @@ from pathlib import Path
 
 import solver.checkpoint.checkpoints as checkpoints
 
-LONGEST = 120.0  # s
+LONGEST = 300.0  # s, for what takes seconds: on slow cores that others use as well
 
 
 def beside(work: Callable[[], int], told: Path) -> int:
@@ -56,12 +56,17 @@ def ended(process: int, longest: float = LONGEST) -> int:
     raise AssertionError(f"process {process} did not end in {longest} s")
 
 
-def appears(path: Path, longest: float = LONGEST) -> None:
-    """Wait until a file is there."""
+def until(true: Callable[[], bool], what: str, longest: float = LONGEST) -> None:
+    """Wait until something is true."""
     deadline = time.monotonic() + longest
-    while not path.exists():
-        assert time.monotonic() < deadline, f"{path} was not there after {longest} s"
-        time.sleep(0.01)
+    while not true():
+        assert time.monotonic() < deadline, f"{what}: not after {longest} s"
+        time.sleep(0.005)
+
+
+def appears(path: Path) -> None:
+    """Wait until a file is there."""
+    until(path.exists, f"{path} is there")
 
 
 def often() -> None:

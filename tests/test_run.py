@@ -7,7 +7,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 import tomllib
 from pathlib import Path
 from typing import Any
@@ -34,6 +33,7 @@ from tests.command import (
     settings,
     surroundings,
 )
+from tests.processes import LONGEST, until
 
 pytestmark = alone
 
@@ -482,7 +482,7 @@ def test_interrupted_run_ends_in_order(count: int, number: signal.Signals, tmp_p
     try:
         wait_for_fields(process, folder)
         os.kill(int((pids / str(count - 1)).read_text()), number)
-        told, errors = process.communicate(timeout=120)
+        told, errors = process.communicate(timeout=LONGEST)
     finally:
         process.kill()
     assert process.returncode == status, errors
@@ -504,10 +504,10 @@ def test_interrupted_run_ends_in_order(count: int, number: signal.Signals, tmp_p
 
 def wait_for_fields(process: subprocess.Popen[str], folder: Path) -> None:
     """Wait until a run has written two fields."""
-    for _ in range(600):
-        path = folder / "fields.xdmf"
-        if path.is_file() and path.read_text(encoding="utf-8").count("<Time") >= 2:
-            return
+
+    def there() -> bool:
         assert process.poll() is None, process.communicate()
-        time.sleep(0.05)
-    raise AssertionError("no fields in 30 s")
+        path = folder / "fields.xdmf"
+        return path.is_file() and path.read_text(encoding="utf-8").count("<Time") >= 2
+
+    until(there, "two fields are there")

@@ -44,9 +44,12 @@ def run(
 
     from meshes.rank_zero import on_rank_zero
     from solver.case_file.reader import read_case
+    from solver.errors import UserError
     from solver.run import run_case
 
     comm = MPI.COMM_WORLD
+    if isinstance(output, str) and not output.strip():
+        raise UserError(f"output = {output!r}: nothing but an empty word; expected a folder, or None")
     read = on_rank_zero(comm, lambda: read_case(Path(case), overrides))
     folder = Path(output) if output is not None else Path(RESULTS) / Path(case).stem
     return run_case(read, folder, comm, overwrite, resume)

@@ -12,6 +12,7 @@ import logging
 import re
 import sys
 from collections.abc import Mapping
+from copy import copy
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -89,8 +90,8 @@ def run(
     if first_rank():
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
         if outcome.exit_status == 0:  # the message of a failure is in the log already
-            console.print(f"done: {outcome.message}", markup=False)
-        console.print(f"results: {outcome.folder}", markup=False)
+            console.print(f"done: {harmless(outcome.message)}", markup=False)
+        console.print(f"results: {harmless(outcome.folder)}", markup=False)
     return outcome.exit_status
 
 
@@ -174,6 +175,7 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
         return int(leaving.exit_code)
     except click.ClickException as fault:
         if talks:
+            fault.message = harmless(fault.message)
             fault.show()
         return INPUT_FAULT
     except (KeyboardInterrupt, click.Abort):
@@ -210,10 +212,19 @@ def _log_to_terminal(talks: bool) -> None:
 
 
 def _terminal_handler() -> logging.Handler:
-    """Return a handler with colors on a terminal, and whole lines where there is none."""
+    """Return a handler with colors on a terminal, and whole lines where there is none; nothing commands that."""
     console = Console(stderr=True, highlight=False)
+    handler: logging.Handler = logging.StreamHandler()
     if console.is_terminal:
-        return RichHandler(console=console, show_path=False, show_time=False, markup=False)
-    handler = logging.StreamHandler()
-    handler.setFormatter(logging.Formatter("%(levelname)-7s %(message)s"))
+        handler = RichHandler(console=console, show_path=False, show_time=False, markup=False)
+    else:
+        handler.setFormatter(logging.Formatter("%(levelname)-7s %(message)s"))
+    handler.addFilter(_written_out)
     return handler
+
+
+def _written_out(record: logging.LogRecord) -> logging.LogRecord:
+    """Return a copy of a record with a harmless message."""
+    shown = copy(record)
+    shown.msg, shown.args = harmless(record.getMessage()), ()
+    return shown

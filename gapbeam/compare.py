@@ -43,6 +43,7 @@ def compare(
 
     Exit status: 0 they agree, 5 they do not, 2 they cannot be compared.
     """
+    from gapbeam.study_folder import study_folder
     from postprocess.comparison import DISAGREE
     from postprocess.comparison import compare as lay_side_by_side
     from postprocess.comparison_report import as_data, as_tables, draw_comparison
@@ -50,12 +51,10 @@ def compare(
     from postprocess.results import open_results
 
     limit = fraction(tolerance)
-    with as_written(a, b):
-        found = lay_side_by_side(open_results(a), open_results(b), limit, after)
     folder = output if output is not None else Path("results") / f"{a.resolve().name}-against-{b.resolve().name}"
     data, picture = folder / "comparison.json", folder / "comparison.png"
-    with as_written(a, b):
-        folder.mkdir(parents=True, exist_ok=True)
+    with study_folder(folder), as_written(a, b):
+        found = lay_side_by_side(open_results(a), open_results(b), limit, after)
         data.write_text(json.dumps(as_data(found), indent=1, allow_nan=False) + "\n", encoding="utf-8")
         draw_comparison(found, picture)
     console = Console(soft_wrap=True, highlight=False)

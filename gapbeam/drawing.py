@@ -48,8 +48,11 @@ def plot(
     from postprocess.damage import as_written
     from postprocess.plot import FOLDER, TABLES_FILE
     from postprocess.plot import plot as draw
+    from solver.output.place import check_place
 
     inside = results / FOLDER
+    if output is not None:
+        check_place(output)
     refuse_links(output or inside, places=() if output else (inside,))
     chosen: dict[str, Any] = {"acceleration": acceleration, "sampling": sampling, "window": window}
     with as_written(results):
@@ -86,8 +89,11 @@ def render(
     from postprocess.damage import as_written
     from postprocess.render import FOLDER
     from postprocess.render import render as draw
+    from solver.output.place import check_place
 
     inside = results / FOLDER
+    if output is not None:
+        check_place(output)
     refuse_links(output or inside, places=() if output else (inside,))
     factor, pixels = _scale(scale), _size(size)
     console = Console(stderr=True)

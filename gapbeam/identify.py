@@ -40,6 +40,7 @@ def identify(
     from gapbeam.identification.results import write_results
     from gapbeam.identification.search import search
     from gapbeam.identification.tables_shown import sentences, tables
+    from gapbeam.study_folder import study_folder
     from postprocess.identified import draw_identification
     from solver.case_tables.model import FullModel
     from solver.studies.side_by_side import SideBySide
@@ -48,35 +49,38 @@ def identify(
     folder = output if output is not None else Path("results") / file.stem
     if isinstance(problem.base.model, FullModel):
         LOG.warning('model "full" marches all DOFs of the mesh in every experiment; try "reduced" or "beam" in [set]')
-    prepare(problem, folder, overwrite)
-    settings = problem.file.search
-    console = Console(stderr=True)
-    with (
-        SideBySide(processes) as workers,
-        Progress(console=console, transient=True, disable=not console.is_terminal) as progress,
-    ):
-        task = progress.add_task("search", total=settings.budget)
-        evaluations = Evaluations(problem, folder, workers, lambda: progress.update(task, completed=len(misfit.tried)))
-        misfit = Misfit(problem, evaluations)
-        if evaluations.records:
-            LOG.info("%d experiments are on disk already", len(evaluations.records))
-        search(misfit, problem.start, settings, settings.budget)
-        found = conclude(
-            problem, evaluations, len(misfit.tried), leave_one_out,
-            lambda words: progress.update(task, description=words, total=None),
-        )  # fmt: skip
-        if evaluations.computed:
-            LOG.info("%d experiments were run", evaluations.computed)
-    screen = Console(soft_wrap=True, highlight=False)
-    if not screen.is_terminal:
-        screen.width = max(screen.width, WIDTH)
-    if found is None:
-        for record in misfit.failures()[:10]:
-            values = ", ".join(f"{value:.6g}" for value in record["values"])
-            screen.print(f"{values}: {record['verdict']}: {record['message'].splitlines()[0]}", markup=False)
-        screen.print("no set of values passed in all experiments: nothing was identified", markup=False)
-        return NOT_PASSED
-    paths = [*write_results(found, folder), *draw_identification(folder)]
+    with study_folder(folder):
+        prepare(problem, folder, overwrite)
+        settings = problem.file.search
+        console = Console(stderr=True)
+        with (
+            SideBySide(processes) as workers,
+            Progress(console=console, transient=True, disable=not console.is_terminal) as progress,
+        ):
+            task = progress.add_task("search", total=settings.budget)
+            evaluations = Evaluations(
+                problem, folder, workers, lambda: progress.update(task, completed=len(misfit.tried))
+            )
+            misfit = Misfit(problem, evaluations)
+            if evaluations.records:
+                LOG.info("%d experiments are on disk already", len(evaluations.records))
+            search(misfit, problem.start, settings, settings.budget)
+            found = conclude(
+                problem, evaluations, len(misfit.tried), leave_one_out,
+                lambda words: progress.update(task, description=words, total=None),
+            )  # fmt: skip
+            if evaluations.computed:
+                LOG.info("%d experiments were run", evaluations.computed)
+        screen = Console(soft_wrap=True, highlight=False)
+        if not screen.is_terminal:
+            screen.width = max(screen.width, WIDTH)
+        if found is None:
+            for record in misfit.failures()[:10]:
+                values = ", ".join(f"{value:.6g}" for value in record["values"])
+                screen.print(f"{values}: {record['verdict']}: {record['message'].splitlines()[0]}", markup=False)
+            screen.print("no set of values passed in all experiments: nothing was identified", markup=False)
+            return NOT_PASSED
+        paths = [*write_results(found, folder), *draw_identification(folder)]
     for table in tables(found):
         screen.print(table)
     for sentence in sentences(found):

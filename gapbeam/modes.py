@@ -74,6 +74,7 @@ def modes(
 
     from gapbeam.modal.comparison import FITTED, ModesComparison, compare_modes
     from gapbeam.modal.told import as_data, frequency_table, other_modes, remarks, spring_table
+    from gapbeam.study_folder import study_folder
     from meshes.rank_zero import on_rank_zero
     from postprocess.figures.mode_shapes import draw_mode_shapes
     from solver.analyses.modes import SEATED, held_modes
@@ -88,41 +89,44 @@ def modes(
     comm = MPI.COMM_WORLD
     read = on_rank_zero(comm, lambda: read_case(case, override or []))
     folder = output if output is not None else Path("results") / f"{case.stem}-modes"
-    on_rank_zero(comm, lambda: _made(folder / SEATED))
-    model = build_model(read, comm)
-    states = held_modes(model, max(count, FITTED))
-    write_mode_fields(folder / SEATED, model, states[0])
-    described = describe_model(model)
+    with study_folder(folder, comm):
+        on_rank_zero(comm, lambda: _made(folder / SEATED))
+        model = build_model(read, comm)
+        states = held_modes(model, max(count, FITTED))
+        write_mode_fields(folder / SEATED, model, states[0])
+        described = describe_model(model)
 
-    def tell() -> int:
-        found: ModesComparison = compare_modes(model.case, states, count, given, deviation)
-        data = {"title": model.case.title, "versions": versions(), "model": described} | as_data(found)
-        write_beside(folder / "modes.json", json.dumps(finite(data), indent=1, allow_nan=False) + "\n")
-        picture = draw_mode_shapes(as_data(found), folder / "modes.png")
-        screen = Console(soft_wrap=True, highlight=False)
-        if not screen.is_terminal:
-            screen.width = max(screen.width, WIDTH)
-        screen.print(frequency_table(found))
-        if found.fits:
-            screen.print(spring_table(found.fits))
-        exciters = [
-            load.name for load in model.case.load if isinstance(load, Exciter) and load.mass + load.stiffness > 0
-        ]
-        carried = [f"{', '.join(exciters)} moves along with the model, not with the theory"] if exciters else []
-        for line in [
-            other_modes(states[0]),
-            *carried,
-            *remarks(found),
-            f"{folder / 'modes.json'}\n{picture}\n{folder / SEATED / FIELDS_FILE}",
-        ]:
-            screen.print(line, markup=False)
-        sources = {one.source for one in found.fits}
-        failed = [name for name in sources if not any(one.fit.reproduces for one in found.fits if one.source == name)]
-        for name in sorted(failed):
-            screen.print(f"no end springs reproduce the {name} frequencies within twice {accuracy}", markup=False)
-        return NOT_REPRODUCED if failed else 0
+        def tell() -> int:
+            found: ModesComparison = compare_modes(model.case, states, count, given, deviation)
+            data = {"title": model.case.title, "versions": versions(), "model": described} | as_data(found)
+            write_beside(folder / "modes.json", json.dumps(finite(data), indent=1, allow_nan=False) + "\n")
+            picture = draw_mode_shapes(as_data(found), folder / "modes.png")
+            screen = Console(soft_wrap=True, highlight=False)
+            if not screen.is_terminal:
+                screen.width = max(screen.width, WIDTH)
+            screen.print(frequency_table(found))
+            if found.fits:
+                screen.print(spring_table(found.fits))
+            exciters = [
+                load.name for load in model.case.load if isinstance(load, Exciter) and load.mass + load.stiffness > 0
+            ]
+            carried = [f"{', '.join(exciters)} moves along with the model, not with the theory"] if exciters else []
+            for line in [
+                other_modes(states[0]),
+                *carried,
+                *remarks(found),
+                f"{folder / 'modes.json'}\n{picture}\n{folder / SEATED / FIELDS_FILE}",
+            ]:
+                screen.print(line, markup=False)
+            sources = {one.source for one in found.fits}
+            failed = [
+                name for name in sources if not any(one.fit.reproduces for one in found.fits if one.source == name)
+            ]
+            for name in sorted(failed):
+                screen.print(f"no end springs reproduce the {name} frequencies within twice {accuracy}", markup=False)
+            return NOT_REPRODUCED if failed else 0
 
-    return on_rank_zero(comm, tell)
+        return on_rank_zero(comm, tell)
 
 
 def _made(folder: Path) -> None:

@@ -30,6 +30,7 @@ def stability(
     jobs: Annotated[int | None, typer.Option(min=1, help="processes; by default one a core")] = None,
 ) -> int:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted."""
+    from gapbeam.study_folder import study_folder
     from postprocess.stability_map import QUANTITIES, draw_stability_map
     from solver.studies.axes import read_axis
     from solver.studies.grid import run_grid, table
@@ -37,19 +38,19 @@ def stability(
     grid = [f"contact.stiffness={stiffness}", f"time.step={step}", f"time.scheme={scheme}", *(vary or [])]
     axes = [read_axis(text) for text in grid]
     folder = output if output is not None else Path("results") / f"{case.stem}-stability"
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("trials", total=None)
-        rows = run_grid(
-            case, override or [], axes, jobs, lambda done, total: progress.update(task, completed=done, total=total)
-        )
-    records = table(rows, axes)
-    folder.mkdir(parents=True, exist_ok=True)
-    write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
-    _write_csv(folder / "stability.csv", records)
-    pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]
-    for picture, quantity in zip(pictures, QUANTITIES.values(), strict=True):
-        draw_stability_map(records, picture, shown=quantity)
+    with study_folder(folder):
+        console = Console(stderr=True)
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+            task = progress.add_task("trials", total=None)
+            rows = run_grid(
+                case, override or [], axes, jobs, lambda done, total: progress.update(task, completed=done, total=total)
+            )
+        records = table(rows, axes)
+        write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
+        _write_csv(folder / "stability.csv", records)
+        pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]
+        for picture, quantity in zip(pictures, QUANTITIES.values(), strict=True):
+            draw_stability_map(records, picture, shown=quantity)
     for name in axes[2].values:
         mine = [record for record in records if record["time.scheme"] == name]
         counts = Counter(record["verdict"] for record in mine)

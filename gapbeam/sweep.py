@@ -43,6 +43,7 @@ def sweep(
     Exit status: 0 all passed, 3 energy was created or 4 not converged at some point, 2 a fault of the input.
     """
     from gapbeam.compare import fraction
+    from gapbeam.study_folder import study_folder
     from gapbeam.sweeping.plan import Sweep, chains_of, finished, prepare, read_points
     from gapbeam.sweeping.point import run_chain
     from gapbeam.sweeping.tables import census_table, write_tables
@@ -58,24 +59,25 @@ def sweep(
     )
     cases = [entry for entry in read_points(wanted).values() if isinstance(entry, Case)]
     folder = output if output is not None else Path("results") / f"{case.stem}-sweep"
-    done = prepare(wanted, folder, cases, overwrite)
-    chains = chains_of(wanted, folder)
-    total = sum(len(chain.tasks) for chain in chains)
-    if done:
-        LOG.info("%d of %d responses are on disk already", done, total)
-    console = Console(stderr=True)
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
-        task = progress.add_task("responses", total=total, completed=done)
+    with study_folder(folder):
+        done = prepare(wanted, folder, cases, overwrite)
+        chains = chains_of(wanted, folder)
+        total = sum(len(chain.tasks) for chain in chains)
+        if done:
+            LOG.info("%d of %d responses are on disk already", done, total)
+        console = Console(stderr=True)
+        with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+            task = progress.add_task("responses", total=total, completed=done)
 
-        def tick() -> None:
-            progress.update(task, completed=len(finished(folder)))
+            def tick() -> None:
+                progress.update(task, completed=len(finished(folder)))
 
-        for _ in side_by_side(run_chain, chains, jobs, tick):
-            tick()
-    with as_written(folder):
-        records = [record for _, record in sorted(finished(folder).items())]
-        points = census(records, wanted.tolerance)
-        paths = write_tables(folder, records, points)
+            for _ in side_by_side(run_chain, chains, jobs, tick):
+                tick()
+        with as_written(folder):
+            records = [record for _, record in sorted(finished(folder).items())]
+            points = census(records, wanted.tolerance)
+            paths = write_tables(folder, records, points)
     screen = Console(soft_wrap=True, highlight=False)
     if not screen.is_terminal:
         screen.width = max(screen.width, WIDTH)

@@ -57,11 +57,13 @@ def _studied(case: Path, override: list[str], tolerance: float, minutes: float, 
     from gapbeam.ladder.report import write_study
     from gapbeam.ladder.stored import study_key
     from gapbeam.ladder.study import overrides_as_mapping, run_study
+    from gapbeam.study_folder import study_folder
     from solver.case_file.reader import read_case
 
     read = read_case(case, override)
-    study = run_study(case, overrides_as_mapping(override), tolerance, minutes, LOG.info)
-    return study, write_study(folder, study, study_key(read))
+    with study_folder(folder):
+        study = run_study(case, overrides_as_mapping(override), tolerance, minutes, LOG.info)
+        return study, write_study(folder, study, study_key(read))
 
 
 def rung_for(case: Path, override: list[str], tolerance: str) -> tuple[str, dict[str, Any]]:

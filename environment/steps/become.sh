@@ -30,5 +30,10 @@ read -r holder <&"$told" || {
   exit 1
 }
 # shellcheck disable=SC2016  # for the shell in there
-exec nsenter --target "$holder" --mount -- /usr/bin/bash -c 'cd -- "$1" && exec '"$told"'<&- && shift && exec "$@"' \
-  bash "$PWD" "${back[@]}" "$@"
+exec nsenter --target "$holder" --mount -- /usr/bin/bash -c 'exec '"$told"'<&-
+  cd -- "$1" 2>/dev/null || {
+    echo "gapbeam: error: $1 is not seen in the root file system; start the command in another folder" >&2
+    exit 1
+  }
+  shift
+  exec "$@"' bash "$PWD" "${back[@]}" "$@"

@@ -52,9 +52,12 @@ enter_root() {
   # folders in use below those left out: a removable disk, /usr/src
   for folder in "$PWD" "$project" "$cache"; do
     case $folder in
-      /run/* | /usr/src/*) shared+=("$folder") ;;
+      /run/* | /usr/src/* | /boot/* | /dev/shm/*) shared+=("$folder") ;;
     esac
   done
+  [[ ! -d /run/media ]] || shared+=(/run/media) # removable disks
+  GAPBEAM_SHARED=$(IFS=: && printf '%s' "${shared[*]}") # what is written elsewhere is lost: solver/output/place.py
+  export GAPBEAM_SHARED
   "enter_with_$way"
   # what points into this machine's own /usr has no meaning there
   entered+=(env)

@@ -37,6 +37,7 @@ def paper(
     from gapbeam.paper.section_three import section_three
     from gapbeam.paper.section_two import section_two
     from gapbeam.report import tell_page
+    from gapbeam.study_folder import study_folder
     from postprocess.report.blocks import Report, Section
     from postprocess.report.html import write_html
     from postprocess.report.pdf import find_browser
@@ -44,32 +45,32 @@ def paper(
     from solver.output.summary import versions
 
     check_folder(output, overwrite=False)
-    if overwrite:
-        for number in SECTIONS:
-            shutil.rmtree(output / f"section-{number}", ignore_errors=True)
-    output.mkdir(parents=True, exist_ok=True)
-    if pdf:
-        find_browser()  # it lacks before the work, not after
-    clock, sections, seconds = time.perf_counter(), list[Section](), dict[str, float]()
-    for number, make in zip(SECTIONS, (section_two, section_three, section_four), strict=True):
-        began = time.perf_counter()
-        LOG.info("section %d", number)
-        sections.append(make(output / f"section-{number}"))
-        seconds[f"section {number}"] = time.perf_counter() - began
-    meta = {
-        "paper": PAPER,
-        "made by": "environment/run gapbeam paper",
-        "versions": ", ".join(f"{name} {value}" for name, value in versions().items()),
-        "wall time (s)": ", ".join(f"{name} {value:.0f}" for name, value in seconds.items()),
-    }
-    report = Report(
-        "A beam with clearance: Li et al. (2013), computed again",
-        "Every figure and table of the paper beside what gapbeam computes, with the deviation, and the command that "
-        "makes it.",
-        sections,
-        meta,
-    )
-    tell_page(write_html(report, output / "report.html"), pdf)
+    with study_folder(output):
+        if overwrite:
+            for number in SECTIONS:
+                shutil.rmtree(output / f"section-{number}", ignore_errors=True)
+        if pdf:
+            find_browser()  # it lacks before the work, not after
+        clock, sections, seconds = time.perf_counter(), list[Section](), dict[str, float]()
+        for number, make in zip(SECTIONS, (section_two, section_three, section_four), strict=True):
+            began = time.perf_counter()
+            LOG.info("section %d", number)
+            sections.append(make(output / f"section-{number}"))
+            seconds[f"section {number}"] = time.perf_counter() - began
+        meta = {
+            "paper": PAPER,
+            "made by": "environment/run gapbeam paper",
+            "versions": ", ".join(f"{name} {value}" for name, value in versions().items()),
+            "wall time (s)": ", ".join(f"{name} {value:.0f}" for name, value in seconds.items()),
+        }
+        report = Report(
+            "A beam with clearance: Li et al. (2013), computed again",
+            "Every figure and table of the paper beside what gapbeam computes, with the deviation, and the command "
+            "that makes it.",
+            sections,
+            meta,
+        )
+        tell_page(write_html(report, output / "report.html"), pdf)
     LOG.info("written in %.0f s", time.perf_counter() - clock)
     missed = _errors(sections)
     for text in missed:

@@ -10,6 +10,7 @@ from pathlib import Path
 from solver.errors import UserError
 from solver.output import records
 from solver.output.lock import refuse_if_held
+from solver.output.place import check_place
 from solver.output.plain_files import refuse_other_things
 from solver.output.storage import new_file, part_of
 
@@ -43,14 +44,10 @@ def check_folder(folder: Path, overwrite: bool) -> None:
         overwrite: Whether the files of an earlier run may be removed.
 
     Raises:
-        UserError: The folder holds results, or links, pipes or the like in their place, is no folder, cannot be
-            written, or another run writes it.
+        UserError: The folder holds results, or links, pipes or the like in their place, is no place for them
+            (`check_place`), or another run writes it.
     """
-    existing = next(path for path in (folder, *folder.absolute().parents) if path.exists())
-    if not existing.is_dir():
-        raise UserError(f"{existing} is a file, not a folder; choose another --output")
-    if not os.access(existing, os.W_OK | os.X_OK):
-        raise UserError(f"{existing} cannot be written (permission denied or read-only); choose another --output")
+    check_place(folder)
     refuse_other_things(folder, _places(folder), (folder / name for name in FOLDERS))
     refuse_if_held(folder)
     present = [name for name in FILES if (folder / name).exists()]

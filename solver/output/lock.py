@@ -1,4 +1,4 @@
-"""One run at a time writes a results folder.
+"""One run, or one study, at a time writes a results folder.
 
 The lock is one of the operating system on a file that says who holds it. The former goes with the process that took
 it, however that ends; where it does not reach, on another machine, the file alone tells.
@@ -15,21 +15,25 @@ import socket
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from mpi4py import MPI
-
-from meshes.rank_zero import on_rank_zero
 from solver.errors import UserError
 from solver.output.records import LOCK_FILE
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 UNSUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL}
 
 
 @contextmanager
-def locked(folder: Path, comm: MPI.Comm) -> Iterator[None]:
+def locked(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
     """Hold a results folder, which is made where it is not there.
+
+    Args:
+        folder: The results folder.
+        comm: The ranks that write it; None: this process alone, without MPI.
 
     Raises:
         UserError: Another run holds it, or it cannot be made or written.
@@ -45,7 +49,12 @@ def locked(folder: Path, comm: MPI.Comm) -> Iterator[None]:
         except OSError as error:
             raise UserError(f"{folder} cannot be written ({error.strerror}); choose another --output") from error
 
-    on_rank_zero(comm, take)
+    if comm is None:
+        take()
+    else:
+        from meshes.rank_zero import on_rank_zero
+
+        on_rank_zero(comm, take)
     try:
         yield
     finally:

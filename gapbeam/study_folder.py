@@ -1,0 +1,49 @@
+"""The folder that a study writes: a fit place, held by one process from before the first computation to the end."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gapbeam.stored_records import refuse_links
+from solver.output.lock import locked
+from solver.output.place import check_place
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+
+@contextmanager
+def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
+    """Hold the folder of a study, which is made; it goes again where nothing was written into it.
+
+    Args:
+        folder: Where the study goes.
+        comm: The ranks that share the work; None: this process alone, without MPI.
+
+    Raises:
+        UserError: Nothing should be written there, it holds links, or another run or study writes it.
+
+    Collective.
+    """
+
+    def looked_at() -> list[Path]:
+        check_place(folder)
+        refuse_links(folder)
+        return [path for path in (folder, *folder.absolute().parents) if not path.exists()]
+
+    if comm is None:
+        made = looked_at()
+    else:
+        from meshes.rank_zero import on_rank_zero
+
+        made = on_rank_zero(comm, looked_at)
+    try:
+        with locked(folder, comm):
+            yield
+    finally:
+        with suppress(OSError):
+            for path in made:
+                path.rmdir()

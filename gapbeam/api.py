@@ -42,10 +42,12 @@ def run(
     """
     from mpi4py import MPI
 
+    from gapbeam.launcher import end_with_launcher
     from meshes.rank_zero import on_rank_zero
     from solver.case_file.reader import read_case
     from solver.run import run_case
 
+    end_with_launcher()
     comm = MPI.COMM_WORLD
     read = on_rank_zero(comm, lambda: read_case(Path(case), overrides))
     folder = Path(output) if output is not None else Path(RESULTS) / Path(case).stem

@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 from petsc4py import PETSc
 
 from solver.case import Gravity
+from solver.compiled_form import compiled_form
 from solver.elasticity import stress
 from solver.model import Model
 from solver.system import VALUE, State
@@ -62,8 +63,8 @@ class TextbookBeam:
         self._old.x.array[:] = start.u[VALUE]
         self._old_velocity.x.array[:] = start.v[VALUE]
         residual = self._residual()
-        self._residual_form = fem.form(residual)
-        self._jacobian_form = fem.form(ufl.derivative(residual, self._new))
+        self._residual_form = compiled_form(residual)
+        self._jacobian_form = compiled_form(ufl.derivative(residual, self._new))
         self._vector = fem_petsc.assemble_vector(self._residual_form)
         self._matrix = fem_petsc.assemble_matrix(self._jacobian_form)
         self._matrix.assemble()

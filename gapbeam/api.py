@@ -42,11 +42,13 @@ def run(
     """
     from mpi4py import MPI
 
+    from gapbeam.launcher import end_with_launcher
     from meshes.rank_zero import on_rank_zero
     from solver.case_file.reader import read_case
     from solver.errors import UserError
     from solver.run import run_case
 
+    end_with_launcher()
     comm = MPI.COMM_WORLD
     if isinstance(output, str) and not output.strip():
         raise UserError(f"output = {output!r}: nothing but an empty word; expected a folder, or None")

@@ -25,10 +25,12 @@ from rich.logging import RichHandler
 from gapbeam.compare import compare
 from gapbeam.drawing import plot, render
 from gapbeam.identify import identify
+from gapbeam.launcher import end_with_launcher, leave
 from gapbeam.modes import modes
 from gapbeam.paper.command import paper
 from gapbeam.ranks import abort_together, first_rank, on_one_rank
 from gapbeam.report import report
+from gapbeam.screen import outlive_the_screen
 from gapbeam.stability import stability
 from gapbeam.surroundings import REMARKS, is_somewhere, words_of_the_command
 from gapbeam.sweep import sweep
@@ -155,7 +157,9 @@ app.command()(on_one_rank(paper))
 def main(arguments: list[str] | None = None) -> NoReturn:
     """Run the command line and leave with its exit status."""
     if arguments is None:
+        outlive_the_screen()
         arguments = words_of_the_command()
+    end_with_launcher()
     talks = first_rank()
     if not is_somewhere():
         if talks:
@@ -164,7 +168,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     _log_to_terminal(talks)
     for remark in REMARKS:
         logging.getLogger("gapbeam").warning("%s", remark)
-    sys.exit(_dispatch(arguments, talks))
+    leave(_dispatch(arguments, talks))
 
 
 def _dispatch(arguments: list[str] | None, talks: bool) -> int:

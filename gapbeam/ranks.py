@@ -25,7 +25,7 @@ def first_rank() -> bool:
     """Return whether this process should talk, without importing MPI."""
     if "mpi4py.MPI" in sys.modules:
         return bool(sys.modules["mpi4py.MPI"].COMM_WORLD.rank == 0)
-    return (_rank_told() or "0") == "0"
+    return (rank_told() or "0") == "0"
 
 
 def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
@@ -37,7 +37,7 @@ def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
 
     @functools.wraps(command)
     def guarded(*arguments: Arguments.args, **options: Arguments.kwargs) -> int:
-        if _rank_told() is not None:
+        if rank_told() is not None:
             from mpi4py import MPI
 
             from solver.errors import UserError
@@ -86,7 +86,7 @@ def abort_together(work: Callable[[], int]) -> int:
         raise
 
 
-def _rank_told() -> str | None:
+def rank_told() -> str | None:
     """Return the rank as the launcher tells it; None where there is none."""
     names = RANK_VARIABLES[: 3 if "SLURM_STEP_ID" not in os.environ else 4]
     return next((os.environ[name] for name in names if name in os.environ), None)
@@ -94,7 +94,7 @@ def _rank_told() -> str | None:
 
 def _duplicated_ranks() -> MPI.Intracomm | None:
     """Return all ranks, with messages apart from all others; None for one rank. Collective."""
-    if _rank_told() is None and "mpi4py.MPI" not in sys.modules:
+    if rank_told() is None and "mpi4py.MPI" not in sys.modules:
         return None
     from mpi4py import MPI
 

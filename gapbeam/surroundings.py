@@ -42,6 +42,13 @@ def cache_by_default() -> None:
             REMARKS.append(f"{usual} cannot be written: compiled kernels are kept in {instead}; set XDG_CACHE_HOME")
 
 
+def signals_by_default() -> None:
+    """Keep PETSc from signals: on a closed pipe or terminal it would end the process, results and all."""
+    options = os.environ.get("PETSC_OPTIONS", "")
+    if "signal_handler" not in options:
+        os.environ["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()
+
+
 def words_of_the_command() -> list[str]:
     """Return the arguments of the command line, and take them from libraries that stumble over them.
 

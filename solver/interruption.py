@@ -16,6 +16,11 @@ from solver.errors import Interrupted
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)  # Slurm and mpirun pass the last one on as a warning
 
 
+def listened_to() -> tuple[signal.Signals, ...]:
+    """Return the signals that end a run in order; that of a terminal that is closed unless nohup keeps it away."""
+    return SIGNALS if signal.getsignal(signal.SIGHUP) == signal.SIG_IGN else (*SIGNALS, signal.SIGHUP)
+
+
 class Wish(IntEnum):
     """What a rank wants at the end of a step; of several wishes the largest counts."""
 
@@ -45,7 +50,9 @@ class Wish(IntEnum):
 
 
 class Interruption:
-    """Turns SIGINT, SIGTERM, SIGUSR1 and a limit of the wall time into a wish that all ranks act on in the same step.
+    """Turns signals and a limit of the wall time into a wish that all ranks act on in the same step.
+
+    SIGINT, SIGTERM, SIGUSR1, and SIGHUP where it is not ignored.
 
     A second signal acts at once, as without this class. Outside the main thread nothing is caught.
 
@@ -62,7 +69,7 @@ class Interruption:
     def __enter__(self) -> Interruption:
         """Start to listen."""
         if threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self._hear) for number in SIGNALS}
+            self._before = {number: signal.signal(number, self._hear) for number in listened_to()}
         return self
 
     def __exit__(
@@ -117,7 +124,7 @@ class SetUp:
         """Start to listen."""
         if threading.current_thread() is threading.main_thread():
             timed = () if self.deadline is None else (signal.SIGALRM,)
-            self._before = {number: signal.signal(number, self._hear) for number in (*SIGNALS, *timed)}
+            self._before = {number: signal.signal(number, self._hear) for number in (*listened_to(), *timed)}
             if self.deadline is not None:
                 signal.setitimer(signal.ITIMER_REAL, max(self.deadline - time.perf_counter(), 1.0e-3))
         return self

@@ -18,6 +18,7 @@ from scipy.sparse import csr_matrix, identity, kron
 
 from solver.added_springs import add_springs
 from solver.attached import updated
+from solver.compiled_form import compiled_form
 from solver.elasticity import ElasticForms
 from solver.errors import UserError
 from solver.iterative_factor import IterativeFactor
@@ -294,7 +295,7 @@ def mass_matrix(consistent: PETSc.Mat, lumped: bool, extrapolation: PETSc.Mat | 
 
 
 def _assemble(form: Any) -> PETSc.Mat:
-    matrix = fem_petsc.assemble_matrix(fem.form(form))
+    matrix = fem_petsc.assemble_matrix(compiled_form(form))
     matrix.assemble()
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     return matrix

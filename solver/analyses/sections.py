@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 import ufl
-from dolfinx import fem
 from dolfinx.fem import petsc as fem_petsc
 
+from solver.compiled_form import compiled_form
 from solver.model import Model
 from solver.operators import Array
 
@@ -112,7 +112,7 @@ class Sections:
         """Return masses of the nodes: the diagonal of the consistent mass matrix, scaled to the mass of the beam."""
         beam, space = self._model.case.beam, self._model.space
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-        matrix: Any = fem_petsc.assemble_matrix(fem.form(ufl.inner(u, v) * ufl.dx))
+        matrix: Any = fem_petsc.assemble_matrix(compiled_form(ufl.inner(u, v) * ufl.dx))
         matrix.assemble()
         diagonal = np.array(matrix.getDiagonal().array_r)[: owned * self._components : self._components]
         matrix.destroy()

@@ -1,0 +1,46 @@
+"""Ctrl-C while the command loads its libraries: nothing is there to keep, and some of them abort on an exception."""
+
+from __future__ import annotations
+
+import multiprocessing
+import os
+import signal
+import sys
+from pathlib import Path
+from types import FrameType
+
+INTERRUPTED = 130
+
+
+def leave_quietly_while_loading() -> None:
+    """Let SIGINT end the command at once while it imports something; elsewhere it raises KeyboardInterrupt as before.
+
+    Processes other than the command `gapbeam` keep their handler, so Python sessions and workers of studies.
+    """
+    if _is_the_command() and signal.getsignal(signal.SIGINT) == signal.default_int_handler:
+        signal.signal(signal.SIGINT, _hear)
+
+
+def _is_the_command() -> bool:
+    """Return whether this process was started as `gapbeam` or `python -m gapbeam`, and not by one that was."""
+    called = Path(sys.argv[0]).name if sys.argv else ""
+    if called == "-m":
+        words = sys.orig_argv
+        called = words[words.index("-m") + 1] if "-m" in words[:-1] else ""
+    return called == "gapbeam" and multiprocessing.parent_process() is None
+
+
+def _hear(number: int, frame: FrameType | None) -> None:
+    if _imports(frame):
+        os.write(2, b"gapbeam: interrupted\n")
+        os._exit(INTERRUPTED)
+    signal.default_int_handler(number, frame)
+
+
+def _imports(frame: FrameType | None) -> bool:
+    """Return whether an import is under way."""
+    while frame is not None:
+        if frame.f_globals.get("__name__") == "importlib._bootstrap":
+            return True
+        frame = frame.f_back
+    return False

@@ -79,7 +79,6 @@ def test_ranks_end_without_mpirun(tmp_path: Path) -> None:
             for path in filter(Path.exists, left):
                 os.kill(int(path.name), signal.SIGKILL)
     assert interrupted(folder) == 143
-    assert "what started the ranks is gone" in (folder / "run.log").read_text(encoding="utf-8")
 
 
 def on_terminal(slave: int) -> None:

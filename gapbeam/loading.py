@@ -10,6 +10,7 @@ from pathlib import Path
 from types import FrameType
 
 INTERRUPTED = 130
+IMPORTING = ("importlib._bootstrap", "_frozen_importlib")  # the latter until importlib itself is loaded
 
 
 def leave_quietly_while_loading() -> None:
@@ -40,7 +41,7 @@ def _hear(number: int, frame: FrameType | None) -> None:
 def _imports(frame: FrameType | None) -> bool:
     """Return whether an import is under way."""
     while frame is not None:
-        if frame.f_globals.get("__name__") == "importlib._bootstrap":
+        if frame.f_globals.get("__name__") in IMPORTING:
             return True
         frame = frame.f_back
     return False

@@ -45,4 +45,5 @@ def _outliving(stream: Any) -> Any:
         encoding=stream.encoding,
         errors=stream.errors,
         line_buffering=stream.line_buffering,
+        write_through=stream.write_through,
     )

@@ -49,7 +49,6 @@ def compiled_form(form: Any) -> fem.Form:
     except Exception as error:  # tried again below, and told by all ranks
         LOG.debug("a form was not compiled: %s", error)
     node.Free()
-    comm.Barrier()
     return fem.form(form, jit_options=options)
 
 

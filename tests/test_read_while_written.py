@@ -27,7 +27,7 @@ from tests.processes import appears, beside, ended, often
 pytestmark = alone
 BRIEF = (*RATTLE, "time.end=0.012", "output.fields_interval=2e-3")
 LOOKS = 5  # before the run may end
-KEYS = (*RATTLE, "time.end=0.15", "output.fields_interval=2e-3", "output.checkpoint_interval=0.05")
+KEYS = (*RATTLE, "time.end=0.08", "output.fields_interval=2e-3", "output.checkpoint_interval=0.05")
 
 
 def run_that_waits(folder: Path, what: str, *keys: str) -> Callable[[], int]:
@@ -80,7 +80,7 @@ def test_reader_beside_a_run(tmp_path: Path) -> None:
         time.sleep(0.02)
     assert ended(process) == 0, told.read_text(encoding="utf-8")
     assert looks >= LOOKS
-    assert open_results(folder).history.sizes["time"] == 1501
+    assert open_results(folder).history.sizes["time"] == 801
 
 
 @pytest.fixture

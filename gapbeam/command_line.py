@@ -9,10 +9,12 @@ from __future__ import annotations
 
 import json
 import logging
+import platform
 import re
 import sys
 from collections.abc import Mapping
 from copy import copy
+from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -41,7 +43,6 @@ SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0}
 
 app = typer.Typer(
     name="gapbeam",
-    help="Dynamic contact of beams and tubes in supports with play.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -53,6 +54,33 @@ Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated"),
 ]
+
+
+def _tell_versions(wanted: bool) -> None:
+    """Print the versions of gapbeam and of what its results depend on, and leave."""
+    if not wanted:
+        return
+    if first_rank():
+        try:
+            from solver.output.summary import versions
+
+            told = versions()
+        except ImportError as lacking:
+            told = {"gapbeam": version("gapbeam"), "python": platform.python_version(), "lacking": str(lacking)}
+        print(*(f"{name} {harmless(number)}" for name, number in told.items()), sep="\n")
+    raise typer.Exit
+
+
+@app.callback()
+def versions_or_command(
+    _versions: Annotated[
+        bool,
+        typer.Option(
+            "--version", is_eager=True, callback=_tell_versions, help="tell the versions of gapbeam and of what it uses"
+        ),
+    ] = False,
+) -> None:
+    """Dynamic contact of beams and tubes in supports with play."""
 
 
 @app.command()

@@ -32,7 +32,7 @@ from gapbeam.paper.command import paper
 from gapbeam.ranks import abort_together, first_rank, on_one_rank
 from gapbeam.report import report
 from gapbeam.stability import stability
-from gapbeam.surroundings import REMARKS, is_somewhere, words_of_the_command
+from gapbeam.surroundings import REMARKS, is_somewhere, refuse_cramped, words_of_the_command
 from gapbeam.sweep import sweep
 from gapbeam.terminal import harmless
 from gapbeam.tradeoff import rung_for, tradeoff
@@ -198,6 +198,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 def _dispatch(arguments: list[str] | None, talks: bool) -> int:
     try:
         _refuse_empty(arguments or [])
+        refuse_cramped()
         return abort_together(lambda: app(arguments, standalone_mode=False) or 0)
     except click.exceptions.Exit as leaving:
         return int(leaving.exit_code)

@@ -6,6 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gapbeam.surroundings import refuse_cramped
+
 if TYPE_CHECKING:
     from postprocess.results import Results
     from solver.run import Outcome
@@ -36,10 +38,12 @@ def run(
     Raises:
         CaseError: The case file has faults; all of them are in the message.
         MeshError: The mesh file does not fit the case.
+        OutOfMemory: The limit of addresses of this process is too low to begin with.
         UserError: The folder holds results, or those of another case, or a point lies outside the mesh.
 
     Collective under mpirun.
     """
+    refuse_cramped()
     from mpi4py import MPI
 
     from gapbeam.launcher import end_with_launcher

@@ -9,9 +9,11 @@ from __future__ import annotations
 
 import json
 import logging
+import platform
 import re
 import sys
 from collections.abc import Mapping
+from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -31,7 +33,7 @@ from gapbeam.ranks import abort_together, first_rank, on_one_rank
 from gapbeam.report import report
 from gapbeam.screen import outlive_the_screen
 from gapbeam.stability import stability
-from gapbeam.surroundings import REMARKS, is_somewhere, words_of_the_command
+from gapbeam.surroundings import REMARKS, is_somewhere, refuse_cramped, words_of_the_command
 from gapbeam.sweep import sweep
 from gapbeam.terminal import harmless
 from gapbeam.tradeoff import rung_for, tradeoff
@@ -42,7 +44,6 @@ SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0}
 
 app = typer.Typer(
     name="gapbeam",
-    help="Dynamic contact of beams and tubes in supports with play.",
     no_args_is_help=True,
     add_completion=False,
     pretty_exceptions_enable=False,
@@ -54,6 +55,33 @@ Overrides = Annotated[
     list[str] | None,
     typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated"),
 ]
+
+
+def _tell_versions(wanted: bool) -> None:
+    """Print the versions of gapbeam and of what its results depend on, and leave."""
+    if not wanted:
+        return
+    if first_rank():
+        try:
+            from solver.output.summary import versions
+
+            told = versions()
+        except ImportError as lacking:
+            told = {"gapbeam": version("gapbeam"), "python": platform.python_version(), "lacking": str(lacking)}
+        print(*(f"{name} {harmless(number)}" for name, number in told.items()), sep="\n")
+    raise typer.Exit
+
+
+@app.callback()
+def versions_or_command(
+    _versions: Annotated[
+        bool,
+        typer.Option(
+            "--version", is_eager=True, callback=_tell_versions, help="tell the versions of gapbeam and of what it uses"
+        ),
+    ] = False,
+) -> None:
+    """Dynamic contact of beams and tubes in supports with play."""
 
 
 @app.command()
@@ -173,6 +201,7 @@ def main(arguments: list[str] | None = None) -> NoReturn:
 def _dispatch(arguments: list[str] | None, talks: bool) -> int:
     try:
         _refuse_empty(arguments or [])
+        refuse_cramped()
         return abort_together(lambda: app(arguments, standalone_mode=False) or 0)
     except click.exceptions.Exit as leaving:
         return int(leaving.exit_code)

@@ -194,7 +194,10 @@ def _check(page: Path, printed: Path, prints: bool, overwrite: bool) -> None:
     from gapbeam.stored_records import refuse_links
     from postprocess.errors import OptionError
     from solver.output.folder import check_folder
+    from solver.output.place import check_name
 
+    check_name(page)
+    check_name(printed.with_name(printed.name + ".part"))
     refuse_links(places=(page, printed, page.with_name(page.name + ".part")))
     if page.suffix.lower() not in (".html", ".htm"):
         raise OptionError(f"--output {page}: expected a file that ends in .html; its PDF stands beside it")

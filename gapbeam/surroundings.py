@@ -4,13 +4,21 @@ from __future__ import annotations
 
 import os
 import pwd
+import resource
 import stat
 import sys
 import tempfile
 from contextlib import suppress
 from pathlib import Path
 
+from solver.errors import OutOfMemory
+from solver.threads import threads_a_rank
+
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
+LEAST_SPACE = (
+    1.0e9  # bytes of addresses: what the libraries take before the first product of two matrices, and some more
+)
+SPACE_A_THREAD = 134.3e6  # bytes: what OpenBLAS takes then
 REMARKS: list[str] = []  # for the log, once there is one
 
 
@@ -47,6 +55,22 @@ def signals_by_default() -> None:
     options = os.environ.get("PETSC_OPTIONS", "")
     if "signal_handler" not in options:
         os.environ["PETSC_OPTIONS"] = f"{options} -no_signal_handler".strip()
+
+
+def refuse_cramped() -> None:
+    """Refuse a limit of addresses (RLIMIT_AS, `ulimit -v`) under which OpenBLAS would try for ever to get its buffer.
+
+    Raises:
+        OutOfMemory: There is such a limit.
+    """
+    limit = resource.getrlimit(resource.RLIMIT_AS)[0]
+    least = LEAST_SPACE + SPACE_A_THREAD * threads_a_rank()
+    if limit != resource.RLIM_INFINITY and limit < least:
+        raise OutOfMemory(
+            f"this process may use {limit / 1e9:.3g} GB of addresses (ulimit -v, RLIMIT_AS); expected at least "
+            f"{least / 1e9:.3g} GB on {threads_a_rank()} threads, or the libraries wait for memory without end; "
+            f"raise the limit, say ulimit -v {2 * round(least / 1e3)}, or take it away: ulimit -v unlimited"
+        )
 
 
 def words_of_the_command() -> list[str]:

@@ -31,7 +31,7 @@ STUDIES: dict[str, tuple[str | Path, ...]] = {
         ("x" * 5000, "is a name of 5000 bytes; expected at most 255"),
         ("ü" * 200, "is a name of 400 bytes"),
         ("/".join(["z" * 200] * 30), "is a path of "),
-        ("a\nb", r'"a\nb" has a character that names of folders should not have'),
+        ("a\nb", r'"a\nb" has a character that no name should have'),
         ("a\x1b]0;owned\x07b", r"a\x1b]0;owned\x07b"),
         ("a\x00b", r"\x00"),
         ("a\udcffb", r"\udcff"),

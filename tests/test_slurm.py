@@ -31,6 +31,20 @@ echo "$*" >>"$PLAY/queued"
 STATUS = """#!/usr/bin/env bash
 exit "$STATUS"
 """
+# Of two ranks one is killed, and the other waits for its messages, for ever where srun has not been told how long; a
+# second for each minute.
+KILLED = """#!/usr/bin/env bash
+waits=0
+while [[ $1 == --* ]]; do [[ $1 != --wait=* ]] || waits=${1#--wait=}; shift; done
+sleep 1000 &
+other=$!
+echo "$other" >"$PLAY/other"
+sh -c 'kill -9 $$' 2>/dev/null
+status=$?
+((waits == 0)) || { sleep $((waits / 60)); kill -9 "$other"; }
+wait "$other"
+exit "$status"
+"""
 # Slurm sends SIGUSR1 some time before the limit: here a moment after the march has begun.
 WARNED = """#!/usr/bin/env bash
 while [[ $1 == --* ]]; do shift; done
@@ -54,11 +68,13 @@ def program(folder: Path, name: str, text: str) -> None:
     (folder / name).chmod(0o755)
 
 
-def submitted(folder: Path, *words: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:
+def submitted(
+    folder: Path, *words: str | Path, longest: float = 240.0, **variables: str
+) -> subprocess.CompletedProcess[str]:
     """Start the job script with the programs of a folder in the place of Slurm's."""
     played = {**surroundings(), "PATH": f"{folder}:{os.environ['PATH']}", "PLAY": str(folder), "SLURM_JOB_ID": "42"}
     return subprocess.run(
-        [SCRIPT, *map(str, words)], env=played | variables, capture_output=True, text=True, timeout=240, check=False
+        [SCRIPT, *map(str, words)], env=played | variables, capture_output=True, text=True, timeout=longest, check=False
     )
 
 
@@ -100,6 +116,19 @@ def test_job_goes_on_only_where_time_ran_out(status: int, tmp_path: Path) -> Non
         last = submitted(tmp_path, "x", STATUS=str(status), SLURM_RESTART_COUNT="4", GAPBEAM_MOST_STARTS="5")
         assert "started 5 times and not done" in last.stderr
         assert not (tmp_path / "queued").exists()
+
+
+def test_job_ends_where_a_rank_is_killed(tmp_path: Path) -> None:
+    """The other ranks, which wait for the one that is gone, are ended; the job is not queued again, and says so."""
+    for name, text in (("srun", KILLED), ("scontrol", SCONTROL)):
+        program(tmp_path, name, text)
+    try:
+        done = submitted(tmp_path, "case.toml", longest=30.0)
+    finally:
+        subprocess.run(["kill", "-9", (tmp_path / "other").read_text().strip()], check=False, capture_output=True)
+    assert done.returncode == 137
+    assert "out of memory, or killed" in done.stderr
+    assert not (tmp_path / "queued").exists()
 
 
 def test_job_without_a_case_says_how(tmp_path: Path) -> None:

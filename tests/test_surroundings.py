@@ -6,6 +6,7 @@ import json
 import os
 import subprocess
 import sys
+from importlib.metadata import version
 from pathlib import Path
 
 import pytest
@@ -65,3 +66,31 @@ def test_folder_that_is_gone(tmp_path: Path) -> None:
     assert done.returncode == 2, done.stderr
     assert "is gone" in done.stderr
     assert "Traceback" not in done.stderr
+
+
+def test_limit_of_addresses(tmp_path: Path) -> None:
+    """Where OpenBLAS would try for ever to get its buffer: status 7 and a message, at once."""
+    words = [
+        "sh",
+        "-c",
+        'ulimit -v 900000 && exec "$@"',
+        "sh",
+        *GAPBEAM,
+        "run",
+        str(DEMO),
+        "--output",
+        str(tmp_path / "x"),
+    ]
+    done = subprocess.run(words, cwd=PROJECT, capture_output=True, text=True, check=False, timeout=60)
+    assert (done.returncode, done.stdout) == (7, ""), done.stderr
+    assert "this process may use 0.922 GB of addresses" in done.stderr
+    assert list(tmp_path.iterdir()) == []
+
+
+def test_versions() -> None:
+    """The command and what its results depend on, one a line; nothing else."""
+    done = subprocess.run([*GAPBEAM, "--version"], cwd=PROJECT, capture_output=True, text=True, check=False)
+    told = dict(line.split(" ", 1) for line in done.stdout.splitlines())
+    assert done.returncode == 0, done.stderr
+    assert set(told) == {"gapbeam", "python", "dolfinx", "petsc4py", "numpy", "gmsh", "mpi"}
+    assert told["gapbeam"] == version("gapbeam")

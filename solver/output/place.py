@@ -35,7 +35,7 @@ def check_place(folder: Path) -> None:
         UserError: Its name is too long, or has characters that no file should have; it lies where nothing stays; it or
             what it lies in is no folder, or cannot be written.
     """
-    _check_name(folder)
+    check_name(folder)
     _check_disk(folder)
     try:
         existing = next(path for path in (folder, *folder.absolute().parents) if os.path.lexists(path))
@@ -48,20 +48,25 @@ def check_place(folder: Path) -> None:
         raise UserError(f"{existing} cannot be written (permission denied or read-only); {REMEDY}")
 
 
-def _check_name(folder: Path) -> None:
-    for part in folder.parts:
+def check_name(place: Path) -> None:
+    """Refuse a file or folder by its name.
+
+    Raises:
+        UserError: It is too long, or has characters that no file should have.
+    """
+    for part in place.parts:
         found = next((one for one in part if unicodedata.category(one) in UNFIT), None)
         if found is not None:
             raise UserError(
-                f'"{_shown(part)}" has a character that names of folders should not have ({found!a}); expected '
+                f'"{_shown(part)}" has a character that no name should have ({found!a}); expected '
                 f"letters of UTF-8, without ends of lines and control characters; {REMEDY}"
             )
         _check_length(part, "name", LONGEST_NAME)
-    _check_length(str(folder.absolute()), "path", LONGEST_PATH)
-    if folder.parts and folder.parts[0] == "~" and not folder.exists():
+    _check_length(str(place.absolute()), "path", LONGEST_PATH)
+    if place.parts and place.parts[0] == "~" and not place.exists():
         raise UserError(
-            f"{folder}: the shell puts a home folder in the place of ~ only at the start of a word of its own, without "
-            f'quotes; write --output "$HOME{str(folder)[1:]}"'
+            f"{place}: the shell puts a home folder in the place of ~ only at the start of a word of its own, without "
+            f'quotes; write --output "$HOME{str(place)[1:]}"'
         )
 
 

@@ -619,6 +619,10 @@ def test_nesting_and_digits_beyond_reason_are_refused(tmp_path: Path) -> None:
 def test_thousands_of_faults_make_a_short_message(tmp_path: Path) -> None:
     text = GOOD + "".join(f"unknown_{number} = 1\n" for number in range(5000))
     assert len(str(CaseError("x", faults_of(written(tmp_path, text))))) < 50_000
+    long = {"mesh.file": "[[probe]]\n" * 100_000, f"{'a' * 100_000}.b": 1}
+    with pytest.raises(CaseError) as caught:
+        read_case(written(tmp_path), long)
+    assert len(str(caught.value)) < 10_000
 
 
 def test_a_case_error_travels_between_processes(tmp_path: Path) -> None:

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass
 
+LONGEST = 500  # characters of what was found
+
 Key = tuple[str | int, ...]
 """The way to a value in a case file: ("support", "clearance"), ("load", 1, "amplitude")."""
 
@@ -25,10 +27,16 @@ class Fault:
     where: str = ""
 
     def __str__(self) -> str:
-        lines = [self.where, f"  found:    {self.found}", f"  expected: {self.expected}"]
+        lines = [_short(self.where), f"  found:    {_short(self.found)}", f"  expected: {self.expected}"]
         if self.hint:
             lines.append(f"  try:      {self.hint}")
         return "\n".join(lines)
+
+
+def _short(words: str) -> str:
+    """Return words of the user's in one line that can be read."""
+    line = words.replace("\n", "\\n")
+    return line if len(line) <= LONGEST else f"{line[:LONGEST]} ... ({len(line)} characters)"
 
 
 class CaseError(Exception):

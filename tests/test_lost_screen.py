@@ -26,7 +26,9 @@ PIDS = """
 import os, sys
 from pathlib import Path
 from mpi4py import MPI
-Path(sys.argv.pop(1), str(MPI.COMM_WORLD.rank)).write_text(str(os.getpid()))
+folder, rank = Path(sys.argv.pop(1)), MPI.COMM_WORLD.rank
+(folder / str(rank)).write_text(str(os.getpid()))
+os.dup2(os.open(folder / f"said-{rank}", os.O_WRONLY | os.O_CREAT), 2)
 from gapbeam.command_line import main
 main()
 """
@@ -64,7 +66,7 @@ def interrupted(folder: Path) -> int:
 
 
 def test_ranks_end_without_mpirun(tmp_path: Path) -> None:
-    """Kill -9 of mpirun: its ranks write a checkpoint and go; they would run on for ever."""
+    """Kill -9 of mpirun: its ranks go, with a checkpoint unless Open MPI is quicker; they would run on for ever."""
     folder, pids = tmp_path / "out", tmp_path / "pids"
     pids.mkdir()
     command = (*ranks(2), sys.executable, "-c", PIDS, pids, "run", DEMO, *LONG, "--output", folder)
@@ -78,7 +80,11 @@ def test_ranks_end_without_mpirun(tmp_path: Path) -> None:
         finally:
             for path in filter(Path.exists, left):
                 os.kill(int(path.name), signal.SIGKILL)
-    assert interrupted(folder) == 143
+    if open_results(folder).summary["status"] == "running":  # Open MPI may miss its server first, and abort
+        assert any("PMIx" in path.read_text(encoding="utf-8") for path in pids.glob("said-*"))
+        assert open_results(folder).history.sizes["time"] > 0
+    else:
+        assert interrupted(folder) == 143
 
 
 def on_terminal(slave: int) -> None:

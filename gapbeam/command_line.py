@@ -13,7 +13,6 @@ import platform
 import re
 import sys
 from collections.abc import Mapping
-from copy import copy
 from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
@@ -243,17 +242,18 @@ def _log_to_terminal(talks: bool) -> None:
 def _terminal_handler() -> logging.Handler:
     """Return a handler with colors on a terminal, and whole lines where there is none; nothing commands that."""
     console = Console(stderr=True, highlight=False)
-    handler: logging.Handler = logging.StreamHandler()
     if console.is_terminal:
-        handler = RichHandler(console=console, show_path=False, show_time=False, markup=False)
+        handler: logging.Handler = RichHandler(console=console, show_path=False, show_time=False, markup=False)
+        handler.setFormatter(_Harmless("%(message)s"))
     else:
-        handler.setFormatter(logging.Formatter("%(levelname)-7s %(message)s"))
-    handler.addFilter(_written_out)
+        handler = logging.StreamHandler()
+        handler.setFormatter(_Harmless("%(levelname)-7s %(message)s"))
     return handler
 
 
-def _written_out(record: logging.LogRecord) -> logging.LogRecord:
-    """Return a copy of a record with a harmless message."""
-    shown = copy(record)
-    shown.msg, shown.args = harmless(record.getMessage()), ()
-    return shown
+class _Harmless(logging.Formatter):
+    """Lines whose control characters are written out."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        """Return the line of a record."""
+        return harmless(super().format(record))

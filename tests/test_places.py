@@ -123,3 +123,16 @@ def test_folder_of_a_study_goes_where_nothing_was_written(tmp_path: Path) -> Non
     with pytest.raises(UserError, match="holds links"), study_folder(tmp_path / "new"):
         pass
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["file", "link"]
+
+
+def test_own_case_is_not_replaced(tmp_path: Path) -> None:
+    """`gapbeam run case.toml --output . --overwrite` leaves the case as its author wrote it; that of a run may go."""
+    case = tmp_path / "case.toml"
+    case.write_bytes(DEMO.read_bytes())
+    brief = ("time.end=1e-3",)
+    with pytest.raises(UserError, match="was not written by a run"):
+        gapbeam.run(case, brief, tmp_path, overwrite=True)
+    assert case.read_bytes() == DEMO.read_bytes()
+    for _ in range(2):
+        assert gapbeam.run(DEMO, brief, tmp_path / "out", overwrite=True).exit_status == 0
+    assert gapbeam.run(tmp_path / "out" / "case.toml", (), tmp_path / "out", overwrite=True).exit_status == 0

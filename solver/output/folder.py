@@ -36,6 +36,26 @@ FOLDERS = {
 }
 
 
+AS_RUN = "# As it was run"  # how the case that a run leaves begins
+
+
+def refuse_to_replace_a_case(folder: Path) -> None:
+    """Refuse to overwrite a case file that no run has left: `gapbeam run case.toml --output . --overwrite`.
+
+    Raises:
+        UserError: There is one.
+    """
+    path = folder / records.CASE_FILE
+    with suppress(OSError):
+        with path.open("rb") as file:
+            begins = file.read(len(AS_RUN))
+        if begins and begins != AS_RUN.encode():
+            raise UserError(
+                f"{path} was not written by a run, and --overwrite would replace it; choose another --output, or give "
+                "that file another name"
+            )
+
+
 def check_folder(folder: Path, overwrite: bool) -> None:
     """Refuse a results folder that a run could not or should not write; changes nothing.
 

@@ -32,14 +32,7 @@ from solver.model import Model, build_model
 from solver.never_begun import left_behind, stopped_words
 from solver.out_of_memory import out_of_memory_told
 from solver.output import summary as summaries
-from solver.output.folder import (
-    AS_RUN,
-    check_folder,
-    clear,
-    prepare_folder,
-    refuse_to_replace_a_case,
-    write_beside,
-)
+from solver.output.folder import AS_RUN, check_folder, clear, prepare_folder, write_beside
 from solver.output.lock import locked
 from solver.output.log_file import log_file
 from solver.output.records import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
@@ -121,9 +114,7 @@ def _run_case(
     case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, set_up: SetUp
 ) -> Outcome:
     """Run a case; where it is interrupted before anything is in the folder, that is raised."""
-    on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume))
-    if overwrite:
-        on_rank_zero(comm, lambda: refuse_to_replace_a_case(folder))
+    on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume, overwrite))
     if resume:
         refuse_to_resume(case)
     with out_of_memory_told("the model was made"):

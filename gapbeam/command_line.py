@@ -248,7 +248,7 @@ def _terminal_handler() -> logging.Handler:
     console = Console(stderr=True, highlight=False)
     if console.is_terminal:
         handler: logging.Handler = RichHandler(console=console, show_path=False, show_time=False, markup=False)
-        handler.setFormatter(_Harmless())
+        handler.setFormatter(_Harmless("%(message)s"))
     else:
         handler = logging.StreamHandler()
         handler.setFormatter(_Harmless("%(levelname)-7s %(message)s"))
@@ -256,7 +256,7 @@ def _terminal_handler() -> logging.Handler:
 
 
 class _Harmless(logging.Formatter):
-    """Writes out what could command a terminal."""
+    """Lines whose control characters are written out."""
 
     def format(self, record: logging.LogRecord) -> str:
         """Return the line of a record."""

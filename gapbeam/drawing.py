@@ -53,7 +53,8 @@ def plot(
     inside = results / FOLDER
     if output is not None:
         check_place(output)
-    refuse_links(output or inside, places=() if output else (inside,))
+    with as_written(results):
+        refuse_links(output or inside, places=() if output else (inside,))
     chosen: dict[str, Any] = {"acceleration": acceleration, "sampling": sampling, "window": window}
     with as_written(results):
         paths = draw(
@@ -94,7 +95,8 @@ def render(
     inside = results / FOLDER
     if output is not None:
         check_place(output)
-    refuse_links(output or inside, places=() if output else (inside,))
+    with as_written(results):
+        refuse_links(output or inside, places=() if output else (inside,))
     factor, pixels = _scale(scale), _size(size)
     console = Console(stderr=True)
     console.quiet = not console.is_terminal  # else a disabled bar still leaves an empty line

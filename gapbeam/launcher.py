@@ -1,8 +1,8 @@
 """Ranks whose launcher is gone, mpirun killed by kill -9: nobody would ever end them, so they end themselves.
 
 mpirun that is told to end tells its ranks. One that is killed cannot: they would go on computing as orphans, in the way
-of a resumed run. So every rank looks at its parent, and takes its loss as a SIGTERM. Open MPI 5 sometimes misses its server
-first and aborts; then the last checkpoint is what is left.
+of a resumed run. So every rank looks at its parent, and takes its loss as a SIGTERM. Open MPI 5 sometimes misses its
+server first and aborts; then the last checkpoint is what is left.
 """
 
 from __future__ import annotations

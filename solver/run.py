@@ -32,7 +32,7 @@ from solver.model import Model, build_model
 from solver.never_begun import left_behind, stopped_words
 from solver.out_of_memory import out_of_memory_told
 from solver.output import summary as summaries
-from solver.output.folder import check_folder, clear, prepare_folder, write_beside
+from solver.output.folder import AS_RUN, check_folder, clear, prepare_folder, write_beside
 from solver.output.lock import locked
 from solver.output.log_file import log_file
 from solver.output.records import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
@@ -114,7 +114,7 @@ def _run_case(
     case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, set_up: SetUp
 ) -> Outcome:
     """Run a case; where it is interrupted before anything is in the folder, that is raised."""
-    on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume))
+    on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume, overwrite))
     if resume:
         refuse_to_resume(case)
     with out_of_memory_told("the model was made"):
@@ -309,4 +309,4 @@ def _forcing(case: Case) -> dict[str, float | None]:
 
 def _case_text(case: Case, used: dict[str, str]) -> str:
     made = ", ".join(f"{name} {version}" for name, version in used.items())
-    return f"# As it was run, with every default, by {made}.\n{case_to_toml(case)}"
+    return f"{AS_RUN}, with every default, by {made}.\n{case_to_toml(case)}"

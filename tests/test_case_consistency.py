@@ -101,6 +101,11 @@ CONTRADICTIONS = {
         'file = "beam.msh"',
         ["[mesh] file", "/beam.msh', where there is no file", "relative to the case file"],
     ),
+    "mesh file of 5000 letters": (
+        "degree = 2",
+        f'file = "{"x" * 5000}.msh"',
+        ["[mesh] file", "where there is no file", "relative to the case file"],
+    ),
     "mesh of another program": ("degree = 2", 'file = "beam.inp"', ["[mesh] file", ".msh"]),
     "force beyond the tip": (
         "point = 0.15",

@@ -636,3 +636,11 @@ def test_cases_do_not_change(tmp_path: Path) -> None:
     assert isinstance(case, Case)
     with pytest.raises(ValueError, match="frozen"):
         case.beam.length = 3.0  # type: ignore[misc]
+
+
+def test_files_of_the_kernel_are_bounded(tmp_path: Path) -> None:
+    """Files without a size are read up to the limit of case files, however much they hold."""
+    pages = tmp_path / "pages.toml"
+    pages.symlink_to("/proc/self/pagemap")
+    with pytest.raises(CaseError, match=r"1000001 bytes or more"):
+        read_case(pages)

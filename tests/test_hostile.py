@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+import logging
 import os
 import random
 import re
@@ -24,7 +25,7 @@ from benchmarks.fuzz.added import added
 from benchmarks.fuzz.mutations import spoil_bytes, spoil_json, spoil_text
 from benchmarks.fuzz.sandbox import Limits, attempt
 from benchmarks.table import Table
-from gapbeam.command_line import _dispatch
+from gapbeam.command_line import _dispatch, _terminal_handler
 from gapbeam.ladder.stored import stored_choice, study_key
 from gapbeam.stored_records import StoredPiece, StoredResponse, checked, refuse_links
 from gapbeam.sweeping.plan import Sweep, chains_of, point_file, prepare, read_points
@@ -297,6 +298,8 @@ def test_names_of_files_do_not_command_the_terminal(copy: Path) -> None:
     assert results.history["probe"].values.tolist() == ["\\x1b]0;owned\\x07", "tip"]
     assert results.title == "\\x1b[2J\\u202egone"
     assert harmless("a\x1b[2J\nb\tc") == "a\\x1b[2J\nb\tc"
+    line = logging.LogRecord("gapbeam", logging.INFO, "", 0, "results in %s", ("a\x1b[2J\u202eb",), None)
+    assert _terminal_handler().format(line) == "INFO    results in a\\x1b[2J\\u202eb"
 
 
 RESPONSE: dict[str, Any] = {

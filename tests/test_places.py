@@ -101,13 +101,15 @@ def test_studies_hold_their_folder(tmp_path: Path) -> None:
     """A folder that another run or study writes is refused, before anything is computed, and left as it is."""
     calls = [(command, *words, "--output", tmp_path / "held") for command, words in STUDIES.items()]
     with locked(tmp_path / "held"):
-        *held, unfit = called_in_turn(*calls, ("sweep", *STUDIES["sweep"], "--output", tmp_path / ("y" * 300)))
+        more = [("sweep", *STUDIES["sweep"], "--output", tmp_path / ("y" * 300)), ("plot", "x" * 300)]
+        *held, unfit, unknown = called_in_turn(*calls, *more)
         for done in held:
             assert (done.returncode, done.stdout) == (2, ""), done.stderr
             assert f"is being written by another run (process {os.getpid()}" in done.stderr
         assert [path.name for path in (tmp_path / "held").iterdir()] == ["run.lock"]
     assert (unfit.returncode, unfit.stdout) == (2, "")
     assert "is a name of 300 bytes" in unfit.stderr
+    assert (unknown.returncode, unknown.stdout, "Traceback" in unknown.stderr) == (2, "", False)
 
 
 def test_folder_of_a_study_goes_where_nothing_was_written(tmp_path: Path) -> None:
@@ -123,3 +125,16 @@ def test_folder_of_a_study_goes_where_nothing_was_written(tmp_path: Path) -> Non
     with pytest.raises(UserError, match="holds links"), study_folder(tmp_path / "new"):
         pass
     assert sorted(path.name for path in (tmp_path / "new").iterdir()) == ["file", "link"]
+
+
+def test_own_case_is_not_replaced(tmp_path: Path) -> None:
+    """`gapbeam run case.toml --output . --overwrite` leaves the case as its author wrote it; that of a run may go."""
+    case = tmp_path / "case.toml"
+    case.write_bytes(DEMO.read_bytes())
+    brief = ("time.end=1e-3",)
+    with pytest.raises(UserError, match="was not written by a run"):
+        gapbeam.run(case, brief, tmp_path, overwrite=True)
+    assert case.read_bytes() == DEMO.read_bytes()
+    for _ in range(2):
+        assert gapbeam.run(DEMO, brief, tmp_path / "out", overwrite=True).exit_status == 0
+    assert gapbeam.run(tmp_path / "out" / "case.toml", (), tmp_path / "out", overwrite=True).exit_status == 0

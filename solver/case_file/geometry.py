@@ -114,8 +114,8 @@ def mesh_file_says_it_all(mesh: Mesh) -> Iterator[Fault]:
     path = Path(mesh.file)
     if path.suffix != ".msh":
         yield Fault(key, f"{path}", expected, "gmsh writes .msh: gmsh -3 beam.geo -o beam.msh")
-    elif "\0" in mesh.file or not path.is_file():
-        here = path.name if "\0" not in mesh.file and Path(path.name).is_file() else ""
+    elif not _is_file(path):
+        here = path.name if _is_file(Path(path.name)) else ""
         hint = f"{Path(here).absolute()} is a file: give that path" if here else ""
         yield Fault(key, f"{mesh.file!r:.200}, where there is no file", expected, hint)
     idle = ("size", "support_size", "edge_size", "cell", "cells_through_thickness", "cells_across_width")
@@ -128,3 +128,11 @@ def mesh_file_says_it_all(mesh: Mesh) -> Iterator[Fault]:
                 f"remove {name}, or file",
                 (key,),
             )
+
+
+def _is_file(path: Path) -> bool:
+    """Return whether there is a file, also of names that are too long, or hold NUL, and in folders that are closed."""
+    try:
+        return path.is_file()
+    except (OSError, ValueError):
+        return False

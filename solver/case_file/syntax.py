@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import re
 import tomllib
 from pathlib import Path
@@ -84,11 +85,16 @@ def read_text(path: Path) -> str:
         if not path.is_file():
             raise _unreadable(path, "a device or pipe", "the path of a case file")
         size = path.stat().st_size
-        if size > LARGEST:
+        # the kernel's files have no size, and some of them wait for something to say
+        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+            content = file.read(LARGEST + 1) or b""
+        if max(size, len(content)) > LARGEST:
             raise _unreadable(
-                path, f"{size} bytes", f"a case file, of at most {LARGEST} bytes", "is it a mesh or a result?"
+                path,
+                f"{max(size, len(content))} bytes or more",
+                f"a case file, of at most {LARGEST} bytes",
+                "is it a mesh or a result?",
             )
-        content = path.read_bytes()
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or str(error)
         raise _unreadable(path, f"a file that cannot be read: {reason}", "a case file that may be read") from error

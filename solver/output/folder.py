@@ -36,20 +36,26 @@ FOLDERS = {
 }
 
 
-def check_folder(folder: Path, overwrite: bool) -> None:
+AS_RUN = "# As it was run"  # how the case that a run leaves begins
+
+
+def check_folder(folder: Path, overwrite: bool, replaces: bool = False) -> None:
     """Refuse a results folder that a run could not or should not write; changes nothing.
 
     Args:
         folder: Where results shall go.
-        overwrite: Whether the files of an earlier run may be removed.
+        overwrite: Whether the files of an earlier run may be there.
+        replaces: Whether they will be removed, its case among them.
 
     Raises:
-        UserError: The folder holds results, or links, pipes or the like in their place, is no place for them
-            (`check_place`), or another run writes it.
+        UserError: The folder holds results, or links, pipes or the like in their place, or a case of its author,
+            is no place for them (`check_place`), or another run writes it.
     """
     check_place(folder)
     refuse_other_things(folder, _places(folder), (folder / name for name in FOLDERS))
     refuse_if_held(folder)
+    if replaces:
+        _refuse_to_replace_a_case(folder)
     present = [name for name in FILES if (folder / name).exists()]
     present += [name for name in FOLDERS if any(_within(folder, name))]
     if present and not overwrite:
@@ -58,6 +64,23 @@ def check_folder(folder: Path, overwrite: bool) -> None:
             f"{folder} already holds results ({', '.join(present)}); "
             f"choose another --output, or pass --overwrite to replace them{resumes}"
         )
+
+
+def _refuse_to_replace_a_case(folder: Path) -> None:
+    """Refuse to overwrite a case file that no run has left: `gapbeam run case.toml --output . --overwrite`.
+
+    Raises:
+        UserError: There is one.
+    """
+    path = folder / records.CASE_FILE
+    with suppress(OSError):
+        with path.open("rb") as file:
+            begins = file.read(len(AS_RUN))
+        if begins and begins != AS_RUN.encode():
+            raise UserError(
+                f"{path} was not written by a run, and --overwrite would replace it; choose another --output, or give "
+                "that file another name"
+            )
 
 
 def prepare_folder(folder: Path) -> None:

@@ -8,19 +8,14 @@ from pathlib import Path
 
 from solver.errors import UserError
 
-SHARED = (
-    "GAPBEAM_SHARED"  # what a root file system of environment/run shows of the machine: folders, with colons between
-)
+SHARED = "GAPBEAM_SHARED"
+"""What a root file system of environment/run shows of the machine: folders, with colons between."""
 NO_DISKS = (Path("/proc"), Path("/sys"), Path("/dev"))
 BUT = Path("/dev/shm")
 LONGEST_NAME = 255  # bytes, of Linux
 LONGEST_PATH = 3800  # bytes: of 4096, as files and folders lie below
-UNFIT = {
-    "Cc",
-    "Cs",
-    "Zl",
-    "Zp",
-}  # kinds of characters: control, half of a pair (no UTF-8), ends of lines and paragraphs
+UNFIT = {"Cc", "Cs", "Zl", "Zp"}
+"""Kinds of characters: control, half of a pair (no UTF-8), ends of lines and of paragraphs."""
 SHOWN = 40  # letters of a long name
 REMEDY = "choose another --output"
 

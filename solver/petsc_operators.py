@@ -47,6 +47,7 @@ class PetscOperators:
 
     Attributes:
         solver: As given.
+        smooth: Smooth motions, where M and K are marched and factored.
 
     Raises:
         UserError: A lumped mass is not positive.
@@ -94,7 +95,7 @@ class PetscOperators:
         self._components_out = self._component_mass.matMult(self._components_in)
         self._vector_in, self._vector_out = self._elastic.createVecs()
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
-        self._smooth = smooth_motions(space, self._elastic, self.sum) if marched and not solver.iterative else None
+        self.smooth = smooth_motions(space, self._elastic, self.sum) if marched and not solver.iterative else None
 
     def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
         """Return M and K, made for the caller. Collective."""
@@ -173,9 +174,9 @@ class PetscOperators:
         if self.solver.iterative and stiffness != 0.0:
             return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added)
         factor = self._factored(effective, "gapbeam_effective_")
-        if self._smooth is not None and mass != 0.0 and stiffness != 0.0 and springs is None:
-            images = [self._image(mass, stiffness, place) for place in range(self._smooth.shapes.shape[1])]
-            factor = CorrectedFactor.of(factor, self._smooth, np.stack(images, axis=1))
+        if self.smooth is not None and mass != 0.0 and stiffness != 0.0 and springs is None:
+            images = [self._image(mass, stiffness, place) for place in range(self.smooth.shapes.shape[1])]
+            factor = CorrectedFactor.of(factor, self.smooth, np.stack(images, axis=1))
         return updated(factor, self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
@@ -224,15 +225,15 @@ class PetscOperators:
 
     def _elastic_force(self, x: Array) -> Array:
         """Return what elasticity adds to K x; of rigid motions it does not feel, products would make round-off."""
-        if self._smooth is not None:
-            return self._smooth.product(lambda rest: self._product(self._elastic, rest), x)
+        if self.smooth is not None:
+            return self.smooth.product(lambda rest: self._product(self._elastic, rest), x)
         return self._product(self._elastic, x - self._rigid @ self.sum(self._rigid.T @ x))
 
     def _image(self, mass: float, stiffness: float, place: int) -> Array:
         """Return what mass M + stiffness K makes of one of the smooth motions. Collective."""
-        assert self._smooth is not None
-        shape = np.ascontiguousarray(self._smooth.shapes[:, place])
-        elastic = self._smooth.images[:, place] + self._product(self._restraint, shape)
+        assert self.smooth is not None
+        shape = np.ascontiguousarray(self.smooth.shapes[:, place])
+        elastic = self.smooth.images[:, place] + self._product(self._restraint, shape)
         return np.asarray(mass * self.apply_mass(shape) + stiffness * elastic)
 
     def _whole_stiffness(self) -> PETSc.Mat:

@@ -28,8 +28,9 @@ from scipy.sparse import csr_matrix
 
 from solver.operators import Array, Indices
 
-BENDING, AXIAL, TWIST = 16, 4, 4  # polynomials of each kind: bending to some kHz for a beam of half a metre
+BENDING, AXIAL, TWIST = 16, 4, 4  # polynomials of each kind
 STRETCHES = 64  # along the beam
+DEPENDENT = 1.0e-3  # squared: what the nodes of a coarse mesh cannot tell from the motions before
 
 Sum = Callable[[Array], Array]
 
@@ -67,14 +68,31 @@ def smooth_motions(space: Any, stiffness: PETSc.Mat, total: Sum) -> SmoothMotion
     block, owned = space.dofmap.index_map_bs, space.dofmap.index_map.size_local
     places = np.ascontiguousarray(space.tabulate_dof_coordinates()[:owned, :block])
     frame = _Frame.of(places, total)
-    scale = np.eye(frame.shapes(places[:1]).shape[1])
-    for _ in range(2):  # twice is enough (Cholesky-QR)
-        shapes = frame.shapes(places) @ scale
-        factor = np.linalg.cholesky(total(shapes.T @ shapes))
-        scale = solve_triangular(factor, scale.T, lower=True).T
-    shapes = frame.shapes(places) @ scale
-    images = _images(stiffness, places, frame, scale)
-    return SmoothMotions(shapes, images, total)
+    shapes = raw = frame.shapes(places)
+    scale = np.eye(raw.shape[1])
+    for _ in range(3):
+        scale = scale @ space.mesh.comm.bcast(_orthonormal(total(shapes.T @ shapes)))
+        shapes = raw @ scale
+    return SmoothMotions(shapes, _images(stiffness, places, shapes), total)
+
+
+def _orthonormal(products: Array) -> Array:
+    """Return the combinations, (k, r), of vectors with these scalar products, (k, k), that are orthonormal.
+
+    One after the other; those that depend on the ones before are left out: what cancels would have few digits.
+    """
+    lengths = np.sqrt(np.maximum(np.diagonal(products), np.finfo(float).tiny))
+    cosines, kept = products / np.outer(lengths, lengths), np.empty(0, dtype=np.int64)
+    factor = np.empty((0, 0))
+    for one in range(len(cosines)):
+        along = solve_triangular(factor, cosines[kept, one], lower=True) if len(kept) else np.empty(0)
+        rest = cosines[one, one] - along @ along
+        if rest > DEPENDENT:
+            kept = np.append(kept, one)
+            factor = np.block([[factor, np.zeros((len(factor), 1))], [along, np.sqrt(rest)]])
+    combinations = np.zeros((len(cosines), len(kept)))
+    combinations[kept] = solve_triangular(factor, np.eye(len(kept)), lower=True).T
+    return np.asarray(combinations / lengths[:, None])
 
 
 @dataclass(frozen=True)
@@ -112,23 +130,25 @@ class _Frame:
         return np.ascontiguousarray(np.concatenate(kinds).reshape(-1, count * block).T)
 
 
-def _images(stiffness: PETSc.Mat, places: Array, frame: _Frame, scale: Array) -> Array:
+def _images(stiffness: PETSc.Mat, places: Array, shapes: Array) -> Array:
     """Return K Z, (n, k). Collective."""
     block = places.shape[1]
-    rows, around = _rows_with_places(stiffness, places)
-    images = np.zeros((len(places) * block, len(scale)))
-    stretch = np.floor((places[:, 0] - frame.center[0]) / frame.half * (STRETCHES / 2)).astype(np.int64)
+    rows, needed = _rows(stiffness)
+    around = _elsewhere(stiffness, np.column_stack([places.reshape(-1), shapes]), needed)
+    images = np.zeros_like(shapes)
+    first, length = places[:, 0].min(initial=np.inf), np.ptp(places[:, 0]) if len(places) else 1.0
+    stretch = np.floor((places[:, 0] - first) / max(length, np.finfo(float).tiny) * STRETCHES)
     for one in np.unique(stretch):
-        nodes = np.flatnonzero(stretch == one)
-        dofs = (nodes[:, None] * block + np.arange(block)).reshape(-1)
+        dofs = _dofs(np.flatnonzero(stretch == one), block)
         part = rows[dofs]
-        near = np.unique(part.indices // block)
-        columns = (near[:, None] * block + np.arange(block)).reshape(-1)
-        place = np.empty(rows.shape[1], dtype=np.int64)
-        place[columns] = np.arange(len(columns))
-        here = csr_matrix((part.data, place[part.indices], part.indptr), (len(dofs), len(columns)))
-        images[dofs] = here @ _deformed(frame.shapes(around[near]) @ scale, around[near])
+        columns = _dofs(np.unique(part.indices // block), block)
+        part = part[:, columns]
+        images[dofs] = part @ _deformed(around[columns, 1:], around[columns, 0].reshape(-1, block))
     return images
+
+
+def _dofs(nodes: Indices, block: int) -> Indices:
+    return np.asarray((nodes[:, None] * block + np.arange(block)).reshape(-1))
 
 
 def _deformed(moved: Array, places: Array) -> Array:
@@ -148,21 +168,27 @@ def _deformed(moved: Array, places: Array) -> Array:
     return np.asarray(rest - turning @ np.linalg.lstsq(turning, rest)[0])
 
 
-def _rows_with_places(stiffness: PETSc.Mat, places: Array) -> tuple[csr_matrix, Array]:
-    """Return the rows of this rank, with numbers of their own for the columns, and the places of these. Collective."""
-    block = places.shape[1]
+def _rows(stiffness: PETSc.Mat) -> tuple[csr_matrix, Indices]:
+    """Return the rows of this rank without the columns of nodes that it does not need, and the numbers of the others."""
     starts, columns, values = stiffness.getValuesCSR()
-    used = np.zeros(stiffness.getSize()[1] // block, dtype=bool)
+    block, count = stiffness.getBlockSize(), stiffness.getSize()[1]
+    used = np.zeros(count // block, dtype=bool)
     used[columns // block] = True
-    near = np.flatnonzero(used)
-    number: Indices = np.empty(len(used), dtype=np.int64)
-    number[near] = np.arange(len(near))
-    rows = csr_matrix((values, number[columns // block] * block + columns % block, starts), (len(starts) - 1, len(near) * block))
+    needed = _dofs(np.flatnonzero(used), block)
+    number = np.empty(count, dtype=PETSc.IntType)
+    number[needed] = np.arange(len(needed))
+    return csr_matrix((values, number[columns], starts), (len(starts) - 1, len(needed))), needed
+
+
+def _elsewhere(stiffness: PETSc.Mat, vectors: Array, needed: Indices) -> Array:
+    """Return rows of distributed vectors (n, k) by their numbers over all ranks, bit by bit. Collective."""
     whole = stiffness.createVecRight()
-    whole.array[:] = places.reshape(-1)
-    wanted = (near[:, None] * block + np.arange(block)).reshape(-1).astype(PETSc.IntType)
-    found = PETSc.Vec().createSeq(len(wanted), comm=PETSc.COMM_SELF)
-    wanted_set = PETSc.IS().createGeneral(wanted, comm=PETSc.COMM_SELF)
-    scatter = PETSc.Scatter().create(whole, wanted_set, found, None)
-    scatter.scatter(whole, found)
-    return rows, np.array(found.array_r).reshape(-1, block)
+    wanted = PETSc.IS().createGeneral(needed.astype(PETSc.IntType), comm=PETSc.COMM_SELF)
+    found = PETSc.Vec().createSeq(len(needed), comm=PETSc.COMM_SELF)
+    scatter = PETSc.Scatter().create(whole, wanted, found, None)
+    result = np.empty((len(needed), vectors.shape[1]))
+    for place in range(vectors.shape[1]):
+        whole.array[:] = vectors[:, place]
+        scatter.scatter(whole, found)
+        result[:, place] = found.array_r
+    return result

@@ -1,8 +1,8 @@
 """A factor whose solves are exact for smooth motions, which round-off of the factor would disturb the most.
 
-Entries of A = c_m M + c_k K are those of c_k K but for some digits, and so are those of its factor. Motions that K hardly
-feels have only M to hold them: a solution is off by round-off over what is left of c_m M. With Z and K Z known to
-all digits (`solver.smooth_motions`), what smooth motions still lack is found among them,
+Entries of A = c_m M + c_k K are those of c_k K but for some digits, and so are those of its factor. What K hardly feels
+has only c_m M to hold it, in the last digits. With Z and K Z known to more of them (`solver.smooth_motions`), what
+smooth motions still lack is found among them,
 
     x' = x + Z (Z^T A Z)^-1 (Z^T b - (A Z)^T x),
 
@@ -45,7 +45,7 @@ class CorrectedFactor:
     def of(cls, factor: Factor, motions: SmoothMotions, images: Array) -> CorrectedFactor:
         """Return the corrected factor from A Z, (n, k). Collective."""
         energies = motions.total(motions.shapes.T @ images)
-        return cls(factor, motions, images, np.linalg.cholesky(0.5 * (energies + energies.T)))
+        return cls(factor, motions, images, np.asarray(np.linalg.cholesky(0.5 * (energies + energies.T)), dtype=float))
 
     def keeps(self, columns: int) -> bool:
         """Return whether so many columns A^-1 E X may be kept in memory."""

@@ -30,6 +30,7 @@ from solver.sliced_factor import factor_on_ranks, not_factored
 from solver.smooth_motions import smooth_motions
 
 SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
+FAST = 1.0e7  # c_k K over c_m M, largest entries: beyond, steps are so long that a free flight would cancel in contact
 
 
 class PetscOperators:
@@ -95,6 +96,8 @@ class PetscOperators:
         self._components_out = self._component_mass.matMult(self._components_in)
         self._vector_in, self._vector_out = self._elastic.createVecs()
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
+        stiffest = self._comm.allreduce(float(np.max(self._stiffness_diagonal, initial=0.0)), op=MPI.MAX)
+        self._fastest = stiffest / self._component_mass.getDiagonal().max()[1]
         self.smooth = smooth_motions(space, self._elastic, self.sum) if marched and not solver.iterative else None
 
     def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
@@ -174,7 +177,7 @@ class PetscOperators:
         if self.solver.iterative and stiffness != 0.0:
             return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added)
         factor = self._factored(effective, "gapbeam_effective_")
-        if self.smooth is not None and mass != 0.0 and stiffness != 0.0 and springs is None:
+        if self.smooth is not None and springs is None and 0.0 < stiffness * self._fastest < FAST * mass:
             images = [self._image(mass, stiffness, place) for place in range(self.smooth.shapes.shape[1])]
             factor = CorrectedFactor.of(factor, self.smooth, np.stack(images, axis=1))
         return updated(factor, self, added)

@@ -10,8 +10,8 @@ the nodes of a short stretch of the beam do beside moving together,
 
     (K z)_i = sum_j K_ij (z_j - r_j),    r the rigid motion of the stretch that node i lies in,
 
-and K x = K (x - Z a) + (K Z) a with a = Z^T x. Neither depends on the order in which K was assembled, but for round-off
-of strains.
+and with a = Z^T x and P = 1 - Z Z^T, K x = P K P x + (K Z) a + Z (K Z)^T P x. Neither depends on the order in which
+K was assembled, but for round-off of strains; rigid motions do nothing at all.
 """
 
 from __future__ import annotations
@@ -52,7 +52,10 @@ class SmoothMotions:
     def product(self, stiffness: Callable[[Array], Array], x: Array) -> Array:
         """Return K x, (n,), with a product for the rest of x. Collective."""
         shares = self.total(self.shapes.T @ x)
-        return np.asarray(stiffness(x - self.shapes @ shares) + self.images @ shares)
+        rest = x - self.shapes @ shares
+        force = stiffness(rest)
+        force += self.shapes @ self.total(self.images.T @ rest - self.shapes.T @ force)
+        return np.asarray(force + self.images @ shares)
 
 
 def smooth_motions(space: Any, stiffness: PETSc.Mat, total: Sum) -> SmoothMotions:
@@ -73,7 +76,11 @@ def smooth_motions(space: Any, stiffness: PETSc.Mat, total: Sum) -> SmoothMotion
     for _ in range(3):
         scale = scale @ space.mesh.comm.bcast(_orthonormal(total(shapes.T @ shapes)))
         shapes = raw @ scale
-    return SmoothMotions(shapes, _images(stiffness, places, shapes), total)
+    images = _images(stiffness, places, shapes)
+    rigid = shapes[:, : 3 * block - 3]
+    images[:, : rigid.shape[1]] = 0.0
+    images -= rigid @ total(rigid.T @ images)
+    return SmoothMotions(shapes, images, total)
 
 
 def _orthonormal(products: Array) -> Array:
@@ -82,13 +89,14 @@ def _orthonormal(products: Array) -> Array:
     One after the other; those that depend on the ones before are left out: what cancels would have few digits.
     """
     lengths = np.sqrt(np.maximum(np.diagonal(products), np.finfo(float).tiny))
-    cosines, kept = products / np.outer(lengths, lengths), np.empty(0, dtype=np.int64)
+    cosines = products / np.outer(lengths, lengths)
+    kept: list[int] = []
     factor = np.empty((0, 0))
     for one in range(len(cosines)):
-        along = solve_triangular(factor, cosines[kept, one], lower=True) if len(kept) else np.empty(0)
+        along = solve_triangular(factor, cosines[kept, one], lower=True) if kept else np.empty(0)
         rest = cosines[one, one] - along @ along
         if rest > DEPENDENT:
-            kept = np.append(kept, one)
+            kept.append(one)
             factor = np.block([[factor, np.zeros((len(factor), 1))], [along, np.sqrt(rest)]])
     combinations = np.zeros((len(cosines), len(kept)))
     combinations[kept] = solve_triangular(factor, np.eye(len(kept)), lower=True).T
@@ -110,24 +118,27 @@ class _Frame:
         return cls(center, float(np.sqrt(3.0 * spread)))
 
     def shapes(self, places: Array) -> Array:
-        """Return all motions at some places (m, d), node by node, (m d, k)."""
+        """Return all motions at some places (m, d), node by node, (m d, k); rigid ones first."""
         block = places.shape[1]
         along, *across = (places - self.center).T
         along = along / self.half
         waves, count = np.eye(max(BENDING, AXIAL, TWIST)), len(places)
         values, slopes = legval(along, waves), legval(along, legder(waves)) / self.half
-        bending = np.zeros((block - 1, BENDING, count, block))
+        kinds = []
         for axis in range(1, block):
-            bending[axis - 1, ..., axis] = values[:BENDING]
-            bending[axis - 1, ..., 0] = -across[axis - 1] * slopes[:BENDING]
+            bending = np.zeros((BENDING, count, block))
+            bending[..., axis], bending[..., 0] = values[:BENDING], -across[axis - 1] * slopes[:BENDING]
+            kinds.append(bending)
         axial = np.zeros((AXIAL, count, block))
         axial[..., 0] = values[:AXIAL]
-        kinds = [*bending, axial]
+        kinds.append(axial)
         if block == 3:
             twist = np.zeros((TWIST, count, block))
             twist[..., 1], twist[..., 2] = -across[1] * values[:TWIST], across[0] * values[:TWIST]
             kinds.append(twist)
-        return np.ascontiguousarray(np.concatenate(kinds).reshape(-1, count * block).T)
+        rigid = [*(bending[:2] for bending in kinds[: block - 1]), *(other[:1] for other in kinds[block - 1 :])]
+        others = [*(bending[2:] for bending in kinds[: block - 1]), *(other[1:] for other in kinds[block - 1 :])]
+        return np.ascontiguousarray(np.concatenate([*rigid, *others]).reshape(-1, count * block).T)
 
 
 def _images(stiffness: PETSc.Mat, places: Array, shapes: Array) -> Array:
@@ -169,7 +180,7 @@ def _deformed(moved: Array, places: Array) -> Array:
 
 
 def _rows(stiffness: PETSc.Mat) -> tuple[csr_matrix, Indices]:
-    """Return the rows of this rank without the columns of nodes that it does not need, and the numbers of the others."""
+    """Return the rows of this rank without columns of nodes that they do not know, and the numbers of the others."""
     starts, columns, values = stiffness.getValuesCSR()
     block, count = stiffness.getBlockSize(), stiffness.getSize()[1]
     used = np.zeros(count // block, dtype=bool)

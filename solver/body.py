@@ -22,6 +22,7 @@ from meshes.tagged import TaggedMesh
 from solver.case import Case
 from solver.case_file.solver_fits import factor_needed
 from solver.case_tables.contact import AugmentedLagrangian, NitscheMethod, Unilateral
+from solver.case_tables.model import FullModel
 from solver.case_tables.time import CentralDifference
 from solver.defaults import Default, contact_patch
 from solver.elasticity import elastic_forms, lame
@@ -167,7 +168,8 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     moved = None
     if case.contact.mass == "redistributed":
         moved = extrapolation(space, np.concatenate(list(meshed.faces.values())), explicit)
-    operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed))
+    marched = isinstance(case.model, FullModel) and not explicit
+    operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed), marched)
     contact, patch = gathered(case, contact)
     body = Body(
         case,

@@ -19,6 +19,7 @@ from scipy.sparse import csr_matrix, identity, kron
 from solver.added_springs import add_springs
 from solver.attached import updated
 from solver.compiled_form import compiled_form
+from solver.corrected_factor import CorrectedFactor
 from solver.elasticity import ElasticForms
 from solver.errors import UserError
 from solver.iterative_factor import IterativeFactor
@@ -27,8 +28,10 @@ from solver.operators import Array, Factor, Interface, RankOnes, Springs
 from solver.product_matrix import as_matrix
 from solver.rigid_motions import rigid_motions
 from solver.sliced_factor import factor_on_ranks, not_factored
+from solver.smooth_motions import smooth_motions
 
 SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
+FAST = 1.0e7  # c_k K over c_m M, largest entries: beyond, steps are so long that a free flight would cancel in contact
 
 
 class PetscOperators:
@@ -41,9 +44,12 @@ class PetscOperators:
         lumped: Make M diagonal.
         extrapolation: E, which moves mass from the contact nodes into the body (`solver.mass_redistribution`).
         solver: How effective operators are solved with.
+        marched: Whether a march takes its steps with M and K themselves: smooth motions are then exact beyond round-off
+            of K, which would otherwise be different on another number of ranks.
 
     Attributes:
         solver: As given.
+        smooth: Smooth motions, where M and K are marched and factored.
 
     Raises:
         UserError: A lumped mass is not positive.
@@ -59,6 +65,7 @@ class PetscOperators:
         lumped: bool = False,
         extrapolation: PETSc.Mat | None = None,
         solver: LinearSolver = FACTORED,
+        marched: bool = False,
     ) -> None:
         self.solver = solver
         self._comm, self._space = space.mesh.comm, space
@@ -90,6 +97,9 @@ class PetscOperators:
         self._components_out = self._component_mass.matMult(self._components_in)
         self._vector_in, self._vector_out = self._elastic.createVecs()
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
+        stiffest = self._comm.allreduce(float(np.max(self._stiffness_diagonal, initial=0.0)), op=MPI.MAX)
+        self._fastest = stiffest / self._component_mass.getDiagonal().max()[1]
+        self.smooth = smooth_motions(space, self._elastic, self.sum) if marched and not solver.iterative else None
 
     def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
         """Return M and K, made for the caller. Collective."""
@@ -126,7 +136,7 @@ class PetscOperators:
 
     def apply_stiffness(self, x: Array) -> Array:
         """Return K x. Collective."""
-        return self._product(self._elastic, self._deformed(x)) + self._product(self._restraint, x)
+        return self._elastic_force(x) + self._product(self._restraint, x)
 
     def stiffness_round_off(self, x: Array) -> Array:
         """Return about how far the entries of K x are off by round-off."""
@@ -160,9 +170,13 @@ class PetscOperators:
             add_springs(effective, springs, self.sum)
         effective.setOption(PETSc.Mat.Option.SPD, True)
         if self.solver.iterative and stiffness != 0.0:
-            images = self._rigid_images(mass, stiffness, springs, added)
-            return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added, images)
-        return updated(self._factored(effective, "gapbeam_effective_"), self, added)
+            rigid = self._rigid_images(mass, stiffness, springs, added)
+            return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added, rigid)
+        factor = self._factored(effective, "gapbeam_effective_")
+        if self.smooth is not None and springs is None and 0.0 < stiffness * self._fastest < FAST * mass:
+            images = [self._image(mass, stiffness, place) for place in range(self.smooth.shapes.shape[1])]
+            factor = CorrectedFactor.of(factor, self.smooth, np.stack(images, axis=1))
+        return updated(factor, self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
         """Return what solves with a symmetric positive definite matrix on the body's DOFs.
@@ -238,9 +252,18 @@ class PetscOperators:
         self._comm.Bcast(total)
         return total
 
-    def _deformed(self, x: Array) -> Array:
-        """Return x without its rigid part, which elasticity does not feel: it would only bring round-off into K x."""
-        return np.asarray(x - self._rigid @ self.sum(self._rigid.T @ x))
+    def _elastic_force(self, x: Array) -> Array:
+        """Return what elasticity adds to K x; of rigid motions it does not feel, products would make round-off."""
+        if self.smooth is not None:
+            return self.smooth.product(lambda rest: self._product(self._elastic, rest), x)
+        return self._product(self._elastic, x - self._rigid @ self.sum(self._rigid.T @ x))
+
+    def _image(self, mass: float, stiffness: float, place: int) -> Array:
+        """Return what mass M + stiffness K makes of one of the smooth motions. Collective."""
+        assert self.smooth is not None
+        shape = np.ascontiguousarray(self.smooth.shapes[:, place])
+        elastic = self.smooth.images[:, place] + self._product(self._restraint, shape)
+        return np.asarray(mass * self.apply_mass(shape) + stiffness * elastic)
 
     def _whole_stiffness(self) -> PETSc.Mat:
         stiffness = self._elastic.copy()

@@ -74,7 +74,7 @@ def test_a_factor_is_taken_as_long_as_it_fits(
 
 def test_needs_follow_the_measured_ones() -> None:
     # docs/scaling.md: peaks of whole processes with a factor, responses not kept
-    for dofs, measured in ((195_075, 3.50e9), (363_825, 6.45e9), (956_217, 18.35e9)):
+    for dofs, measured in ((195_075, 3.57e9), (363_825, 6.45e9), (956_217, 18.35e9)):
         needs = memory_needs(dofs, 3)
         assert needs.matrices + needs.factor == pytest.approx(measured, rel=0.05)
     # a march of 956 217 DOFs by iterations took 13.3 GB (docs/scaling.md)

@@ -21,6 +21,7 @@ from scipy.linalg import cho_solve
 from scipy.sparse import csr_matrix
 
 from solver.operators import Array, Factor, Interface
+from solver.petsc_factor import SOLVE_BLOCK
 from solver.smooth_motions import SmoothMotions
 
 
@@ -55,19 +56,23 @@ class CorrectedFactor:
         """Return A^-1 b, (n,). Collective."""
         solved = self.factor.solve(right_side)
         lacking = self.motions.shapes.T @ right_side - self.images.T @ solved
-        return np.asarray(solved + self._mended(lacking))
+        solved += self.motions.shapes @ self._shares(lacking)
+        return solved
 
     def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
         """Return A^-1 E X, (n, r), column-major. Collective."""
         solved = self.factor.solve_columns(interface, columns)
         here = np.asarray((columns[interface.slots].T @ self.motions.shapes[interface.owned]).T)
-        solved += self._mended(here - self.images.T @ solved)
+        shares = self._shares(here - self.images.T @ solved)
+        for begin in range(0, solved.shape[1], SOLVE_BLOCK):  # as all at once would take their memory again
+            part = slice(begin, begin + SOLVE_BLOCK)
+            solved[:, part] += self.motions.shapes @ shares[:, part]
         return solved
 
     def interface_block(self, interface: Interface) -> Array | None:
         """Return E^T A^-1 E as the factor has it, or None. Collective."""
         return self.factor.interface_block(interface)
 
-    def _mended(self, lacking: Array) -> Array:
-        shares = cho_solve((self.inner, True), self.motions.total(lacking), check_finite=False)
-        return np.asarray(self.motions.shapes @ shares)
+    def _shares(self, lacking: Array) -> Array:
+        """Return how much of each smooth motion is lacking, from what this rank lacks of their forces. Collective."""
+        return np.asarray(cho_solve((self.inner, True), self.motions.total(lacking), check_finite=False))

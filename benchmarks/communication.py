@@ -2,7 +2,8 @@
 
 The solid beam of cases/li2013.toml, shaken so hard that it rattles, on 1, 2 and 4 ranks. Messages and bytes are counted
 by MPI's profiling interface (benchmarks.messages), those of MUMPS among them. On more ranks than cores only the
-counts mean something.
+counts mean something. Up to some thousand unknowns between slices every rank has factors of its own; beyond, MUMPS
+solves on all ranks together. Both are counted.
 
     environment/run python3 -m benchmarks.communication
 """
@@ -21,6 +22,7 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+import solver.sliced_factor as sliced_factor
 from benchmarks.apart import told_by
 from benchmarks.marching import Seated, marched, seated
 from benchmarks.messages import counter, on_ranks
@@ -153,21 +155,22 @@ def busiest(told: Told, part: str, what: str) -> float:
     return max(float(rank[part][what]) for rank in told["parts"]) / every
 
 
-def counted(cells: int, ranks: int, counting: Path) -> Told:
+def counted(cells: int, ranks: int, counting: Path, together: bool) -> Told:
     """Return what `measure` tells in processes of its own."""
-    words = on_ranks(ranks, "-m", "benchmarks.communication", "--one", str(cells), counting=counting)
+    way = ("--together",) if together else ()
+    words = on_ranks(ranks, "-m", "benchmarks.communication", "--one", *way, str(cells), counting=counting)
     told: Told = told_by(words)
     return told
 
 
-def tables(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS) -> tuple[Table, Table]:
-    """Return the table of what parts send and take, and that of the wire."""
+def step_table(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS, together: bool = False) -> Table:
+    """Return the table of what parts send and take, with factors of the ranks or with MUMPS on all together."""
     rows: list[tuple[Cell, ...]] = []
     figures: dict[str, Cell] = {}
     with counter() as counting:
         for size in cells:
             for count in ranks:
-                told = counted(size, count, counting)
+                told = counted(size, count, counting, together)
                 dofs = sum(told["dofs"])
                 timed = count <= (os.cpu_count() or 1)
                 figures |= {f"{dofs}: {name}": told[name] for name in ("points", "interface")}
@@ -189,9 +192,9 @@ def tables(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS) -> tuple[
                             seconds(what["in_mpi"]) if timed else None,
                         )
                     )
-    step = Table(
-        "communication",
-        "What a step sends, part by part",
+    return Table(
+        "together" if together else "communication",
+        "What a step sends, part by part" + (", MUMPS on all ranks together" if together else ""),
         ("DOFs", "ranks", "part", "messages", "bytes", "collective", "bytes", "time", "in MPI"),
         tuple(rows),
         (
@@ -201,7 +204,6 @@ def tables(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS) -> tuple[
         ),
         figures,
     )
-    return step, wire_table()
 
 
 def wire_table() -> Table:
@@ -240,10 +242,12 @@ def kilobytes(amount: float) -> str:
 
 if __name__ == "__main__":
     if "--one" in sys.argv:
+        if "--together" in sys.argv:
+            sliced_factor.MOST_SEPARATORS = -1
         measure(int(sys.argv[-1]), MPI.COMM_WORLD)
     elif "--wire" in sys.argv:
         wire(MPI.COMM_WORLD)
     else:
         chosen = options(__doc__)
-        for one in tables():
+        for one in (step_table(), step_table(together=True), wire_table()):
             one.write(chosen.output)

@@ -5,7 +5,8 @@
 t(n) are powers of n between two measured sizes; s is the share of the solver's work that a second rank was measured
 not to shorten, and that more ranks may shorten or not: 0 at best. Messages and bytes follow the laws below from the
 smaller size on two ranks; what they take is computed from latency and bandwidth of a network. It reads the tables of
-benchmarks.scaling, communication and replicated:
+benchmarks.scaling, replicated and communication, of the latter with MUMPS on all ranks together: so many slices have
+too much between them for factors of their own.
 
     environment/run python3 -m benchmarks.many_ranks --output results/bench
 """
@@ -68,14 +69,14 @@ class Measured:
     def __init__(self, folder: Path) -> None:
         self._figures = {
             name: json.loads((folder / f"{name}.json").read_text(encoding="utf-8"))["figures"]
-            for name in ("scaling", "communication", "replicated")
+            for name in ("scaling", "together", "replicated")
         }
-        sizes = sorted({int(name.split(":")[0]) for name in self._figures["communication"] if ": points" in name})
+        sizes = sorted({int(name.split(":")[0]) for name in self._figures["together"] if ": points" in name})
         self.small, self.large = sizes[0], sizes[-1]
 
     def sent(self, dofs: int, ranks: int, part: str, what: str) -> float:
         """Return a figure of a part of a step."""
-        return float(self._figures["communication"][f"{dofs} on {ranks}: {part}: {what}"])
+        return float(self._figures["together"][f"{dofs} on {ranks}: {part}: {what}"])
 
     def step(self, part: str, dofs: float) -> float:
         """Return the time of a part of a step on one rank, s."""

@@ -170,12 +170,12 @@ class PetscOperators:
             add_springs(effective, springs, self.sum)
         effective.setOption(PETSc.Mat.Option.SPD, True)
         if self.solver.iterative and stiffness != 0.0:
-            rigid = self._rigid_images(mass, stiffness, springs, added)
+            rigid = self._images(mass, stiffness, self._rigid, None, springs, added)
             return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added, rigid)
         factor = self._factored(effective, "gapbeam_effective_")
         if self.smooth is not None and springs is None and 0.0 < stiffness * self._fastest < FAST * mass:
-            images = [self._image(mass, stiffness, place) for place in range(self.smooth.shapes.shape[1])]
-            factor = CorrectedFactor.of(factor, self.smooth, np.stack(images, axis=1))
+            images = self._images(mass, stiffness, self.smooth.shapes, self.smooth.images)
+            factor = CorrectedFactor.of(factor, self.smooth, images)
         return updated(factor, self, added)
 
     def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
@@ -204,7 +204,7 @@ class PetscOperators:
         shifted, tolerance = self._whole_stiffness(), self.solver.basis_tolerance
         shifted.axpy(shift, self._whole_mass(), self._mass_pattern)
         if self.solver.iterative:
-            return self._iterated(shifted, SHIFTED, tolerance, None, self._rigid_images(shift, 1.0))
+            return self._iterated(shifted, SHIFTED, tolerance, None, self._images(shift, 1.0, self._rigid, None))
         return self.solver_of(shifted, SHIFTED, tolerance)
 
     def shifted_solver(self, mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, tolerance: float) -> Factor:
@@ -222,13 +222,33 @@ class PetscOperators:
     ) -> IterativeFactor:
         return IterativeFactor(matrix, self._space, self._rigid, self, prefix, tolerance, added, images)
 
-    def _rigid_images(
-        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    def _images(
+        self,
+        mass: float,
+        stiffness: float,
+        motions: Array,
+        elastic: Array | None,
+        springs: Springs | None = None,
+        added: RankOnes | None = None,
     ) -> Array:
-        """Return (mass M + stiffness K + springs + added) R of the rigid motions R, with K R exact. Collective."""
-        images = np.empty_like(self._rigid)
-        for number, motion in enumerate(self._rigid.T):
-            image = mass * self.apply_mass(motion) + stiffness * self.apply_restraint(motion)
+        """Return (mass M + stiffness K + springs + added) of motions, (n, k), with known elastic forces.
+
+        Args:
+            mass: c_m.
+            stiffness: c_k.
+            motions: The motions, (n, k).
+            elastic: What elasticity makes of them, (n, k); None: it does not feel them.
+            springs: Springs.
+            added: What else.
+
+        Collective.
+        """
+        images = np.empty_like(motions)
+        for number, motion in enumerate(motions.T):
+            held = self.apply_restraint(motion)
+            image = mass * self.apply_mass(motion) + stiffness * (
+                held if elastic is None else elastic[:, number] + held
+            )
             if springs is not None:
                 springs.interface.add(image, springs.matrix @ springs.interface.trace(motion, self))
             if added is not None:
@@ -257,13 +277,6 @@ class PetscOperators:
         if self.smooth is not None:
             return self.smooth.product(lambda rest: self._product(self._elastic, rest), x)
         return self._product(self._elastic, x - self._rigid @ self.sum(self._rigid.T @ x))
-
-    def _image(self, mass: float, stiffness: float, place: int) -> Array:
-        """Return what mass M + stiffness K makes of one of the smooth motions. Collective."""
-        assert self.smooth is not None
-        shape = np.ascontiguousarray(self.smooth.shapes[:, place])
-        elastic = self.smooth.images[:, place] + self._product(self._restraint, shape)
-        return np.asarray(mass * self.apply_mass(shape) + stiffness * elastic)
 
     def _whole_stiffness(self) -> PETSc.Mat:
         stiffness = self._elastic.copy()

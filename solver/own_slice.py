@@ -115,7 +115,7 @@ def own_slices(inner: csr_matrix, coupling: csr_matrix, prefix: str) -> tuple[In
     if count > MOST_SLICES:
         piece = np.zeros_like(piece)
     order = np.argsort(piece, kind="stable")
-    ends = np.cumsum(np.bincount(piece, minlength=0))
+    ends = np.cumsum(np.bincount(piece))
     slices = []
     for begin, end in zip([0, *ends[:-1]], ends, strict=True):
         members = order[begin:end]

@@ -26,11 +26,7 @@ def block_product(size: int, count: int) -> Product:
     def product(starts: Indices, columns: Indices, values: Array, x: Array, y: Array) -> None:
         total = np.zeros((size, count), values.dtype)
         for row in range(len(starts) - 1):
-            total[:, :] = 0
-            if two:
-                _row_of_two(starts[row], starts[row + 1], columns, values, x, total, count)
-            else:
-                _row_of_three(starts[row], starts[row + 1], columns, values, x, total, count)
+            _sum_row(two, starts[row], starts[row + 1], columns, values, x, total, count)
             for i in range(size):
                 for column in range(count):
                     y[size * row + i, column] = total[i, column]
@@ -51,11 +47,7 @@ def block_residual(size: int, count: int) -> TakenAway:
     ) -> None:
         total = np.zeros((size, count), values.dtype)
         for row in range(len(starts) - 1):
-            total[:, :] = 0
-            if two:
-                _row_of_two(starts[row], starts[row + 1], columns, values, x, total, count)
-            else:
-                _row_of_three(starts[row], starts[row + 1], columns, values, x, total, count)
+            _sum_row(two, starts[row], starts[row + 1], columns, values, x, total, count)
             for i in range(size):
                 for column in range(count):
                     r[size * row + i, column] -= total[i, column]
@@ -95,3 +87,14 @@ def _row_of_three(begin: int, end: int, columns: Indices, values: Array, x: Arra
             total[0, c] += a00 * u + a01 * v + a02 * w
             total[1, c] += a10 * u + a11 * v + a12 * w
             total[2, c] += a20 * u + a21 * v + a22 * w
+
+
+@compiled
+def _sum_row(
+    two: bool, begin: int, end: int, columns: Indices, values: Array, x: Array, total: Array, count: int
+) -> None:
+    total[:, :] = 0
+    if two:
+        _row_of_two(begin, end, columns, values, x, total, count)
+    else:
+        _row_of_three(begin, end, columns, values, x, total, count)

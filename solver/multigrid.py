@@ -121,9 +121,7 @@ class Multigrid:
         x, missing = self._smoother.smooth(right_side)
         lifted = self._lifted(self._coarse(self._restricted(missing)))
         x += lifted
-        missing -= self._single(lifted)
-        if self._added is not None:
-            missing -= self._added(lifted).astype(SINGLE)
+        missing -= self._smoother.multiply(lifted)
         x += self._smoother.smooth(missing, last=True)[0]
         return x
 

@@ -45,7 +45,7 @@ class Smoother:
         self._matrix, self._added = matrix, added
         self._inverse = np.linalg.inv(diagonal).astype(matrix.values.dtype)
         noise = np.random.default_rng(0).standard_normal((matrix.rows, 1))
-        self._largest = SAFETY * largest_eigenvalue(self._weighed, self._multiplied, dots, noise)
+        self._largest = SAFETY * largest_eigenvalue(self._weighed, self.multiply, dots, noise)
 
     def smooth(self, right_side: Array, last: bool = False) -> tuple[Array, Array]:
         """Return x, from 0, and b - A x, which at the `last` of a cycle nobody needs: it is not that then.
@@ -76,7 +76,8 @@ class Smoother:
                     missing -= beta * more
         return x, missing
 
-    def _multiplied(self, x: Array) -> Array:
+    def multiply(self, x: Array) -> Array:
+        """Return A x, (n, k). Collective."""
         return self._matrix(x) if self._added is None else self._matrix(x) + self._added(x)
 
     def _weighed(self, x: Array) -> Array:

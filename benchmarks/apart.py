@@ -41,6 +41,12 @@ def tell(figures: Figures) -> None:
     print(json.dumps(figures | {"memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0}))
 
 
+def exponents(found: Sequence[Figures], names: Sequence[str]) -> dict[str, float]:
+    """Return b of the fit cost = a DOFs^b for some figures of processes that also told their DOFs."""
+    dofs = [one["dofs"] for one in found]
+    return {name: exponent(dofs, [one[name] for one in found]) for name in names}
+
+
 def exponent(sizes: Sequence[float], costs: Sequence[float]) -> float:
     """Return b of the least-squares fit cost = a size^b."""
     return float(np.polyfit(np.log(sizes), np.log(costs), 1)[0])

@@ -14,7 +14,7 @@ import time
 
 from mpi4py import MPI
 
-from benchmarks.apart import exponent, measured_apart, tell
+from benchmarks.apart import exponents, measured_apart, tell
 from benchmarks.communication import kilobytes
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
@@ -66,9 +66,8 @@ def table(cells: tuple[int, ...] = CELLS) -> Table:
         )
         for one in found
     ]
-    dofs = [one["dofs"] for one in found]
     growing = ("points", "interface", "mesh", "operator")
-    powers = {name: exponent(dofs, [one[name] for one in found]) for name in growing}
+    powers = exponents(found, growing)
     last = found[-1]
     return Table(
         "replicated",

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks.apart import exponent, measured_apart, tell
+from benchmarks.apart import exponents, measured_apart, tell
 from benchmarks.marching import marched, seated
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
@@ -67,7 +67,7 @@ def table(cells: tuple[int, ...] = CELLS) -> Table:
     ]
     fitted = [one for one in found if one["dofs"] >= FITTED] if len(found) > 2 else found
     dofs = [one["dofs"] for one in fitted]
-    powers = {name: exponent(dofs, [one[name] for one in fitted]) for name in COSTS}
+    powers = exponents(fitted, COSTS)
     return Table(
         "size",
         "Cost against unknowns: the condensed way, 3D, degree 2",

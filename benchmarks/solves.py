@@ -16,7 +16,7 @@ import time
 import numpy as np
 from mpi4py import MPI
 
-from benchmarks.apart import exponent, measured_apart, tell
+from benchmarks.apart import exponents, measured_apart, tell
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
@@ -90,8 +90,7 @@ def table(cells: tuple[int, ...] = CELLS) -> Table:
         )
         for one in found
     ]
-    dofs = [one["dofs"] for one in found]
-    powers = {name: exponent(dofs, [one[name] for one in found]) for name in COSTS}
+    powers = exponents(found, COSTS)
     return Table(
         "solves",
         "Conjugate gradients with multigrid in the degree: a solve, and a step with contact",

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks.apart import Figures, exponent, measured_apart, tell
+from benchmarks.apart import Figures, exponents, measured_apart, tell
 from benchmarks.marching import marched, seated
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
@@ -82,8 +82,7 @@ def told(found: dict[str, list[Figures]]) -> Table:
         ]
         figures |= {f"{tier}, {one['dofs']:.0f}: {name}": one[name] for one in ones for name in ("step", "memory")}
         if len(ones) > 1:
-            dofs = [one["dofs"] for one in ones]
-            powers = {name: exponent(dofs, [one[name] for one in ones]) for name in ("setup", "step", "memory")}
+            powers = exponents(ones, ("setup", "step", "memory"))
             figures |= {f"{tier}: exponent of {name}": power for name, power in powers.items()}
             notes.append(
                 f"{tier}, cost = a DOFs^b: " + ", ".join(f"{name} b = {power:.2f}" for name, power in powers.items())

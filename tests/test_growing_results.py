@@ -51,6 +51,15 @@ def check(folder: Path, count: int, factor_after: tuple[int, float] = (10**9, 1.
         np.testing.assert_array_equal(history[name].values, value, err_msg=name)
 
 
+def three_pieces(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Write 1500 records in three pieces, and leave them as a run does that is killed."""
+    monkeypatch.setattr(histories, "SMALL", 0)
+    writer = HistoryWriter(folder, LABELS)
+    for first in (0, 500, 1000):
+        writer.append(rows(first, 500))
+        writer.commit()
+
+
 def test_history_in_pieces_is_whole_at_every_checkpoint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Committed again and again: readable each time, small pieces are continued, and one file is left at the end."""
     monkeypatch.setattr(histories, "SMALL", 200_000)
@@ -69,11 +78,7 @@ def test_history_in_pieces_is_whole_at_every_checkpoint(tmp_path: Path, monkeypa
 
 def test_history_goes_on_within_a_piece(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut back to a checkpoint in the middle, twice, and killed in between: what is written again counts."""
-    monkeypatch.setattr(histories, "SMALL", 0)
-    writer = HistoryWriter(tmp_path, LABELS)
-    for first in (0, 500, 1000):
-        writer.append(rows(first, 500))
-        writer.commit()
+    three_pieces(tmp_path, monkeypatch)
     again = HistoryWriter(tmp_path, LABELS, kept=700)
     check(tmp_path, 1500)
     again.append(rows(700, 300, 2.0))
@@ -90,11 +95,7 @@ def test_history_goes_on_within_a_piece(tmp_path: Path, monkeypatch: pytest.Monk
 
 def test_pieces_that_are_gone_are_told(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A piece that is missing in the middle: told when it is read, and by --resume, which then changes nothing."""
-    monkeypatch.setattr(histories, "SMALL", 0)
-    writer = HistoryWriter(tmp_path, LABELS)
-    for first in (0, 500, 1000):
-        writer.append(rows(first, 500))
-        writer.commit()
+    three_pieces(tmp_path, monkeypatch)
     (tmp_path / "history" / "000000000500.h5").unlink()
     with pytest.raises(ResultsError, match="500 records from number 0 on, and the next ones from 1000 on"):
         _ = open_results(tmp_path).history

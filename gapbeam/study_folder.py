@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gapbeam.stored_records import refuse_links
-from solver.output.lock import locked
+from solver.output.lock import by_one, locked
 from solver.output.place import check_place
 
 if TYPE_CHECKING:
@@ -34,12 +34,7 @@ def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
         refuse_links(folder)
         return [path for path in (folder, *folder.absolute().parents) if not path.exists()]
 
-    if comm is None:
-        made = looked_at()
-    else:
-        from meshes.rank_zero import on_rank_zero
-
-        made = on_rank_zero(comm, looked_at)
+    made = by_one(comm, looked_at)
     try:
         with locked(folder, comm):
             yield

@@ -15,9 +15,7 @@ from solver.errors import OutOfMemory
 from solver.threads import threads_a_rank
 
 OTHERS = stat.S_IWGRP | stat.S_IWOTH
-LEAST_SPACE = (
-    1.0e9  # bytes of addresses: what the libraries take before the first product of two matrices, and some more
-)
+LEAST_SPACE = 1.0e9  # bytes of addresses: what the libraries take before they multiply matrices, and some more
 SPACE_A_THREAD = 134.3e6  # bytes: what OpenBLAS takes then
 REMARKS: list[str] = []  # for the log, once there is one
 

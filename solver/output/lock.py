@@ -12,16 +12,18 @@ import json
 import logging
 import os
 import socket
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from solver.errors import UserError
 from solver.output.records import LOCK_FILE
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+Result = TypeVar("Result")
 
 LOG = logging.getLogger("gapbeam")
 UNSUPPORTED = {errno.ENOSYS, errno.ENOLCK, errno.EOPNOTSUPP, errno.EINVAL}
@@ -49,12 +51,7 @@ def locked(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
         except OSError as error:
             raise UserError(f"{folder} cannot be written ({error.strerror}); choose another --output") from error
 
-    if comm is None:
-        take()
-    else:
-        from meshes.rank_zero import on_rank_zero
-
-        on_rank_zero(comm, take)
+    by_one(comm, take)
     try:
         yield
     finally:
@@ -62,6 +59,15 @@ def locked(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
             with suppress(OSError):
                 (folder / LOCK_FILE).unlink()
             os.close(place)
+
+
+def by_one(comm: MPI.Comm | None, work: Callable[[], Result]) -> Result:
+    """Do the work on rank 0, as `on_rank_zero` does, or here where there are no ranks, without MPI. Collective."""
+    if comm is None:
+        return work()
+    from meshes.rank_zero import on_rank_zero
+
+    return on_rank_zero(comm, work)
 
 
 def refuse_if_held(folder: Path) -> None:

@@ -152,10 +152,17 @@ def _images(stiffness: PETSc.Mat, places: Array, shapes: Array) -> Array:
     for one in np.unique(stretch):
         dofs = _dofs(np.flatnonzero(stretch == one), block)
         part = rows[dofs]
-        columns = _dofs(np.unique(part.indices // block), block)
+        columns = _touched(part.indices, len(needed), block)
         part = part[:, columns]
         images[dofs] = part @ _deformed(around[columns, 1:], around[columns, 0].reshape(-1, block))
     return images
+
+
+def _touched(columns: Indices, count: int, block: int) -> Indices:
+    """Return the DOFs of all nodes that some columns belong to, of `count` columns, ascending."""
+    nodes = np.zeros(count // block, dtype=bool)
+    nodes[columns // block] = True
+    return _dofs(np.flatnonzero(nodes), block)
 
 
 def _dofs(nodes: Indices, block: int) -> Indices:
@@ -183,9 +190,7 @@ def _rows(stiffness: PETSc.Mat) -> tuple[csr_matrix, Indices]:
     """Return the rows of this rank without columns of nodes that they do not know, and the numbers of the others."""
     starts, columns, values = stiffness.getValuesCSR()
     block, count = stiffness.getBlockSize(), stiffness.getSize()[1]
-    used = np.zeros(count // block, dtype=bool)
-    used[columns // block] = True
-    needed = _dofs(np.flatnonzero(used), block)
+    needed = _touched(columns, count, block)
     number = np.empty(count, dtype=PETSc.IntType)
     number[needed] = np.arange(len(needed))
     return csr_matrix((values, number[columns], starts), (len(starts) - 1, len(needed))), needed

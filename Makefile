@@ -4,7 +4,7 @@ run := environment/run
 side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo paper test test-slow test-parallel test-sid bench bench-large lint format image clean
+.PHONY: help demo paper test test-slow test-timing test-parallel test-sid test-sid-all bench bench-large lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -21,13 +21,19 @@ paper: ## the paper behind gapbeam, computed again, as one report: about 20 minu
 test: ## the tests but the slow ones, on up to four cores
 	$(run) pytest $(side_by_side)
 
-test-slow: ## the slow tests
-	$(run) pytest -m slow
+test-slow: ## the slow tests: half an hour; minutes=10: those that end in 10 minutes, the others are named
+	$(run) pytest $(side_by_side) -m "slow and not timing" $(if $(minutes),--within $(minutes))
+
+test-timing: ## tests that compare wall times; for a machine that does nothing else
+	$(run) pytest -m timing
 
 test-parallel: ## the tests on two ranks
 	$(run) mpirun -n 2 python3 -m mpi4py -m pytest -p no:cacheprovider
 
-test-sid: ## the tests with the DOLFINx of Debian sid
+test-sid: ## the tests that depend on releases, with the DOLFINx of Debian sid
+	GAPBEAM_SUITE=sid $(run) pytest $(side_by_side) -m "versions and not slow"
+
+test-sid-all: ## the tests but the slow ones, with the DOLFINx of Debian sid
 	GAPBEAM_SUITE=sid $(run) pytest $(side_by_side)
 
 bench: ## speed, accuracy and memory beside others, into results/bench: a quarter of an hour

@@ -22,6 +22,7 @@ LARGE = {
     "many_ranks": [],  # after those that it reads
     "solves": ["--large"],
     "tiers": ["--large"],
+    "iterative_solvers": ["--large"],
 }
 PAGE = "README.md"
 

@@ -15,17 +15,17 @@ Figures = dict[str, float]
 
 
 def measured_apart(module: str, *arguments: str, timeout: float = 3600.0) -> Figures:
-    """Run a module with arguments in a process of its own and return the figures that it told last.
+    """Run a module with arguments in a process of its own and return the figures that it printed last.
 
     Raises:
         RuntimeError: It failed; the message holds the end of what it said.
     """
-    told: Figures = told_by([sys.executable, "-m", module, *arguments], timeout)
-    return told
+    found: Figures = json_of([sys.executable, "-m", module, *arguments], timeout)
+    return found
 
 
-def told_by(command: Sequence[str], timeout: float = 3600.0) -> Any:
-    """Run a command and return what it told last, in JSON.
+def json_of(command: Sequence[str], timeout: float = 3600.0) -> Any:
+    """Run a command and return what it printed last, in JSON.
 
     Raises:
         RuntimeError: It failed; the message holds the end of what it said.
@@ -36,13 +36,13 @@ def told_by(command: Sequence[str], timeout: float = 3600.0) -> Any:
     return json.loads(done.stdout.strip().splitlines()[-1])
 
 
-def tell(figures: Figures) -> None:
+def print_figures(figures: Figures) -> None:
     """Print figures, with the peak of resident memory of this process, for `measured_apart`."""
     print(json.dumps(figures | {"memory": resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024.0}))
 
 
 def exponents(found: Sequence[Figures], names: Sequence[str]) -> dict[str, float]:
-    """Return b of the fit cost = a DOFs^b for some figures of processes that also told their DOFs."""
+    """Return b of the fit cost = a DOFs^b for some figures of processes that also printed their DOFs."""
     dofs = [one["dofs"] for one in found]
     return {name: exponent(dofs, [one[name] for one in found]) for name in names}
 

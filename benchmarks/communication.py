@@ -22,23 +22,23 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
-import solver.sliced_factor as sliced_factor
-from benchmarks.apart import told_by
+import gapbeam.solver.linear_algebra.substructuring.substructured_factor as substructured_factor
+from benchmarks.apart import json_of
 from benchmarks.marching import Seated, marched, seated
 from benchmarks.messages import counter, on_ranks
 from benchmarks.parts import Account, Watched
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from benchmarks.textbook import shaken
-from solver.accounts import Accounts
-from solver.analyses.paused import Paused
-from solver.checkpoint.layout import layout_of
-from solver.checkpoint.motion import stored
-from solver.condensation import CondensedOperator
-from solver.integrators import midpoint
-from solver.output.fields import FieldWriter
-from solver.output.rows import Recorder
-from solver.output.spread import Pieces, on_rank_zero_with
+from gapbeam.solver.contact.solve.condensation import CondensedOperator
+from gapbeam.solver.diagnostics.history_rows import Recorder
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.integrators import midpoint
+from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.run.checkpoint.dof_layout import layout_of
+from gapbeam.solver.run.checkpoint.state_arrays import stored
+from gapbeam.solver.run.output.field_files import FieldWriter
+from gapbeam.solver.run.output.parallel_tables import Pieces, on_rank_zero_with
 
 CELLS, RANKS = (4, 8), (1, 2, 4)
 STEPS = 40
@@ -47,7 +47,7 @@ APART = (RECORD, FIELDS, CHECKPOINT)  # not in every step
 SIZES = (8, 256, 4_096, 65_536, 1_048_576, 16_777_216)  # bytes
 STREAM, SQUARE = 20_000_000, 1_500  # numbers that are read; rows of matrices that are multiplied
 
-Told = dict[str, Any]
+Printed = dict[str, Any]
 
 
 def watched(start: Seated) -> Watched:
@@ -64,7 +64,7 @@ def watched(start: Seated) -> Watched:
 
 
 def measure(cells: int, comm: MPI.Comm) -> None:
-    """Count and time the steps of one size on these ranks and tell it, rank by rank. Collective."""
+    """Count and time the steps of one size on these ranks and report it, rank by rank. Collective."""
     start = seated(shaken(overrides=mesh_overrides(cells)), comm)
     marched(start, 2)
     account, model = Account(), start.model
@@ -88,14 +88,14 @@ def measure(cells: int, comm: MPI.Comm) -> None:
                     pass
 
         on_rank_zero_with(comm, tables, taken)
-    told = {
+    text = {
         "dofs": comm.allgather(model.system.operators.size),
         "points": model.system.contact.size,
         "interface": model.system.contact.interface.size,
         "parts": comm.allgather(account.figures()),
     }
     if comm.rank == 0:
-        print(json.dumps(told))
+        print(json.dumps(text))
     comm.Barrier()
     if folders is not None:
         folders.cleanup()
@@ -116,7 +116,7 @@ def least(comm: MPI.Comm, work: Callable[[], object], repeats: int = 20, inner: 
 def wire(comm: MPI.Comm) -> None:
     """Measure what a message between the first two ranks takes, what a sum over all, and what each core does.
 
-    Collective. Tells, all ranks at work at once, seconds by bytes for half of a ping-pong and for Reduce with Bcast,
+    Collective. Reports, all ranks at work at once, seconds by bytes for half of a ping-pong and for Reduce with Bcast,
     and for each core the bytes it reads and the floating-point operations it does in a second.
     """
     half, total = {}, {}
@@ -139,28 +139,28 @@ def wire(comm: MPI.Comm) -> None:
         total[size] = least(comm, add, inner=inner)
     one, other = np.ones(STREAM), np.ones(STREAM)
     square = np.ones((SQUARE, SQUARE))
-    told = {
+    text = {
         "half": half,
         "sum": total,
         "read": 16.0 * STREAM / least(comm, lambda: one @ other, 8),
         "multiply": 2.0 * SQUARE**3 / least(comm, lambda: square @ square, 4),
     }
     if comm.rank == 0:
-        print(json.dumps(told))
+        print(json.dumps(text))
 
 
-def busiest(told: Told, part: str, what: str) -> float:
+def busiest(text: Printed, part: str, what: str) -> float:
     """Return a figure of a part on the rank where it is largest: per step, or once for what is not in every step."""
     every = 1 if part in APART else STEPS
-    return max(float(rank[part][what]) for rank in told["parts"]) / every
+    return max(float(rank[part][what]) for rank in text["parts"]) / every
 
 
-def counted(cells: int, ranks: int, counting: Path, together: bool) -> Told:
-    """Return what `measure` tells in processes of its own."""
+def counted(cells: int, ranks: int, counting: Path, together: bool) -> Printed:
+    """Return what `measure` reports in processes of its own."""
     way = ("--together",) if together else ()
     words = on_ranks(ranks, "-m", "benchmarks.communication", "--one", *way, str(cells), counting=counting)
-    told: Told = told_by(words)
-    return told
+    text: Printed = json_of(words)
+    return text
 
 
 def step_table(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS, together: bool = False) -> Table:
@@ -170,12 +170,12 @@ def step_table(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS, toget
     with counter() as counting:
         for size in cells:
             for count in ranks:
-                told = counted(size, count, counting, together)
-                dofs = sum(told["dofs"])
+                text = counted(size, count, counting, together)
+                dofs = sum(text["dofs"])
                 timed = count <= (os.cpu_count() or 1)
-                figures |= {f"{dofs}: {name}": told[name] for name in ("points", "interface")}
-                for part in told["parts"][0]:
-                    what = {name: busiest(told, part, name) for name in told["parts"][0][part]}
+                figures |= {f"{dofs}: {name}": text[name] for name in ("points", "interface")}
+                for part in text["parts"][0]:
+                    what = {name: busiest(text, part, name) for name in text["parts"][0][part]}
                     figures |= {f"{dofs} on {count}: {part}: {name}": value for name, value in what.items()}
                     if not timed and what["messages"] + what["collectives"] == 0.0:
                         continue
@@ -208,7 +208,7 @@ def step_table(cells: Sequence[int] = CELLS, ranks: Sequence[int] = RANKS, toget
 
 def wire_table() -> Table:
     """Return what messages, sums, reading and multiplying take on one rank and on two at once."""
-    found = {count: told_by(on_ranks(count, "-m", "benchmarks.communication", "--wire")) for count in (1, 2)}
+    found = {count: json_of(on_ranks(count, "-m", "benchmarks.communication", "--wire")) for count in (1, 2)}
     two = found[2]
     rows: list[tuple[Cell, ...]] = [
         (kilobytes(float(size)), seconds(two["half"][str(size)]), seconds(two["sum"][str(size)])) for size in SIZES
@@ -243,7 +243,7 @@ def kilobytes(amount: float) -> str:
 if __name__ == "__main__":
     if "--one" in sys.argv:
         if "--together" in sys.argv:
-            sliced_factor.MOST_SEPARATORS = -1
+            substructured_factor.MOST_INTERFACE = -1
         measure(int(sys.argv[-1]), MPI.COMM_WORLD)
     elif "--wire" in sys.argv:
         wire(MPI.COMM_WORLD)

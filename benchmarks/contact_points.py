@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks.apart import exponent, measured_apart, tell
+from benchmarks.apart import exponent, measured_apart, print_figures
 from benchmarks.marching import marched, seated
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
@@ -17,10 +17,10 @@ STEPS = 200
 
 
 def measure(degree: int) -> None:
-    """Measure one quadrature in this process and tell it."""
+    """Measure one quadrature in this process and report it."""
     start = seated(shaken(overrides=[f"contact.quadrature_degree={degree}"]))
     done = marched(start, STEPS)
-    tell(
+    print_figures(
         {
             "dofs": float(start.model.dofs),
             "points": float(start.model.system.contact.size),

@@ -20,19 +20,18 @@ from dolfinx import fem, geometry
 from mpi4py import MPI
 
 from benchmarks.table import Cell, Table, machine_words, options
-from meshes.compat import coordinate_dofs, coordinate_element
-from postprocess.records_in_memory import as_history
-from postprocess.steady import Steady, steady
-from solver.analyses.static import find_seat
-from solver.body import Body
-from solver.case import Case
-from solver.case_file.reader import read_case
-from solver.elasticity import stress
-from solver.integrators.schemes import make_integrator
-from solver.model import Model, build_body, model_of
-from solver.operators import Array
-from solver.studies.respond import respond
-from solver.system import VALUE
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element
+from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.signals.steady_figures import Steady, steady
+from gapbeam.solver.assembly.elasticity import stress
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.model import Model, build_body, model_of
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE
+from gapbeam.studies.trials.response import respond
 
 CASES = Path(__file__).parents[1] / "cases"
 SOLID, PLANE = CASES / "li2013.toml", CASES / "li2013-2d.toml"
@@ -43,20 +42,20 @@ PERIODS = 48
 OUTSIDE = 1.0e-3  # m, from the edge of the base to where the stress is taken
 
 
-Rung = tuple[Path, tuple[str, ...]]
+Level = tuple[Path, tuple[str, ...]]
 
 
-def _solid(size: float, support: float, cells: int, degree: int = 2) -> Rung:
+def _solid(size: float, support: float, cells: int, degree: int = 2) -> Level:
     across = (f"mesh.cells_through_thickness={cells}", f"mesh.cells_across_width={cells}", f"mesh.degree={degree}")
     return SOLID, (*RICH, f"mesh.size={size}", f"mesh.support_size={support}", *across)
 
 
-def _plane(size: float, support: float, cells: int, *others: str) -> Rung:
+def _plane(size: float, support: float, cells: int, *others: str) -> Level:
     sizes = (f"mesh.size={size}", f"mesh.support_size={support}", f"mesh.cells_through_thickness={cells}")
     return PLANE, (*(others or RICH), *sizes)
 
 
-RUNGS: dict[str, Rung] = {
+LEVELS: dict[str, Level] = {
     "solid, reference": _solid(0.00575, 2.3e-3, 8),
     "solid": _solid(0.0115, 4.2e-3, 4),
     "solid, coarse": _solid(0.02, 8.0e-3, 2),
@@ -67,12 +66,12 @@ RUNGS: dict[str, Rung] = {
     "plane stress, coarse": _plane(0.03, 8.0e-3, 2),
     "beam elements": _plane(0.0115, 4.2e-3, 4, "model.type=beam"),
 }
-REFERENCE = next(iter(RUNGS))
+REFERENCE = next(iter(LEVELS))
 
 
 @dataclass(frozen=True)
 class Answer:
-    """What a rung says: its steady response, the stress and the largest contact pressure, and what it cost."""
+    """Results of a fidelity level: steady response, stress, largest contact pressure, and costs."""
 
     dofs: int
     mesh_dofs: int
@@ -86,8 +85,7 @@ class Answer:
 def answer(case: Case, body: Body, set_up: float, periods: int) -> Answer:
     """Return the steady response of a case a quarter of a period after the last whole one."""
     model = model_of(case, body)
-    scheme = make_integrator(case.time.scheme)
-    seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)
+    seat = Simulation(model).seat()
     frequency = 20.0
     steps = round(periods / (frequency * model.step))
     response = respond(model, seat.state, steps, case.output.history_interval)
@@ -150,17 +148,17 @@ def errors(one: Answer, reference: Answer) -> dict[str, float]:
     return found
 
 
-def answers_of(rungs: dict[str, Rung], forces: dict[str, str], periods: int) -> dict[str, dict[str, Answer]]:
-    """Return the answers by forcing and rung; a rung is set up once."""
+def answers_of(levels: dict[str, Level], forces: dict[str, str], periods: int) -> dict[str, dict[str, Answer]]:
+    """Return the answers by forcing and fidelity level; a fidelity level is set up once."""
     found: dict[str, dict[str, Answer]] = {name: {} for name in forces}
-    for rung, (path, overrides) in rungs.items():
+    for level, (path, overrides) in levels.items():
         clock = time.perf_counter()
         body = build_body(read_case(path, [*PERIODIC, *overrides]), MPI.COMM_SELF)
         set_up = time.perf_counter() - clock
         for name, force in forces.items():
             case = read_case(path, [*PERIODIC, force, *overrides])
-            found[name][rung] = answer(case, body, set_up, periods)
-            print(f"{rung}, {force}: {found[name][rung].found.word}", flush=True)
+            found[name][level] = answer(case, body, set_up, periods)
+            print(f"{level}, {force}: {found[name][level].found.word}", flush=True)
     return found
 
 
@@ -168,13 +166,13 @@ def table(name: str, force: str, answers: dict[str, Answer]) -> Table:
     """Return the table of one forcing."""
     reference = answers[REFERENCE]
     rows: list[tuple[Cell, ...]] = []
-    for rung, one in answers.items():
+    for level, one in answers.items():
         missed: dict[str, Any] = errors(one, reference)
-        told = [f"{100.0 * value:+.2g} %" if rung != REFERENCE else "0" for value in missed.values()]
-        rows.append((rung, one.mesh_dofs, one.dofs, one.found.word, *told, one.set_up, 1e6 * one.per_step))
+        words = [f"{100.0 * value:+.2g} %" if level != REFERENCE else "0" for value in missed.values()]
+        rows.append((level, one.mesh_dofs, one.dofs, one.found.word, *words, one.set_up, 1e6 * one.per_step))
     amplitude = force.partition("=")[2]
     figures = {what: quantity.mean for what, quantity in reference.found.quantities.items()}
-    told_figures = ", ".join(f"{what} {value:.4g}" for what, value in figures.items())
+    reported_figures = ", ".join(f"{what} {value:.4g}" for what, value in figures.items())
     return Table(
         name,
         f"Fidelity: {amplitude} N at 20 Hz, clearance 0.107 mm, errors against {REFERENCE}",
@@ -194,7 +192,7 @@ def table(name: str, force: str, answers: dict[str, Answer]) -> Table:
         ),
         tuple(rows),
         (
-            f"reference: stress {reference.stress:.4g} Pa, pressure {reference.pressure:.4g} Pa, {told_figures}",
+            f"reference: stress {reference.stress:.4g} Pa, pressure {reference.pressure:.4g} Pa, {reported_figures}",
             machine_words(),
         ),
         {**figures, "stress": reference.stress},
@@ -204,7 +202,7 @@ def table(name: str, force: str, answers: dict[str, Answer]) -> Table:
 def main() -> None:
     """Measure both forcings and write the tables."""
     chosen = options(__doc__)
-    found = answers_of(RUNGS, FORCES, PERIODS)
+    found = answers_of(LEVELS, FORCES, PERIODS)
     for name, force in FORCES.items():
         table(name, force, found[name]).write(chosen.output)
 

@@ -13,10 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
-from solver.elasticity import lame
-from solver.model import Model
+from gapbeam.solver.assembly.elasticity import lame
+from gapbeam.solver.models.model import Model
 
-gf.util_trace_level(0)  # its default tells of every term assembled
+gf.util_trace_level(0)  # its default reports every term assembled
 
 Array = NDArray[np.float64]
 Terms = tuple[tuple[str, int], ...]  # weak forms and the regions they are integrated over, -1 the body
@@ -115,7 +115,7 @@ class GetfemBeam:
 
     def _weight(self) -> Array:
         gravity = np.zeros_like(self.nodes)
-        gravity[:, 1] = -sum(load.acceleration for load in self._model.case.load if load.type == "gravity")
+        gravity[:, 1] = -sum(load.weight_acceleration for load in self._model.case.load)
         return np.asarray(self.mass @ gravity.reshape(-1))
 
     def _solver(self, mass: float, stiffness: float) -> Any:

@@ -22,8 +22,7 @@ from scipy.spatial import cKDTree
 from benchmarks.marching import marched, seated
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from benchmarks.textbook import shaken
-from solver.case import Gravity
-from solver.system import VALUE
+from gapbeam.solver.system.semi_discrete import VALUE
 
 CASES = Path(__file__).parents[1] / "cases"
 SLICES = ("demo.toml", "li2013-2d.toml")
@@ -57,7 +56,7 @@ def compare(name: str, steps: int = STEPS) -> tuple[Cell, ...]:
     moving = [
         (load, load.pattern.reshape(-1, 2)[same])
         for load, given in zip(model.system.loads, model.case.load, strict=True)
-        if not isinstance(given, Gravity)
+        if not given.static
     ]
     marched(start, 2)
     done = marched(start, steps, keep=True)

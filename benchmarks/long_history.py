@@ -15,10 +15,10 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.operators import Array
-from solver.output.growing_series import GrowingSeries
-from solver.output.history import HistoryWriter
-from solver.output.records import FIELDS_FILE, HISTORY
+from gapbeam.solver.record_table import FIELDS_FILE, HISTORY
+from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
+from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.system.operators import Array
 
 RECORDS, BETWEEN, AT_ONCE = 2**20, 2**16, 2**12
 FIELDS = 10_000

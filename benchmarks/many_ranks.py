@@ -120,23 +120,23 @@ def checked(found: Measured) -> Table:
         known = found.sent(found.small, 2, law.part, law.what)
         cells: list[Cell] = [law.part, law.what.replace("_", " "), law.words, known]
         for dofs, ranks in ((found.small, 4), (found.large, 2), (found.large, 4)):
-            foretold = law.at(known, dofs / found.small, ranks)
+            predictable_periods = law.at(known, dofs / found.small, ranks)
             counted = found.sent(dofs, ranks, law.part, law.what)
-            worst = max(worst, foretold / counted, counted / foretold)
-            cells += [foretold, counted]
+            worst = max(worst, predictable_periods / counted, counted / predictable_periods)
+            cells += [predictable_periods, counted]
         rows.append(tuple(cells))
     heads = [f"{dofs} on {ranks}" for dofs, ranks in ((found.small, 4), (found.large, 2), (found.large, 4))]
-    columns = [f"{head}, {what}" for head in heads for what in ("foretold", "counted")]
+    columns = [f"{head}, {what}" for head in heads for what in ("predicted", "counted")]
     model = step_of(found, found.large, 2, latency=0.0)
     measured = found.whole_step(found.large, 2)
     return Table(
         "laws",
-        "How messages grow: foretold from the smaller size on two ranks, and counted",
+        "How messages grow: predicted from the smaller size on two ranks, and counted",
         ("part", "what", "law", f"{found.small} on 2, counted", *columns),
         tuple(rows),
         (
             f"the worst law is off by a factor of {worst:.2g}",
-            f"the time of a step with {found.large} DOFs on 2 ranks: foretold {seconds(sum(model.values()))} from one "
+            f"the time of a step with {found.large} DOFs on 2 ranks: predicted {seconds(sum(model.values()))} from one "
             f"rank and what two leave of the back-substitution, measured {seconds(measured)}",
         ),
         {"worst": worst, "step_foretold": sum(model.values()), "step_measured": measured},

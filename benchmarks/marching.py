@@ -9,14 +9,12 @@ import numpy as np
 from mpi4py import MPI
 from numpy.typing import NDArray
 
-from solver.accounts import Accounts
-from solver.analyses.static import find_seat
-from solver.analyses.transient import March, march
-from solver.case import Case
-from solver.integrators.schemes import make_integrator
-from solver.march_of_model import march_of_model
-from solver.model import Model, build_model
-from solver.system import VALUE, State
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.march.python.march import March, march
+from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.semi_discrete import VALUE, State
 
 
 @dataclass(frozen=True)
@@ -59,13 +57,12 @@ class Marched:
 
 def seated(case: Case, comm: MPI.Comm = MPI.COMM_SELF) -> Seated:
     """Mesh, assemble, seat and factor a case, by default on this process alone. Collective."""
-    model = build_model(case, comm)
-    scheme = make_integrator(model.case.time.scheme)
+    simulation = Simulation.of_case(case, comm)
+    model, plan = simulation.model, simulation.plan
     clock = time.perf_counter()
-    seat = find_seat(model.system, model.law, model.seat_springs, scheme.carries_acceleration)
+    seat = simulation.seat()
     spent = {"seat": time.perf_counter() - clock}
-    plan = march_of_model(model, scheme)
-    return Seated(model, plan, seat.state, model.seconds | spent | plan.operators.at(plan.dt).seconds)
+    return Seated(model, plan, seat.state, model.seconds | spent | simulation.factor())
 
 
 def marched(start: Seated, steps: int, keep: bool = False) -> Marched:

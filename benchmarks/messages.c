@@ -20,7 +20,7 @@ void messages_read(double *found) {
   memcpy(found + 2 * KINDS, seconds, sizeof seconds);
 }
 
-static double size_of(int count, MPI_Datatype type) {
+static double size_of(MPI_Count count, MPI_Datatype type) {
   int size = 0;
   if (type != MPI_DATATYPE_NULL) PMPI_Type_size(type, &size);
   return (double)count * size;
@@ -67,37 +67,28 @@ static void count_prepared(MPI_Request request) {
     }
 }
 
-#define BUFFER const void *data, int count, MPI_Datatype type, int to, int tag, MPI_Comm comm
-#define SENDS(name)                                                                                                    \
-  int MPI_##name(BUFFER) { COUNTED(SEND, size_of(count, type), PMPI_##name(data, count, type, to, tag, comm)); }
-#define BEGINS(name)                                                                                                   \
-  int MPI_##name(BUFFER, MPI_Request *request) {                                                                       \
-    COUNTED(SEND, size_of(count, type), PMPI_##name(data, count, type, to, tag, comm, request));                       \
-  }
-#define PREPARES(name)                                                                                                 \
-  int MPI_##name(BUFFER, MPI_Request *request) {                                                                       \
-    const int result = PMPI_##name(data, count, type, to, tag, comm, request);                                         \
-    prepare(*request, size_of(count, type));                                                                           \
-    return result;                                                                                                     \
-  }
-SENDS(Send)
-SENDS(Ssend)
-SENDS(Bsend)
-SENDS(Rsend)
-BEGINS(Isend)
-BEGINS(Issend)
-BEGINS(Ibsend)
-BEGINS(Irsend)
-PREPARES(Send_init)
-PREPARES(Ssend_init)
-PREPARES(Bsend_init)
-PREPARES(Rsend_init)
-
-int MPI_Recv_init(void *data, int count, MPI_Datatype type, int from, int tag, MPI_Comm comm, MPI_Request *request) {
-  const int result = PMPI_Recv_init(data, count, type, from, tag, comm, request);
-  prepare(*request, -1.0); /* a handle may be used again for the other direction */
-  return result;
+/* With MPI_IN_PLACE types of what is sent are not significant: such calls count without bytes. */
+static double given(const void *data, MPI_Count count, MPI_Datatype type) {
+  return data == MPI_IN_PLACE ? 0.0 : size_of(count, type);
 }
+
+#define COUNT int
+#define PLACE int
+#define NAMED(call) MPI_##call
+#define INNER(call) PMPI_##call
+#include "message_calls.h"
+#undef COUNT
+#undef PLACE
+#undef NAMED
+#undef INNER
+
+#if MPI_VERSION >= 4 /* mpi4py calls nothing else then */
+#define COUNT MPI_Count
+#define PLACE MPI_Aint
+#define NAMED(call) MPI_##call##_c
+#define INNER(call) PMPI_##call##_c
+#include "message_calls.h"
+#endif
 
 int MPI_Start(MPI_Request *request) {
   count_prepared(*request);
@@ -107,16 +98,6 @@ int MPI_Start(MPI_Request *request) {
 int MPI_Startall(int count, MPI_Request requests[]) {
   for (int i = 0; i < count; i++) count_prepared(requests[i]);
   return PMPI_Startall(count, requests);
-}
-
-int MPI_Sendrecv(const void *data, int count, MPI_Datatype type, int to, int tag, void *into, int room,
-                 MPI_Datatype kind, int from, int other, MPI_Comm comm, MPI_Status *status) {
-  COUNTED(SEND, size_of(count, type),
-          PMPI_Sendrecv(data, count, type, to, tag, into, room, kind, from, other, comm, status));
-}
-
-int MPI_Recv(void *data, int count, MPI_Datatype type, int from, int tag, MPI_Comm comm, MPI_Status *status) {
-  COUNTED(WAIT, 0.0, PMPI_Recv(data, count, type, from, tag, comm, status));
 }
 
 int MPI_Probe(int from, int tag, MPI_Comm comm, MPI_Status *status) {
@@ -134,83 +115,6 @@ int MPI_Waitany(int count, MPI_Request requests[], int *which, MPI_Status *statu
 }
 
 int MPI_Barrier(MPI_Comm comm) { COUNTED(BARRIER, 0.0, PMPI_Barrier(comm)); }
-
-int MPI_Bcast(void *data, int count, MPI_Datatype type, int root, MPI_Comm comm) {
-  COUNTED(BCAST, size_of(count, type), PMPI_Bcast(data, count, type, root, comm));
-}
-
-int MPI_Reduce(const void *data, void *into, int count, MPI_Datatype type, MPI_Op op, int root, MPI_Comm comm) {
-  COUNTED(REDUCE, size_of(count, type), PMPI_Reduce(data, into, count, type, op, root, comm));
-}
-
-int MPI_Allreduce(const void *data, void *into, int count, MPI_Datatype type, MPI_Op op, MPI_Comm comm) {
-  COUNTED(REDUCE, size_of(count, type), PMPI_Allreduce(data, into, count, type, op, comm));
-}
-
-int MPI_Scan(const void *data, void *into, int count, MPI_Datatype type, MPI_Op op, MPI_Comm comm) {
-  COUNTED(REDUCE, size_of(count, type), PMPI_Scan(data, into, count, type, op, comm));
-}
-
-int MPI_Exscan(const void *data, void *into, int count, MPI_Datatype type, MPI_Op op, MPI_Comm comm) {
-  COUNTED(REDUCE, size_of(count, type), PMPI_Exscan(data, into, count, type, op, comm));
-}
-
-int MPI_Reduce_scatter_block(const void *data, void *into, int count, MPI_Datatype type, MPI_Op op, MPI_Comm comm) {
-  int size;
-  PMPI_Comm_size(comm, &size);
-  COUNTED(REDUCE, size * size_of(count, type), PMPI_Reduce_scatter_block(data, into, count, type, op, comm));
-}
-
-/* With MPI_IN_PLACE types of what is sent are not significant: such calls count without bytes. */
-static double given(const void *data, int count, MPI_Datatype type) {
-  return data == MPI_IN_PLACE ? 0.0 : size_of(count, type);
-}
-
-#define GIVEN const void *data, int count, MPI_Datatype type, void *into
-int MPI_Gather(GIVEN, int room, MPI_Datatype kind, int root, MPI_Comm comm) {
-  COUNTED(GATHER, given(data, count, type), PMPI_Gather(data, count, type, into, room, kind, root, comm));
-}
-
-int MPI_Gatherv(GIVEN, const int rooms[], const int starts[], MPI_Datatype kind, int root, MPI_Comm comm) {
-  COUNTED(GATHER, given(data, count, type), PMPI_Gatherv(data, count, type, into, rooms, starts, kind, root, comm));
-}
-
-int MPI_Allgather(GIVEN, int room, MPI_Datatype kind, MPI_Comm comm) {
-  COUNTED(GATHER, given(data, count, type), PMPI_Allgather(data, count, type, into, room, kind, comm));
-}
-
-int MPI_Allgatherv(GIVEN, const int rooms[], const int starts[], MPI_Datatype kind, MPI_Comm comm) {
-  COUNTED(GATHER, given(data, count, type), PMPI_Allgatherv(data, count, type, into, rooms, starts, kind, comm));
-}
-
-int MPI_Alltoall(GIVEN, int room, MPI_Datatype kind, MPI_Comm comm) {
-  int size;
-  PMPI_Comm_size(comm, &size);
-  COUNTED(ALLTOALL, size * given(data, count, type), PMPI_Alltoall(data, count, type, into, room, kind, comm));
-}
-
-int MPI_Alltoallv(const void *data, const int counts[], const int places[], MPI_Datatype type, void *into,
-                  const int rooms[], const int starts[], MPI_Datatype kind, MPI_Comm comm) {
-  int size, total = 0;
-  PMPI_Comm_size(comm, &size);
-  if (data != MPI_IN_PLACE)
-    for (int i = 0; i < size; i++) total += counts[i];
-  COUNTED(ALLTOALL, size_of(total, type),
-          PMPI_Alltoallv(data, counts, places, type, into, rooms, starts, kind, comm));
-}
-
-int MPI_Neighbor_alltoall(GIVEN, int room, MPI_Datatype kind, MPI_Comm comm) {
-  COUNTED(ALLTOALL, size_of(count, type), PMPI_Neighbor_alltoall(data, count, type, into, room, kind, comm));
-}
-
-int MPI_Neighbor_alltoallv(const void *data, const int counts[], const int places[], MPI_Datatype type, void *into,
-                           const int rooms[], const int starts[], MPI_Datatype kind, MPI_Comm comm) {
-  int from, to, weighted, total = 0;
-  PMPI_Dist_graph_neighbors_count(comm, &from, &to, &weighted);
-  for (int i = 0; i < to; i++) total += counts[i];
-  COUNTED(ALLTOALL, size_of(total, type),
-          PMPI_Neighbor_alltoallv(data, counts, places, type, into, rooms, starts, kind, comm));
-}
 
 /* Fortran: Open MPI's layer calls MPI's inner names, so what MUMPS sends has to be met before. */
 #define F_SIZE size_of(*count, PMPI_Type_f2c(*type))

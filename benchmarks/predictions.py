@@ -13,12 +13,12 @@ from pathlib import Path
 
 from mpi4py import MPI
 
-from benchmarks.apart import Figures, measured_apart, tell
+from benchmarks.apart import Figures, measured_apart, print_figures
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
-from gapbeam.prediction import predict
-from solver.case_file.reader import read_case
-from solver.model import build_model
-from solver.run import run_case
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.models.model import build_model
+from gapbeam.solver.run.run_case import run_case
+from gapbeam.studies.prediction.trial_prediction import predict
 
 CASES = Path(__file__).parents[1] / "cases"
 SHORT = (
@@ -34,21 +34,22 @@ FACTOR = 2.0
 
 
 def measure(what: str, name: str, overrides: list[str]) -> None:
-    """Predict or run a case in this process and tell what it takes."""
+    """Predict or run a case in this process and report what it takes."""
     case, clock = read_case(CASES / name, overrides), time.perf_counter()
     if what == "check":
         model = build_model(case, MPI.COMM_SELF)
         prediction = predict(model, time.perf_counter() - clock, MPI.COMM_SELF)
-        tell({"time": prediction.total, "predicted_memory": prediction.memory, "took": time.perf_counter() - clock})
+        took = time.perf_counter() - clock
+        print_figures({"time": prediction.total, "predicted_memory": prediction.memory, "took": took})
         return
     with tempfile.TemporaryDirectory() as folder:
         outcome = run_case(case, Path(folder), MPI.COMM_SELF, overwrite=True)
-    told = outcome.summary
-    tell({"time": told["wall_time"]["total"], "run_memory": float(sum(told["memory"]["peak_per_rank"]))})
+    words = outcome.summary
+    print_figures({"time": words["wall_time"]["total"], "run_memory": float(sum(words["memory"]["peak_per_rank"]))})
 
 
 def both(name: str, *overrides: str) -> tuple[Figures, Figures]:
-    """Return what is told of a case by check and by run, each in a process of its own."""
+    """Return what is reported of a case by check and by run, each in a process of its own."""
     check, run = (
         measured_apart("benchmarks.predictions", "--one", what, name, *overrides) for what in ("check", "run")
     )

@@ -14,26 +14,26 @@ import time
 
 from mpi4py import MPI
 
-from benchmarks.apart import exponents, measured_apart, tell
+from benchmarks.apart import exponents, measured_apart, print_figures
 from benchmarks.communication import kilobytes
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
-from solver.body import mesh_beam, mesh_dofs, point_rule
-from solver.interface import contact_operator
+from gapbeam.solver.assembly.contact_assembly import contact_operator
+from gapbeam.solver.models.body import mesh_beam, mesh_dofs, point_rule
 
 CELLS, LARGE = (2, 4, 6), (4, 6, 8, 10, 14)  # across and through the beam
 
 
 def measure(cells: int) -> None:
-    """Measure one size in this process and tell it."""
+    """Measure one size in this process and report it."""
     case = shaken(overrides=mesh_overrides(cells))
     meshed = mesh_beam(case, MPI.COMM_SELF)
     clock = time.perf_counter()
     contact = contact_operator(meshed.space, meshed.faces, case.support.clearance, meshed.width, point_rule(case))
     operator = time.perf_counter() - clock
     gaps, dofs = contact.gap_matrix, mesh_dofs(meshed)
-    tell(
+    print_figures(
         {
             "dofs": float(dofs),
             "cells": float(meshed.tagged.cell_count),

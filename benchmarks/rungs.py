@@ -1,7 +1,7 @@
-"""The rungs of [model] on one and the same case: what a step costs and how far the answers are from the full model.
+"""The fidelity levels of [model] on the same case: cost of a step, and difference of the answers from the full model.
 
 The solid beam of cases/li2013.toml on a softer contact and with more damping than there, so that its response is
-periodic: chaotic ones can be compared by statistics only. Every rung is run by `gapbeam run`, and compared with the
+periodic: chaotic ones can be compared by statistics only. Every level is run by `gapbeam run`, and compared with the
 full model as `gapbeam compare` does.
 
     environment/run python3 -m benchmarks.rungs
@@ -22,12 +22,12 @@ from benchmarks.marching import seated
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from benchmarks.textbook import CASE
 from benchmarks.textbook_newton import TextbookBeam
-from postprocess.comparison import Comparison, compare
-from postprocess.results import open_results
-from solver.case_file.reader import read_case
-from solver.run import run_case
+from gapbeam.postprocess.comparison.run_comparison import Comparison, compare
+from gapbeam.postprocess.results.results import open_results
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.run.run_case import run_case
 
-Rung = tuple[Path, Sequence[str]]  # a case file and overrides
+Level = tuple[Path, Sequence[str]]  # a case file and overrides
 
 PERIODIC = (
     "contact.stiffness=1e12",
@@ -40,7 +40,7 @@ PERIODIC = (
 END, BRIEF = "time.end=0.6", "time.end=0.1"
 SLICE = CASE.with_name("li2013-2d.toml")
 REDUCED = ("model.type=reduced",)
-RUNGS: dict[str, Rung] = {
+LEVELS: dict[str, Level] = {
     "full": (CASE, ()),
     "reduced, all contact DOFs": (
         CASE,
@@ -59,15 +59,15 @@ FASTER = "times faster than the textbook, alone"
 HEADINGS = ("peak to peak of the 2.5 ms mean acceleration", "harmonics 1-5", "peak force", "impulse", "displacement")
 
 
-def table(rungs: dict[str, Rung] = RUNGS, end: str = END) -> Table:
-    """Return the table of some rungs, the first of which is what the others are compared with."""
-    textbook = _textbook(next(iter(rungs.values()))[0])
+def table(levels: dict[str, Level] = LEVELS, end: str = END) -> Table:
+    """Return the table of some fidelity levels, the first of which is what the others are compared with."""
+    textbook = _textbook(next(iter(levels.values()))[0])
     rows: list[tuple[Cell, ...]] = []
     notes: list[str] = []
     figures: dict[str, Cell] = {"textbook_per_step": textbook}
     with tempfile.TemporaryDirectory() as folder:
         first = Path(folder) / "full"
-        for name, (path, overrides) in rungs.items():
+        for name, (path, overrides) in levels.items():
             place = first if not rows else Path(folder) / name
             if place != first:
                 _run(path, [*PERIODIC, BRIEF, *overrides], place)  # what is compiled when first needed is then at hand
@@ -95,14 +95,14 @@ def table(rungs: dict[str, Rung] = RUNGS, end: str = END) -> Table:
                 )
             )
     for name, wanted in SECONDS_WANTED.items():
-        if name in rungs:
-            taken = _second(*rungs[name])
+        if name in levels:
+            taken = _second(*levels[name])
             figures[f"{name}: a simulated second"] = taken
             verdict = "met" if taken <= wanted else "NOT met"
             notes.append(f"{name}: a simulated second at 1e-5 s takes {taken:.2f} s, wanted {wanted:g} s: {verdict}")
     return Table(
         "rungs",
-        "The rungs of [model] against the full model, periodic response",
+        "The fidelity levels of [model] against the full model, periodic response",
         (
             "model",
             "DOFs marched",

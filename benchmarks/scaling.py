@@ -16,25 +16,25 @@ from typing import Any
 
 from mpi4py import MPI
 
-from benchmarks.apart import told_by
+from benchmarks.apart import json_of
 from benchmarks.marching import marched, seated
 from benchmarks.messages import on_ranks
 from benchmarks.size import SETUP, mesh_overrides
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from benchmarks.textbook import shaken
-from solver.matrix_free import condensed_operator
-from solver.output.summary import peak_memory
+from gapbeam.solver.contact.solve.matrix_free_condensation import condensed_operator
+from gapbeam.solver.run.output.run_summary import peak_memory
 
 RUNS = {4: 3, 8: 1}  # how often, by cells across and through the beam
 RANKS = (1, 2)
 STEPS, MARCHES = 40, 3
 TIMES = (*SETUP, "block", "step", "back_substitution")
 
-Told = dict[str, Any]
+Printed = dict[str, Any]
 
 
 def measure(cells: int, comm: MPI.Comm) -> None:
-    """Measure one size on these ranks and tell it; the slowest rank counts."""
+    """Measure one size on these ranks and report it; the slowest rank counts."""
     start = seated(shaken(overrides=mesh_overrides(cells)), comm)
     marches = [marched(start, STEPS) for _ in range(MARCHES)]
     system, memory = start.model.system, peak_memory(comm)
@@ -45,7 +45,7 @@ def measure(cells: int, comm: MPI.Comm) -> None:
         "step": min(done.per_step for done in marches),
         "back_substitution": min(done.back_substitution for done in marches),
     }
-    told = {
+    words = {
         **{name: max(comm.allgather(value)) for name, value in mine.items()},
         "dofs": comm.allgather(operators.size),
         "interface": comm.allgather(len(interface.owned)),
@@ -53,10 +53,10 @@ def measure(cells: int, comm: MPI.Comm) -> None:
         "memory": memory,
     }
     if comm.rank == 0:
-        print(json.dumps(told))
+        print(json.dumps(words))
 
 
-def least(runs: Sequence[Told]) -> Told:
+def least(runs: Sequence[Printed]) -> Printed:
     """Return the figures of repeated runs: the least time of each part, the most memory of each rank."""
     times = {name: min(run[name] for run in runs) for name in TIMES}
     memory = [max(rank) for rank in zip(*(run["memory"] for run in runs), strict=True)]
@@ -68,11 +68,11 @@ def table(runs: Mapping[int, int] = RUNS, ranks: Sequence[int] = RANKS) -> Table
     rows: list[tuple[Cell, ...]] = []
     figures: dict[str, Cell] = {}
     for size, repeats in runs.items():
-        told: dict[int, list[Told]] = {count: [] for count in ranks}
+        words: dict[int, list[Printed]] = {count: [] for count in ranks}
         for _ in range(repeats):
             for count in ranks:
-                told[count].append(told_by(on_ranks(count, "-m", "benchmarks.scaling", "--one", str(size))))
-        found = {count: least(one) for count, one in told.items()}
+                words[count].append(json_of(on_ranks(count, "-m", "benchmarks.scaling", "--one", str(size))))
+        found = {count: least(one) for count, one in words.items()}
         alone = found[ranks[0]]
         for count, one in found.items():
             share = ranks[0] / count

@@ -10,7 +10,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks.apart import exponents, measured_apart, tell
+from benchmarks.apart import exponents, measured_apart, print_figures
 from benchmarks.marching import marched, seated
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
@@ -34,11 +34,11 @@ def mesh_overrides(cells: int) -> list[str]:
 
 
 def measure(cells: int) -> None:
-    """Measure one size in this process and tell it."""
+    """Measure one size in this process and report it."""
     start = seated(shaken(overrides=mesh_overrides(cells)))
     done = marched(start, STEPS)
     contact = start.model.system.contact
-    tell(
+    print_figures(
         {name: start.seconds[name] for name in SETUP}
         | {
             "dofs": float(start.model.dofs),

@@ -16,15 +16,14 @@ import time
 import numpy as np
 from mpi4py import MPI
 
-from benchmarks.apart import exponents, measured_apart, tell
+from benchmarks.apart import exponents, measured_apart, print_figures
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
 from benchmarks.textbook import shaken
-from solver.integrators.schemes import make_integrator
-from solver.march_of_model import march_of_model
-from solver.matrix_free import MatrixFreeOperator
-from solver.model import Model, build_model
-from solver.system import State, imaged
+from gapbeam.solver.contact.solve.matrix_free_condensation import MatrixFreeOperator
+from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.semi_discrete import State, imaged
 
 CELLS, LARGE = (2, 4, 6), (4, 8, 14)  # across and through the beam
 COSTS = ("assembly", "preconditioner", "solve", "step", "memory")
@@ -32,11 +31,11 @@ LANDING = -0.1  # m/s
 
 
 def measure(cells: int) -> None:
-    """Measure one size in this process and tell it."""
+    """Measure one size in this process and report it."""
     case = shaken(overrides=[*mesh_overrides(cells), "solver.effective=iterative"])
-    model = build_model(case, MPI.COMM_SELF)
-    system, scheme = model.system, make_integrator(model.case.time.scheme)
-    plan = march_of_model(model, scheme)
+    simulation = Simulation.of_case(case, MPI.COMM_SELF)
+    model, scheme, plan = simulation.model, simulation.scheme, simulation.plan
+    system = model.system
     clock = time.perf_counter()
     condensed = plan.operators.at(plan.dt)
     preconditioner = time.perf_counter() - clock
@@ -52,7 +51,7 @@ def measure(cells: int) -> None:
     start = _landing(model)
     clock = time.perf_counter()
     step = scheme.advance(system, condensed, model.law, start, plan.dt)
-    tell(
+    print_figures(
         {
             "step": time.perf_counter() - clock,
             "step_solves": float(factor.solves - solves),

@@ -11,7 +11,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
-from solver.output.summary import versions
+from gapbeam.meshes.versions.installed_versions import versions
 
 RESULTS = Path("results/bench")
 
@@ -45,11 +45,11 @@ class Table:
         return "\n".join([*lines, "", *(f"* {note}" for note in self.notes), ""])
 
     def write(self, folder: Path) -> None:
-        """Write NAME.md and NAME.json, which also tells the machine, and print the table."""
+        """Write NAME.md and NAME.json, which also reports the machine, and print the table."""
         folder.mkdir(parents=True, exist_ok=True)
         (folder / f"{self.name}.md").write_text(self.markdown(), encoding="utf-8")
-        told = asdict(self) | {"machine": machine()}
-        (folder / f"{self.name}.json").write_text(json.dumps(told, indent=2) + "\n", encoding="utf-8")
+        words = asdict(self) | {"machine": machine()}
+        (folder / f"{self.name}.json").write_text(json.dumps(words, indent=2) + "\n", encoding="utf-8")
         print(self.markdown(), flush=True)
 
 

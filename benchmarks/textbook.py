@@ -17,8 +17,8 @@ import numpy as np
 from benchmarks.marching import Marched, marched, seated
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from benchmarks.textbook_newton import TextbookBeam
-from solver.case import Case
-from solver.case_file.reader import read_case
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.case_reader import read_case
 
 CASE = Path(__file__).parents[1] / "cases" / "li2013.toml"
 SHAKEN = (

@@ -19,11 +19,10 @@ from dolfinx.fem import petsc as fem_petsc
 from numpy.typing import NDArray
 from petsc4py import PETSc
 
-from solver.case import Gravity
-from solver.compiled_form import compiled_form
-from solver.elasticity import stress
-from solver.model import Model
-from solver.system import VALUE, State
+from gapbeam.solver.assembly.elasticity import stress
+from gapbeam.solver.assembly.form_cache import compiled_form
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.semi_discrete import VALUE, State
 
 Array = NDArray[np.float64]
 
@@ -113,7 +112,7 @@ class TextbookBeam:
         fem_petsc.assemble_vector(self._vector, self._residual_form)
         middle = self.time + 0.5 * self._dt
         for load, given in zip(self._model.system.loads, self._model.case.load, strict=True):
-            if not isinstance(given, Gravity):
+            if not given.static:
                 self._vector.array[:] -= load.factor(middle) * load.pattern
         return float(self._vector.norm())
 
@@ -140,8 +139,8 @@ class TextbookBeam:
         for along, stiffness in enumerate((case.restraint.axial, case.restraint.lateral)[:axis]):
             residual += stiffness / area * felt[along] * test[along] * (base + gland)
         for load in case.load:
-            if isinstance(load, Gravity):
-                residual += density * load.acceleration * test[axis] * ufl.dx
+            if (weight := load.weight_acceleration) > 0.0:
+                residual += density * weight * test[axis] * ufl.dx
         penalty, rise = model.law.stiffness, self._new[axis]
         residual -= penalty * ufl.max_value(-rise, 0.0) * test[axis] * base
         residual += penalty * ufl.max_value(rise - case.support.clearance, 0.0) * test[axis] * gland

@@ -12,7 +12,7 @@ from __future__ import annotations
 
 import sys
 
-from benchmarks.apart import Figures, exponents, measured_apart, tell
+from benchmarks.apart import Figures, exponents, measured_apart, print_figures
 from benchmarks.marching import marched, seated
 from benchmarks.size import mesh_overrides
 from benchmarks.table import Cell, Table, gigabytes, machine_words, options, seconds
@@ -39,10 +39,10 @@ LARGE: Sizes = {
 
 
 def measure(cells: int, tier: str) -> None:
-    """Measure one size solved in one way in this process and tell it."""
+    """Measure one size solved in one way in this process and report it."""
     start = seated(shaken(overrides=[*mesh_overrides(cells), *TIERS[tier]]))
     done = marched(start, STEPS.get(tier, FEW))
-    tell(
+    print_figures(
         {
             "dofs": float(start.model.mesh_dofs),
             "marched": float(start.model.dofs),
@@ -59,10 +59,10 @@ def table(sizes: Sizes = CELLS) -> Table:
         tier: [measured_apart("benchmarks.tiers", "--one", str(count), tier) for count in counts]
         for tier, counts in sizes.items()
     }
-    return told(found)
+    return table_of(found)
 
 
-def told(found: dict[str, list[Figures]]) -> Table:
+def table_of(found: dict[str, list[Figures]]) -> Table:
     """Return the table of what was measured, by way."""
     rows: list[tuple[Cell, ...]] = []
     figures: dict[str, Cell] = {}

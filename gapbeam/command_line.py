@@ -2,7 +2,7 @@
 
 Exit status: 0 done; 1 internal error; 2 a fault of the input; 3 energy was created; 4 not converged;
 5 two runs do not agree (compare); 6 results could not be written; 7 out of memory; 124 the wall-time limit was reached;
-130 interrupted; 143 told to terminate.
+130 interrupted; 143 terminated.
 """
 
 from __future__ import annotations
@@ -20,23 +20,18 @@ from typing import Annotated, NoReturn
 
 import click
 import typer
-from rich.console import Console
+from rich.console import Console, Group
 from rich.logging import RichHandler
 
-from gapbeam.compare import compare
-from gapbeam.drawing import plot, render
-from gapbeam.identify import identify
-from gapbeam.launcher import end_with_launcher, leave
-from gapbeam.modes import modes
-from gapbeam.paper.command import paper
-from gapbeam.ranks import abort_together, first_rank, on_one_rank
-from gapbeam.report import report
-from gapbeam.screen import outlive_the_screen
-from gapbeam.stability import stability
-from gapbeam.surroundings import REMARKS, is_somewhere, refuse_cramped, words_of_the_command
-from gapbeam.sweep import sweep
-from gapbeam.terminal import harmless
-from gapbeam.tradeoff import rung_for, tradeoff
+from gapbeam.commands.drawing import plot, render
+from gapbeam.commands.report import report
+from gapbeam.commands.study_choice import STUDIES
+from gapbeam.commands.tradeoff import level_within
+from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
+from gapbeam.process.launcher import end_with_launcher, leave
+from gapbeam.process.lost_screen import outlive_the_screen
+from gapbeam.process.process_environment import REMARKS, is_somewhere, refuse_cramped, words_of_the_command
+from gapbeam.process.terminal_text import OptionWords, harmless, with_options
 
 INPUT_FAULT = 2
 INTERRUPTED = 130
@@ -57,18 +52,18 @@ Overrides = Annotated[
 ]
 
 
-def _tell_versions(wanted: bool) -> None:
+def _print_versions(wanted: bool) -> None:
     """Print the versions of gapbeam and of what its results depend on, and leave."""
     if not wanted:
         return
     if first_rank():
         try:
-            from solver.output.summary import versions
+            from gapbeam.meshes.versions.installed_versions import versions
 
-            told = versions()
+            words = versions()
         except ImportError as lacking:
-            told = {"gapbeam": version("gapbeam"), "python": platform.python_version(), "lacking": str(lacking)}
-        print(*(f"{name} {harmless(number)}" for name, number in told.items()), sep="\n")
+            words = {"gapbeam": version("gapbeam"), "python": platform.python_version(), "lacking": str(lacking)}
+        print(*(f"{name} {harmless(number)}" for name, number in words.items()), sep="\n")
     raise typer.Exit
 
 
@@ -77,7 +72,10 @@ def versions_or_command(
     _versions: Annotated[
         bool,
         typer.Option(
-            "--version", is_eager=True, callback=_tell_versions, help="tell the versions of gapbeam and of what it uses"
+            "--version",
+            is_eager=True,
+            callback=_print_versions,
+            help="print the versions of gapbeam and its libraries",
         ),
     ] = False,
 ) -> None:
@@ -91,35 +89,39 @@ def run(
     output: Annotated[Path | None, typer.Option(help="results folder; by default results/<case>")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="replace the results of an earlier run")] = False,
     resume: Annotated[
-        bool, typer.Option("--resume", help="go on from the last checkpoint in the results folder")
+        bool, typer.Option("--resume", help="continue from the last checkpoint in the results folder")
     ] = False,
     wall_time: Annotated[
         str | None, typer.Option(help="write a checkpoint and stop after this time, such as 2h30m, 45m or 90s")
+    ] = None,
+    error: Annotated[
+        str | None,
+        typer.Option(help="how errors are estimated after the run: companions (default) or none"),
     ] = None,
     tolerance: Annotated[
         str | None, typer.Option(help="take the cheapest model, mesh and step within it, such as 2%, by a trade-off")
     ] = None,
 ) -> int:
     """Run a case; also under mpirun."""
-    from gapbeam.api import run as run_file
+    from gapbeam.interface.single_case import run as run_file
 
     if overwrite and resume:
         raise click.UsageError("--overwrite replaces the results of an earlier run, --resume goes on with it: give one")
     overrides: Mapping[str, object] | list[str] = override or []
     if tolerance is not None:
-        _, overrides = rung_for(case, override or [], tolerance)
-    if wall_time is not None:
-        limit = duration(wall_time)
-        overrides = (
-            {**overrides, "output.wall_time": limit}
-            if isinstance(overrides, Mapping)
-            else [*overrides, f"output.wall_time={limit!r}"]
-        )
+        overrides = level_within(case, override or [], tolerance)
+    asked: dict[str, object] = {} if wall_time is None else {"output.wall_time": duration(wall_time)}
+    if error is not None:
+        asked["output.errors"] = error
+    if isinstance(overrides, Mapping):
+        overrides = {**overrides, **asked}
+    else:
+        overrides = [*overrides, *(f"{key}={value}" for key, value in asked.items())]
     outcome = run_file(case, overrides, output, overwrite, resume)
     if first_rank():
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
         if outcome.exit_status == 0:  # the message of a failure is in the log already
-            console.print(f"done: {harmless(outcome.message)}", markup=False)
+            console.print(f"done: {harmless(with_options(outcome.message))}", markup=False)
         console.print(f"results: {harmless(outcome.folder)}", markup=False)
     return outcome.exit_status
 
@@ -145,25 +147,25 @@ def duration(text: str) -> float:
 
 @app.command()
 def check(case: CaseArgument, override: Overrides = None) -> int:
-    """Read and mesh a case, and tell what its run will be."""
+    """Read and mesh a case, and report what its run will be."""
     from mpi4py import MPI
 
-    from gapbeam.check import describe
-    from meshes.rank_zero import on_rank_zero
-    from solver.case_file.reader import read_case
+    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.solver.case.reading.case_reader import read_case
+    from gapbeam.studies.prediction.case_description import describe_case
 
     comm = MPI.COMM_WORLD
     read = on_rank_zero(comm, lambda: read_case(case, override or []))
-    report = describe(read, comm)
+    description = describe_case(read, comm)
     if first_rank():
-        Console(soft_wrap=True).print(report)
+        Console(soft_wrap=True).print(Group(*description.tables()))
     return 0
 
 
 @app.command()
 def schema() -> int:
     """Print the JSON schema of case files, for editors."""
-    from solver.case_file.schema import schema as case_schema
+    from gapbeam.solver.case.json_schema import schema as case_schema
 
     print(json.dumps(case_schema(), indent=2))
     return 0
@@ -172,13 +174,8 @@ def schema() -> int:
 app.command()(on_one_rank(plot))
 app.command()(on_one_rank(render))
 app.command()(on_one_rank(report))
-app.command()(on_one_rank(stability))
-app.command()(on_one_rank(compare))
-app.command()(on_one_rank(sweep))
-app.command()(on_one_rank(identify))
-app.command()(on_one_rank(tradeoff))
-app.command()(modes)
-app.command()(on_one_rank(paper))
+for study in STUDIES:
+    app.command()(study.command if study.collective else on_one_rank(study.command))
 
 
 def main(arguments: list[str] | None = None) -> NoReturn:
@@ -207,7 +204,7 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
         return int(leaving.exit_code)
     except click.ClickException as fault:
         if talks:
-            fault.message = harmless(fault.message)
+            fault.message = harmless(with_options(fault.message))
             fault.show()
         return INPUT_FAULT
     except (KeyboardInterrupt, click.Abort):
@@ -219,7 +216,7 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
         if status is None:
             raise
         if talks:
-            print(f"gapbeam: {harmless(error)}", file=sys.stderr)
+            print(f"gapbeam: {harmless(with_options(error))}", file=sys.stderr)
         return int(status)
 
 
@@ -241,6 +238,7 @@ def _log_to_terminal(talks: bool) -> None:
     logger.setLevel(logging.INFO if talks else logging.CRITICAL + 1)
     logger.propagate = False
     logger.handlers[:] = [_terminal_handler()]
+    logger.filters[:] = [OptionWords()]
 
 
 def _terminal_handler() -> logging.Handler:

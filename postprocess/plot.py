@@ -8,24 +8,24 @@ from pathlib import Path
 
 from matplotlib.figure import Figure
 
-from postprocess.analysis import Acceleration, Analysis, Options, analyze
-from postprocess.errors import OptionError
-from postprocess.figures.amplitude_spectrum import draw_amplitude_spectrum
-from postprocess.figures.contact import draw_contact
-from postprocess.figures.energy import draw_energy
-from postprocess.figures.period_peaks import draw_period_peaks
-from postprocess.figures.phase_portrait import draw_phase_portrait
-from postprocess.figures.response_curve import draw_response_curve
-from postprocess.figures.style import journal_style, save
-from postprocess.figures.time_history import draw_time_history
-from postprocess.periodic_response import is_periodic, motion_of
-from postprocess.periodicity import TOLERANCE
-from postprocess.plain_json import read_json
-from postprocess.results import Results, open_results
-from postprocess.smoothing import POINTS, RATE, Sampling
-from postprocess.spectra import Window
-from postprocess.tables import as_data, as_text
-from solver.output.records import CURVE_FILE, HISTORY
+from gapbeam.postprocess.figures.amplitude_spectrum import draw_amplitude_spectrum
+from gapbeam.postprocess.figures.contact_figure import draw_contact
+from gapbeam.postprocess.figures.energy_figure import draw_energy
+from gapbeam.postprocess.figures.figure_style import journal_style, save
+from gapbeam.postprocess.figures.period_peaks import draw_period_peaks
+from gapbeam.postprocess.figures.phase_portrait import draw_phase_portrait
+from gapbeam.postprocess.figures.response_curve import draw_response_curve
+from gapbeam.postprocess.figures.time_history import draw_time_history
+from gapbeam.postprocess.results.bounded_json import read_json
+from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
+from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.postprocess.results_errors import OptionError
+from gapbeam.postprocess.signals.analysis_tables import as_data, as_text
+from gapbeam.postprocess.signals.periodicity import TOLERANCE
+from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze
+from gapbeam.postprocess.signals.smoothing import POINTS, RATE, Sampling
+from gapbeam.postprocess.signals.spectra import Window
+from gapbeam.solver.record_table import CURVE_FILE, HISTORY
 
 FOLDER = "figures"
 TABLES_FILE = "tables.txt"

@@ -10,10 +10,10 @@ from typing import Literal
 import numpy as np
 from PIL import Image
 
-from postprocess.errors import OptionError
-from postprocess.results import open_results
-from postprocess.scene.film import write_film
-from postprocess.scene.offscreen import RenderError, prepare_offscreen
+from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results_errors import OptionError
+from gapbeam.postprocess.scene.film import write_film
+from gapbeam.postprocess.scene.offscreen import RenderError, prepare_offscreen
 
 FOLDER = "pictures"
 LONGEST_FILM = 300
@@ -62,7 +62,7 @@ def render(
         if len(fields) == 0:
             raise RenderError(f"{fields.path} holds no times yet")
         prepare_offscreen()
-        from postprocess.scene.studio import Studio  # VTK reads the choice just made when it is first loaded
+        from gapbeam.postprocess.scene.run_scene import Studio  # VTK reads the choice just made when it is first loaded
 
         target = Path(output) if output is not None else results.folder / FOLDER
         target.mkdir(parents=True, exist_ok=True)

@@ -1,1 +1,1 @@
-"""The mechanics: case files, elasticity, contact, time integration, analyses, outputs."""
+"""Mechanics: from a case file to the motion of the beam."""

@@ -1,4 +1,4 @@
-"""Fuzz every reader of gapbeam for some minutes, and tell inputs, crashes, hangs and the longest answer.
+"""Fuzz every reader of gapbeam for some minutes, and report inputs, crashes, hangs and the longest answer.
 
 environment/run python3 -m benchmarks.fuzz --minutes 5 --seed 1
 """
@@ -70,11 +70,18 @@ def _options() -> argparse.Namespace:
 
 
 WARM = (
-    "gapbeam.command_line", "gapbeam.identification.evaluations", "gapbeam.identification.misfit",
-    "gapbeam.sweeping.tables",
-    "postprocess.plot", "postprocess.comparison_report", "postprocess.report.html", "postprocess.report.sections.run",
-    "postprocess.report.sections.several", "h5netcdf.legacyapi", "xarray.backends.h5netcdf_",
-)  # fmt: skip
+    "gapbeam.command_line",
+    "gapbeam.studies.identification.evaluations",
+    "gapbeam.studies.identification.misfit",
+    "gapbeam.studies.sweep.sweep_tables",
+    "gapbeam.postprocess.plot",
+    "gapbeam.postprocess.comparison.comparison_report",
+    "gapbeam.postprocess.report.html_page",
+    "gapbeam.postprocess.report.sections.run_section",
+    "gapbeam.postprocess.report.sections.several_runs_section",
+    "h5netcdf.legacyapi",
+    "xarray.backends.h5netcdf_",
+)
 
 
 def _warm_up() -> None:
@@ -100,7 +107,7 @@ def _fuzz(options: argparse.Namespace, seeds: Path, scratch: Path) -> dict[str, 
         count.longest = max(count.longest, outcome.seconds)
         count.memory = max(count.memory, outcome.memory)
         if outcome.is_finding:
-            last = outcome.told.strip().splitlines()[-1:] or [f"status {outcome.status}"]
+            last = outcome.printed.strip().splitlines()[-1:] or [f"status {outcome.status}"]
             mark = f"{target.name}: {outcome.kind} {outcome.status}: {last[0][:200]!r}"
             if mark not in seen and options.findings is not None:
                 _keep(folder, options.findings / f"{options.seed}-{number}", outcome)
@@ -121,10 +128,10 @@ def _one(target: Target, seeds: Path, folder: Path, chance: random.Random) -> Ou
     os.chdir(folder)
     outcome = attempt(work, folder / "said.txt", target.limits)
     if _listing(precious) != before:
-        told = f"{outcome.told}\nwritten outside of the results folder: {sorted(_listing(precious))}"
-        return Outcome("crash", outcome.status, outcome.seconds, outcome.memory, told)
-    if SECRET in outcome.told and not target.quotes:
-        return Outcome("crash", outcome.status, outcome.seconds, outcome.memory, f"{outcome.told}\nleaked a secret")
+        printed = f"{outcome.printed}\nwritten outside of the results folder: {sorted(_listing(precious))}"
+        return Outcome("crash", outcome.status, outcome.seconds, outcome.memory, printed)
+    if SECRET in outcome.printed and not target.quotes:
+        return Outcome("crash", outcome.status, outcome.seconds, outcome.memory, f"{outcome.printed}\nleaked a secret")
     return outcome
 
 
@@ -138,7 +145,7 @@ def _keep(folder: Path, kept: Path, outcome: Outcome) -> None:
     """Keep an input that was not answered as it should be."""
     shutil.rmtree(kept, ignore_errors=True)
     shutil.copytree(folder, kept, symlinks=True, ignore=_pipes)
-    (kept / "told.txt").write_text(outcome.told, encoding="utf-8")
+    (kept / "printed.txt").write_text(outcome.printed, encoding="utf-8")
 
 
 def _pipes(folder: str, names: list[str]) -> list[str]:
@@ -149,8 +156,8 @@ def _table(counts: dict[str, Count], options: argparse.Namespace) -> Table:
     rows: list[tuple[Cell, ...]] = []
     for name, count in counts.items():
         findings = [count.kinds[kind] for kind in ("crash", "hang", "escape")]
-        told = (sum(count.kinds.values()), count.kinds["done"], count.kinds["refused"])
-        rows.append((name, *told, *findings, round(count.longest, 2), round(count.memory / 1e6)))
+        printed = (sum(count.kinds.values()), count.kinds["done"], count.kinds["refused"])
+        rows.append((name, *printed, *findings, round(count.longest, 2), round(count.memory / 1e6)))
     totals = [sum(int(row[column] or 0) for row in rows) for column in range(1, 7)]
     longest = max(float(row[7] or 0) for row in rows)
     memory = max(int(row[8] or 0) for row in rows)

@@ -20,17 +20,17 @@ def added(folders: Sequence[Path]) -> Table:
     """
     slices = [json.loads((folder / "fuzz.json").read_text(encoding="utf-8")) for folder in folders]
     rows: dict[str, list[Any]] = {}
-    for told in slices:
-        for name, *cells in told["rows"]:
+    for printed in slices:
+        for name, *cells in printed["rows"]:
             before = rows.setdefault(name, [name, *[0] * len(cells)])
             before[ADDED] = [one + other for one, other in zip(before[ADDED], cells[:6], strict=True)]
             before[LARGEST] = [max(pair) for pair in zip(before[LARGEST], cells[6:], strict=True)]
     total = rows.pop("all")
     all_rows: tuple[tuple[Cell, ...], ...] = tuple(tuple(row) for row in [*rows.values(), total])
-    used = sum(told["figures"]["cpu_seconds"] for told in slices)
+    used = sum(printed["figures"]["cpu_seconds"] for printed in slices)
     figures = {"tried": total[1], "findings": sum(total[4:7]), "longest": total[7], "cpu_seconds": used}
     notes = (
-        "; ".join(told["notes"][0].split(",")[0] for told in slices) + f": {used / 60.0:.1f} minutes of CPU",
-        *dict.fromkeys(note for told in slices for note in told["notes"][1:]),
+        "; ".join(printed["notes"][0].split(",")[0] for printed in slices) + f": {used / 60.0:.1f} minutes of CPU",
+        *dict.fromkeys(note for printed in slices for note in printed["notes"][1:]),
     )
     return Table("fuzz", "Hostile input", tuple(slices[0]["columns"]), all_rows, notes, figures)

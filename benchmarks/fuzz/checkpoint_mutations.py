@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 
 from benchmarks.fuzz.mutations import spoil_bytes, spoil_json
-from solver.checkpoint.files import VERSION
-from solver.checkpoint.kept_model import EXPANSION, sum_of
-from solver.checkpoint.layout import NODES, POINTS
+from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
+from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS
+from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, sum_of
 
 Parts = tuple[bytes, bytes]  # JSON, arrays
 APART = {EXPANSION, NODES, POINTS}  # not in the checksum of the matrices

@@ -16,7 +16,7 @@ RATTLE = (
 STOP = """
 import sys
 import gapbeam
-from solver.interruption import Interruption, Wish
+from gapbeam.solver.run.interruption import Interruption, Wish
 
 case, whole, folder, stops, *overrides = sys.argv[1:]
 assert gapbeam.run(case, overrides, whole).exit_status == 0
@@ -37,7 +37,7 @@ class Stopped:
     Attributes:
         name: Of its folder; the uninterrupted run is in the one with "-whole" behind.
         keys: Overrides of the demo.
-        stops: Stretches after which it was stopped, separated by commas.
+        stops: Step blocks after which it was stopped, separated by commas.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""Runs that go on from what others left: spoiled checkpoints, and spoiled results beside whole checkpoints."""
+"""Runs that continue from what others left: spoiled checkpoints, and spoiled results beside whole checkpoints."""
 
 from __future__ import annotations
 
@@ -14,6 +14,7 @@ from unittest import mock
 
 from benchmarks.fuzz.checkpoint_mutations import spoil_checkpoint, spoil_kept_model
 from benchmarks.fuzz.checkpoint_seeds import DEMO, PROJECT, STOPPED, Stopped
+from benchmarks.fuzz.command_work import command
 from benchmarks.fuzz.mutations import put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
 
 WRONG = 0.01  # of the largest value: how far a history may be from that of the run without interruption
@@ -84,20 +85,19 @@ def _built(run: Stopped) -> Any:
     """Return the model of a run."""
     from mpi4py import MPI
 
-    from solver.case_file.reader import read_case
-    from solver.model import build_model
+    from gapbeam.solver.case.reading.case_reader import read_case
+    from gapbeam.solver.models.model import build_model
 
     return build_model(read_case(DEMO, list(run.keys)), MPI.COMM_SELF)
 
 
 def _go_on(run: Stopped, seeds: Path, copy: Path) -> int:
-    """Resume, and compare what becomes of it with the run without interruption."""
-    import solver.run
-    from benchmarks.fuzz.targets import command
+    """Resume, and compare the result with the run without interruption."""
+    import gapbeam.solver.run.run_case
 
     words = [word for key in run.keys for word in ("--set", key)]
     model = _built(run)
-    with mock.patch.object(solver.run, "build_model", return_value=model):
+    with mock.patch.object(gapbeam.solver.run.run_case, "build_model", return_value=model):
         status = command("run", DEMO, *words, "--resume", "--output", copy)()
     if status == 0 and (wrong := _wrong(copy, seeds / f"{run.name}-whole")):
         raise AssertionError(f"taken as it was, and wrong in silence: {wrong}")
@@ -108,8 +108,8 @@ def _wrong(one: Path, other: Path) -> str:
     """Return in what the history of a run is not that of another, in words."""
     import numpy as np
 
-    from postprocess.errors import ResultsError
-    from postprocess.results import open_results
+    from gapbeam.postprocess.results.results import open_results
+    from gapbeam.postprocess.results_errors import ResultsError
 
     try:
         found, expected = open_results(one).history, open_results(other).history

@@ -1,4 +1,4 @@
-"""One attempt in a process of its own with bounded time and memory, and what became of it."""
+"""One attempt in a process of its own with bounded time and memory, and its result."""
 
 from __future__ import annotations
 
@@ -14,12 +14,12 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Literal, NoReturn
 
-from gapbeam.terminal import harmless
+from gapbeam.process.terminal_text import harmless
 
 Kind = Literal["done", "refused", "crash", "hang", "escape"]
 LONGEST_MESSAGE = 50_000  # characters
 REFUSED = 2
-TOLD = (0, 3, 4, 5, 6)  # a run that was done, and the ways in which it says that it cannot be trusted
+REPORTED = (0, 3, 4, 5, 6)  # a run that was done, and the ways in which it says that it cannot be trusted
 ALLOWED = {"\n", "\t", "\r"}
 
 
@@ -40,21 +40,21 @@ class Limits:
 
 @dataclass(frozen=True)
 class Outcome:
-    """What became of an attempt.
+    """Result of an attempt.
 
     Attributes:
         kind: done, refused with a message, crash, hang, or escape: control characters reached the terminal.
         status: Exit status; negative for a signal.
         seconds: It took.
         memory: Peak resident memory, bytes.
-        told: What it said.
+        printed: What it printed.
     """
 
     kind: Kind
     status: int
     seconds: float
     memory: int
-    told: str
+    printed: str
 
     @property
     def is_finding(self) -> bool:
@@ -66,7 +66,7 @@ def attempt(work: Callable[[], int], said: Path, limits: Limits = Limits()) -> O
     """Do some work in a forked process.
 
     Args:
-        work: Returns an exit status; errors with an `exit_status` are told as the command line tells them.
+        work: Returns an exit status; errors with an `exit_status` are reported as the command line reports them.
         said: File for what it says.
         limits: Of time, memory and files.
 
@@ -92,18 +92,18 @@ def attempt(work: Callable[[], int], said: Path, limits: Limits = Limits()) -> O
         time.sleep(0.002)
     seconds = time.perf_counter() - started
     status = os.waitstatus_to_exitcode(code)
-    told = said.read_text(encoding="utf-8", errors="replace")
-    return Outcome(_kind(status, hung, told), status, seconds, used.ru_maxrss * 1024, told)
+    printed = said.read_text(encoding="utf-8", errors="replace")
+    return Outcome(_kind(status, hung, printed), status, seconds, used.ru_maxrss * 1024, printed)
 
 
-def _kind(status: int, hung: bool, told: str) -> Kind:
+def _kind(status: int, hung: bool, printed: str) -> Kind:
     if hung:
         return "hang"
-    if "Traceback (most recent call last)" in told or status not in (REFUSED, *TOLD):
+    if "Traceback (most recent call last)" in printed or status not in (REFUSED, *REPORTED):
         return "crash"
-    if status == REFUSED and (not told.strip() or len(told) > LONGEST_MESSAGE):
+    if status == REFUSED and (not printed.strip() or len(printed) > LONGEST_MESSAGE):
         return "crash"
-    if any(not letter.isprintable() and letter not in ALLOWED for letter in told):
+    if any(not letter.isprintable() and letter not in ALLOWED for letter in printed):
         return "escape"
     return "refused" if status == REFUSED else "done"
 

@@ -119,7 +119,8 @@ def make_seeds(folder: Path) -> Path:
 
 
 TRADEOFF = {
-    "tolerance": 0.02, "chosen": "beam, 24 elements", "verdict": "the cheapest rung within 2 %", "chaotic": False,
+    "tolerance": 0.02, "chosen": "beam, 24 elements", "chaotic": False,
+    "verdict": "the cheapest fidelity level within 2 %",
     "reference": "full 2D", "uncertainty": {"peak": 0.001}, "notes": ["a note"], "skipped": [],
     "rungs": [
         {"name": name, "verdict": "passed", "message": "", "errors": {"peak": error}, "seconds_of_the_case": seconds,

@@ -10,11 +10,11 @@ from pathlib import Path
 
 from benchmarks.fuzz import checkpoint_targets
 from benchmarks.fuzz.checkpoint_seeds import PROJECT
+from benchmarks.fuzz.command_work import Work, command
 from benchmarks.fuzz.mutations import NUMBERS, WORDS, put_in_place, spoil_bytes, spoil_hdf5, spoil_json, spoil_text
 from benchmarks.fuzz.sandbox import Limits
 from benchmarks.fuzz.seeds import STABILITY
 
-Work = Callable[[], int]
 TEXTS = {".toml": spoil_text, ".json": spoil_json, ".jsonl": spoil_json, ".csv": spoil_text, ".xdmf": spoil_text}
 
 
@@ -35,17 +35,6 @@ class Target:
     spoil: Callable[[Path, Path, random.Random], Work]
     limits: Limits = Limits()  # noqa: RUF009
     quotes: bool = False
-
-
-def command(*words: object) -> Work:
-    """Return the work of a whole command in this process."""
-
-    def work() -> int:
-        from gapbeam.command_line import _dispatch
-
-        return _dispatch([str(word) for word in words], True)
-
-    return work
 
 
 def _case(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: ARG001
@@ -98,8 +87,8 @@ def _cases() -> list[Path]:
 
 
 def _setting(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa: ARG001
-    from gapbeam.sweeping.plan import Sweep
-    from solver.studies.axes import read_axis
+    from gapbeam.studies.sweep.sweep_plan import Sweep
+    from gapbeam.studies.trials.axes import read_axis
 
     keys = ("support.clearance", "mesh.size", "time.step", "load.shaker.amplitude", "load.0", "contact.formulation",
             "time.scheme.type", "model", "beam", "mesh.file", "load", "", ".", "a.b.c.d", "x" * 3000,
@@ -126,7 +115,7 @@ def _setting(seeds: Path, folder: Path, chance: random.Random) -> Work:  # noqa:
 
 
 def _read_case(path: Path, overrides: list[str]) -> int:
-    from solver.case_file.reader import case_to_toml, read_case, warnings
+    from gapbeam.solver.case.reading.case_reader import case_to_toml, read_case, warnings
 
     case = read_case(path, overrides)
     for warning in warnings(case):
@@ -141,7 +130,7 @@ def _read_case(path: Path, overrides: list[str]) -> int:
 
 
 def _identification(seeds: Path, folder: Path, chance: random.Random) -> Work:
-    from gapbeam.identification.reading import read_identification
+    from gapbeam.studies.identification.identification_file import read_identification
 
     for name in ("identify.toml", "identified-case.toml"):
         shutil.copy(seeds / name, folder / name)
@@ -190,10 +179,10 @@ def _analysis(seeds: Path, folder: Path, chance: random.Random) -> Work:
     copy = _spoiled_folder(seeds, "run", folder, chance, *RUN)
 
     def work() -> int:
-        from postprocess.analysis import Options, analyze
-        from postprocess.damage import as_written
-        from postprocess.results import open_results
-        from postprocess.tables import as_data, as_text
+        from gapbeam.postprocess.results.damaged_files import as_written
+        from gapbeam.postprocess.results.results import open_results
+        from gapbeam.postprocess.signals.analysis_tables import as_data, as_text
+        from gapbeam.postprocess.signals.probe_analysis import Options, analyze
 
         with as_written(copy):
             results = open_results(copy)
@@ -243,12 +232,12 @@ def _sweep_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
     (copy / "points" / chance.choice(("x.json", "-1.json", "000000.json.part", "000007.json"))).write_bytes(b"{}")
 
     def work() -> int:
-        from gapbeam.sweeping.plan import Sweep, finished, prepare, read_points
-        from gapbeam.sweeping.tables import write_tables
-        from postprocess.census import census
-        from postprocess.damage import as_written
-        from solver.case import Case
-        from solver.studies.axes import read_axis
+        from gapbeam.postprocess.results.damaged_files import as_written
+        from gapbeam.postprocess.study_figures.response_census import census
+        from gapbeam.solver.case.case import Case
+        from gapbeam.studies.sweep.sweep_plan import Sweep, finished, prepare, read_points
+        from gapbeam.studies.sweep.sweep_tables import write_tables
+        from gapbeam.studies.trials.axes import read_axis
 
         sweep = Sweep(STABILITY, QUICK_FIXED, (read_axis("support.clearance=0.05e-3,0.1e-3", "linear", ""),))
         cases = [entry for entry in read_points(sweep).values() if isinstance(entry, Case)]
@@ -265,10 +254,10 @@ def _identify_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
     copy = _spoiled_folder(seeds, "identify", folder, chance, "plan.json", "case.toml", *["evaluations.jsonl"] * 3)
 
     def work() -> int:
-        from gapbeam.identification.evaluations import Evaluations, prepare
-        from gapbeam.identification.misfit import Misfit
-        from gapbeam.identification.reading import read_identification
-        from solver.studies.side_by_side import SideBySide
+        from gapbeam.studies.identification.evaluations import Evaluations, prepare
+        from gapbeam.studies.identification.identification_file import read_identification
+        from gapbeam.studies.identification.misfit import Misfit
+        from gapbeam.studies.trials.worker_processes import SideBySide
 
         problem = read_identification(seeds / "identify.toml")
         prepare(problem, copy, False)
@@ -291,8 +280,8 @@ def _mesh(seeds: Path, folder: Path, chance: random.Random) -> Work:
     def work() -> int:
         from mpi4py import MPI
 
-        from meshes.files import read_mesh
-        from meshes.geometry import BeamGeometry
+        from gapbeam.meshes.beam_geometry import BeamGeometry
+        from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 
         read_mesh(MPI.COMM_SELF, path, BeamGeometry(2, 0.51, 0.012, 0.02, 0.05))
         return 0

@@ -7,9 +7,9 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from postprocess.analysis import Analysis, SignalAnalysis
-from postprocess.display_units import shown
-from postprocess.figures.style import BLACK, BLUE, GRAY, letter, panels
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, letter, panels
+from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
 
 _DECADES = 4.0
 _SHORT = {"1/2": "½", "1/3": "⅓"}

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from postprocess.figures.style import BLACK, BLUE, GRAY, VERMILION, journal_style, letter, panels
+from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, VERMILION, journal_style, letter, panels
 
 STYLES = {"seated": (BLACK, "-"), "closed": (VERMILION, "--"), "free": (BLUE, ":")}
 COLUMNS = 2
@@ -33,7 +33,7 @@ def draw_mode_shapes(modes: Mapping[str, Any], path: Path) -> Path:
                 panel.set_visible(False)
                 continue
             panel.axhline(0.0, color=GRAY, linewidth=0.5)
-            told = []
+            words = []
             for state in modes["states"]:
                 bending = [mode for mode in state["modes"] if mode["kind"] == "bending"]
                 if number >= len(bending):
@@ -44,8 +44,8 @@ def draw_mode_shapes(modes: Mapping[str, Any], path: Path) -> Path:
                     1e3 * np.array(state["x"]), shape * np.sign(shape[-1]), color=color, linestyle=line,
                     label=state["name"],
                 )  # fmt: skip
-                told.append(f"{bending[number]['frequency']:.4g}")
-            panel.set_title(f"mode {number + 1}: {', '.join(told)} Hz", fontsize=8.0)
+                words.append(f"{bending[number]['frequency']:.4g}")
+            panel.set_title(f"mode {number + 1}: {', '.join(words)} Hz", fontsize=8.0)
             panel.set_ylim(-1.15, 1.15)
         for panel in axes[-1]:
             panel.set_xlabel("x (mm)")

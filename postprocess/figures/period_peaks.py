@@ -5,9 +5,9 @@ from __future__ import annotations
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from postprocess.analysis import Analysis
-from postprocess.display_units import shown
-from postprocess.figures.style import BLACK, GRAY, VERMILION, letter, panels
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, VERMILION, letter, panels
+from gapbeam.postprocess.signals.probe_analysis import Analysis
 
 
 def draw_period_peaks(analysis: Analysis) -> Figure:

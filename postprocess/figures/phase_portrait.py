@@ -6,9 +6,9 @@ import numpy as np
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from postprocess.analysis import Analysis
-from postprocess.display_units import shown
-from postprocess.figures.style import BLACK, GRAY, VERMILION, letter, panels
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, VERMILION, letter, panels
+from gapbeam.postprocess.signals.probe_analysis import Analysis
 
 
 def draw_phase_portrait(analysis: Analysis) -> Figure:

@@ -11,7 +11,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from postprocess.figures.style import BLACK, BLUE, DOUBLE, GRAY, GREEN, PURPLE, VERMILION, panels
+from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, DOUBLE, GRAY, GREEN, PURPLE, VERMILION, panels
 
 COLORS = (BLACK, BLUE, GREEN, PURPLE)
 MARKS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^"}

@@ -1,4 +1,4 @@
-"""Figure: displacement and acceleration over the whole record, and over the last forcing periods."""
+"""Figure: displacement and acceleration over the whole record, and an enlarged part of it."""
 
 from __future__ import annotations
 
@@ -6,26 +6,31 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from postprocess.analysis import Analysis
-from postprocess.display_units import shown
-from postprocess.figures.style import BLACK, GRAY, letter, limits_around, panels
-from postprocess.signals import Signal, last_part
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, letter, limits_around, panels
+from gapbeam.postprocess.signals.enlarged_part import enlarged_span
+from gapbeam.postprocess.signals.probe_analysis import Analysis
+from gapbeam.postprocess.signals.signal import Signal
 
 _NARROW = 0.02
 
 
 def draw_time_history(analysis: Analysis, zoom: int = 3) -> Figure:
-    """Draw displacement and acceleration, raw and smoothed; left the whole record, right its end.
+    """Draw displacement and acceleration, raw and smoothed; left the whole record, right a part of it.
 
     Args:
         analysis: With a displacement.
-        zoom: Forcing periods on the right; without forcing the last tenth of the record.
+        zoom: Forcing periods on the right; without forcing the tenth of the record where most happens.
     """
     rows = [signal for signal in (analysis.displacement, analysis.acceleration) if signal is not None]
     figure, axes = panels(len(rows), 2, height=1.75, sharey="row", sharex="col", width_ratios=[1.5, 1.0])
     frequency = analysis.forcing_frequency
+    motion = rows[-1].signal
+    span = enlarged_span(motion.time, motion.values, frequency, zoom)
     for row, (whole, end) in zip(rows, axes, strict=True):
-        signal, last = row.signal, last_part(row.signal, frequency, zoom)
+        if frequency is not None:  # each record to its own end
+            span = enlarged_span(row.signal.time, row.signal.values, frequency, zoom)
+        signal, last = row.signal, row.signal.between(*span)
         unit, factor = shown(signal.unit)
         smoothed = analysis.smoothed.signal if analysis.smoothed and row is analysis.acceleration else None
         for panel, part in ((whole, signal), (end, last)):

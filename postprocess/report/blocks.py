@@ -1,6 +1,6 @@
 """What reports are made of: frozen blocks that say what is shown, and nothing of how.
 
-Charts are in `postprocess.report.charts`. A section is built anywhere from plain numbers; `postprocess.report.html`
+Charts are in `report.charts`. A section is built anywhere from plain numbers; `report.html_page`
 turns a report into a page. Blocks check themselves when they are made: shapes that differ, anchors and choices that
 do not exist.
 
@@ -17,8 +17,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Literal
 
-from postprocess.errors import BlockError
-from postprocess.report.charts import Chart, Surface
+from gapbeam.postprocess.report.charts import Chart, Surface
+from gapbeam.postprocess.results_errors import BlockError
 
 Cell = str | float | int | None
 Level = Literal["passed", "note", "warning", "error"]
@@ -94,7 +94,7 @@ class Table:
     """Numbers and words in rows.
 
     Attributes:
-        caption: What it tells.
+        caption: What it shows.
         columns: Heads, with the unit in parentheses.
         rows: A cell a column: words, numbers (shown to `digits` significant digits, integers whole) or None.
         notes: Below the table.
@@ -152,7 +152,7 @@ class Comparison:
     """Numbers beside those of a paper or another reference, with the deviation of each.
 
     Attributes:
-        caption: What it tells.
+        caption: What it shows.
         rows: One a number.
         reference: What the other numbers are: "paper", "measured", "closed form".
         here: What ours are called.

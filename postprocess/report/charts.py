@@ -8,7 +8,7 @@ from typing import Literal
 
 import numpy as np
 
-from postprocess.errors import BlockError
+from gapbeam.postprocess.results_errors import BlockError
 
 FloatArray = np.ndarray
 Mode = Literal["lines", "markers", "lines+markers", "stems", "bars"]
@@ -25,7 +25,7 @@ class Curve:
         mode: "lines", "markers", "lines+markers", "stems" (spectral lines from the foot of the chart) or "bars".
         choice: The choice with which it is shown; None: always.
         dashed: Whether the line is dashed, as for unstable branches and references.
-        texts: What is told of each point when it is pointed at, (n,); empty: its coordinates only.
+        texts: Text of each point, shown when it is pointed at, (n,); empty: its coordinates only.
         like: Name of the curve whose color it shares, such as that whose points it marks; empty: a color of its own.
 
     Raises:

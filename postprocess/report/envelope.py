@@ -1,4 +1,4 @@
-"""Long records drawn with few points that hide nothing: the smallest and the largest value of every stretch."""
+"""Long records drawn with few points that hide nothing: the smallest and the largest value of every interval."""
 
 from __future__ import annotations
 
@@ -12,10 +12,10 @@ MOST = 1600  # points of a curve: twice as many as a figure has pixels
 
 
 def envelope(x: FloatArray, y: FloatArray, most: int = MOST) -> tuple[FloatArray, FloatArray]:
-    """Return the smallest and the largest value of each of `most`/2 stretches of a record, in their order.
+    """Return the smallest and the largest value of each of `most`/2 intervals of a record, in their order.
 
     A record that is short enough is returned as it is. Every peak is drawn at its height; what is lost is what happens
-    between them within a stretch.
+    between them within an interval.
 
     Args:
         x: (n,), increasing.

@@ -9,8 +9,8 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 from mpl_toolkits.mplot3d import Axes3D
 
-from postprocess.figures.style import GRAY, journal_style
-from postprocess.report.charts import Surface
+from gapbeam.postprocess.figures.figure_style import GRAY, journal_style
+from gapbeam.postprocess.report.charts import Surface
 
 DOTS = 170  # per inch: sharp on a phone, 60 kB a picture
 

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 from PIL import Image
 
-from postprocess.scene.offscreen import RenderError
+from gapbeam.postprocess.scene.offscreen import RenderError
 
 
 def write_film(path: Path, frames: Iterable[np.ndarray], frames_per_second: float) -> Path:

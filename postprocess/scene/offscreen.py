@@ -29,7 +29,7 @@ class RenderError(RuntimeError):
 
 @cache
 def prepare_offscreen() -> str:
-    """Choose the way to draw off-screen and tell VTK through its environment variable.
+    """Choose the way to draw off-screen and pass it to VTK through its environment variable.
 
     Every way is tried in a process of its own, since VTK ends the process where OpenGL cannot be started.
 

@@ -10,9 +10,9 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from postprocess.figures.style import BLACK, VERMILION
-from postprocess.scene.support import Support
-from postprocess.scene.view import PRESSURES
+from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION
+from gapbeam.postprocess.scene.camera_view import PRESSURES
+from gapbeam.postprocess.scene.support_surface import Support
 
 _MEGA = 1.0e-6
 _STYLES = {"base": (BLACK, "-"), "gland": (VERMILION, "--")}
@@ -101,15 +101,16 @@ class PressurePanel:
             panel = figure.add_axes((left, low, width, each))
             numbers = faces[face]
             x, y = 1e3 * points[numbers, 0], 1e3 * points[numbers, 1]
-            self._artists[face] = panel.tripcolor(
-                Triangulation(x, y),
-                np.zeros(numbers.size),
-                shading="gouraud",
-                cmap=PRESSURES,
-                vmin=0.0,
-                vmax=self._limit,
-            )
-            self._numbers[face] = numbers
+            if numbers.size:
+                self._artists[face] = panel.tripcolor(
+                    Triangulation(x, y),
+                    np.zeros(numbers.size),
+                    shading="gouraud",
+                    cmap=PRESSURES,
+                    vmin=0.0,
+                    vmax=self._limit,
+                )
+                self._numbers[face] = numbers
             panel.set_ylabel("y (mm)")
             panel.set_yticks([1e3 * support.front, 0.0, 1e3 * support.back])
             panel.set_title(f"pressure on the {face} (MPa)", loc="left", fontsize="medium", pad=4)

@@ -12,13 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from postprocess.fields import Frame
-from postprocess.figures.style import BLACK, GRAY, VERMILION
-from postprocess.scene.caption import Caption
-from postprocess.scene.pressure_panel import PressurePanel
-from postprocess.scene.support import Support
-from postprocess.scene.traces import Traces
-from postprocess.scene.window import Window
+from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, VERMILION
+from gapbeam.postprocess.results.field_reader import Frame
+from gapbeam.postprocess.scene.camera_window import Window
+from gapbeam.postprocess.scene.caption import Caption
+from gapbeam.postprocess.scene.pressure_panel import PressurePanel
+from gapbeam.postprocess.scene.support_surface import Support
+from gapbeam.postprocess.scene.traces import Traces
 
 Place = tuple[float, float, float, float]
 
@@ -52,6 +52,17 @@ def pixels(place: Place, size: tuple[int, int]) -> tuple[int, int]:
     return round(place[2] * size[0]), round(place[3] * size[1])
 
 
+def ruler_step(length: float, most: int) -> float:
+    """Return the distance of the labels on a ruler: 1, 2 or 5 times a power of ten, so that not too many stand there.
+
+    Args:
+        length: Of the window, in any unit.
+        most: Intervals that the picture has room for.
+    """
+    decade = 10.0 ** np.floor(np.log10(length / most))
+    return float(next(step for step in (1.0, 2.0, 5.0, 10.0) if length <= most * step * decade * (1.0 + 1e-9)) * decade)
+
+
 class Sheet:
     """A sheet that is laid out once and filled again for every frame."""
 
@@ -81,8 +92,8 @@ class Sheet:
         with mpl.rc_context(style):
             self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
             self._canvas = FigureCanvasAgg(self.figure)
-            self._whole = self._picture(WHOLE, windows[0], support, 50.0)
-            self._near = self._picture(ZOOM, windows[1], support, 10.0)
+            self._whole = self._picture(WHOLE, windows[0], support, 11)
+            self._near = self._picture(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures)
             self._force = self._trace(_FORCE, "force (N)", traces.time, traces.forces)
             self._motion = self._trace(
@@ -118,7 +129,7 @@ class Sheet:
         pixels_now = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
         return np.asarray(pixels_now)[..., :3].copy()
 
-    def _picture(self, place: Place, window: Window, support: Support, step: float) -> AxesImage:
+    def _picture(self, place: Place, window: Window, support: Support, most: int) -> AxesImage:
         panel = self.figure.add_axes(place)
         width, height = pixels(place, self._size)
         extent = (1e3 * window.x[0], 1e3 * window.x[1], 1e3 * window.height[0], 1e3 * window.height[1])
@@ -133,6 +144,7 @@ class Sheet:
         panel.spines[:].set_visible(False)
         if support.dimension == 2:
             first, last = 1e3 * support.start, min(1e3 * support.end, extent[1])
+            step = ruler_step(extent[1] - extent[0], most)
             ticks = np.arange(np.ceil(first / step - 1e-6), np.floor(last / step + 1e-6) + 1) * step + 0.0
             panel.set_xticks(ticks, [*(f"{x:g}" for x in ticks[:-1]), f"{ticks[-1]:g} mm"])
             panel.spines["bottom"].set_visible(True)

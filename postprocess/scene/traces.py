@@ -6,9 +6,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from postprocess.results import Results
-from postprocess.signals import face_signal, probe_signal
-from solver.output.records import HISTORY_FILE
+from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.signals.signal import face_signal, probe_signal
+from gapbeam.solver.record_table import HISTORY_FILE
 
 
 @dataclass(frozen=True)
@@ -34,6 +34,11 @@ class Traces:
         if not self.forces:
             return None
         return np.asarray(sum(np.interp(times, self.time, force) for force in self.forces.values()))
+
+    def peak_force(self) -> tuple[float, float]:
+        """Time, s, and size, N, of the largest recorded sum of the contact forces."""
+        total = np.sum(list(self.forces.values()), axis=0)
+        return float(self.time[np.argmax(total)]), float(total.max())
 
 
 def traces_of(results: Results, fields_times: np.ndarray, tip: np.ndarray) -> Traces:

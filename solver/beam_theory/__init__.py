@@ -1,1 +1,1 @@
-"""The Euler-Bernoulli beam on end springs of Li et al. (2013), section 2."""
+"""Beams on end springs: frequency equation, roots and mode shapes."""

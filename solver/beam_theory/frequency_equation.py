@@ -25,7 +25,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from numpy.typing import ArrayLike
 
-from solver.operators import Array
+from gapbeam.solver.system.operators import Array
 
 SERIES_BELOW = 1.5  # of lambda
 _TERMS = range(8)  # the ninth is below 1e-21 of the first at lambda = 1.5

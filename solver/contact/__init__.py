@@ -1,1 +1,1 @@
-"""Pointwise contact laws."""
+"""Contact: laws, formulations and the contact problem of a step."""

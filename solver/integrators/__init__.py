@@ -1,1 +1,1 @@
-"""Time integration schemes, one per file."""
+"""Time integration schemes."""

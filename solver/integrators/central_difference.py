@@ -4,9 +4,9 @@
     M a1 + c_M M v1 + c_K K v_h + dashpots v1 + K u1 = f(t1) + H^T (w p1)
 
 The contact pressure is the law at d1 with the gap rate over the step. Stable up to a step that depends on mesh, damping
-and contact stiffness (`solver.stable_step`).
+and contact stiffness (`gapbeam.solver.integrators.stable_step`).
 
-Massless DOFs (`solver.mass_redistribution`) are in static equilibrium at t1; their displacement and the pressure on
+Massless DOFs (`assembly.mass_redistribution`) are in static equilibrium at t1; their displacement and the pressure on
 them follow from the contact problem on K_cc, the stiffness of these DOFs, so the contact does not limit the step.
 
 Source: Belytschko, Liu, Moran and Elkhodary (2014), ch. 6; Doyen, Ern and Piperno (2011), SIAM J. Sci. Comput. 33, for
@@ -16,26 +16,43 @@ massless contact nodes in explicit schemes.
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
-from solver.contact.law import ContactLaw
-from solver.contact.solve import solve_contact
-from solver.integrators.effective import hold
-from solver.matrix_free import Condensed
-from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step, imaged
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.solve.contact_solve import solve_contact
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.integrators.effective_operator import hold
+from gapbeam.solver.integrators.time_scheme import STIFF_CONTACT, StiffnessRange, TimeScheme
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step, imaged
 
 
-@dataclass(frozen=True)
-class CentralDifference:
-    """The scheme; M of the body has to be diagonal; massless DOFs, if any, have to be all that gaps depend on."""
+class CentralDifference(TimeScheme):
+    """Central difference with a lumped mass matrix: explicit, stable only with tiny steps, which are enforced."""
 
-    carries_acceleration = True
+    type: Literal["central-difference"] = Field(description="name of the scheme")
+    carries_acceleration: ClassVar[bool] = True
+    contact_range: ClassVar[StiffnessRange] = STIFF_CONTACT
+    needs_massless_contact: ClassVar[bool] = True
+    explicit: ClassVar[bool] = True
+    needs_factor: ClassVar[bool] = True
+
+    @property
+    def creates_energy(self) -> bool:
+        """Not by itself: contact nodes with mass do, on stiff contact."""
+        return False
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
         """Return (c_m, 0, c_d): the operator is M with dashpots, and K on the massless DOFs."""
         return 1.0 + 0.5 * dt * system.mass_damping, 0.0, 0.5 * dt
+
+    def amplification(self, angle: float) -> Array:
+        """Return the matrix of a step on (u, dt v), half of the acceleration -w^2 u before, half after u has moved."""
+        half = 0.5 * angle * angle
+        return np.array([[1.0 - half, 1.0], [half * half - angle * angle, 1.0 - half]])
 
     def advance(
         self,
@@ -46,7 +63,7 @@ class CentralDifference:
         dt: float,
         max_iterations: int = 60,
     ) -> Step:
-        """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`."""
+        """Advance by one step; massless DOFs, if any, have to be all that gaps depend on. Collective."""
         law = law.touched_at(old.touch_speed)
         contact, operators = system.contact, system.operators
         assert old.a is not None

@@ -10,53 +10,81 @@ Friction opposes v_f under p_f; the traction that a state shows is the law at it
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass, replace
+from abc import abstractmethod
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import ClassVar, Literal, NamedTuple
 
 import numpy as np
+from pydantic import Field
 
-from solver.contact.friction_solve import solve_contact_and_friction
-from solver.contact.law import ContactLaw, StagePressure
-from solver.contact.sliding import Sliding
-from solver.integrators.effective import hold, image_of_solution
-from solver.matrix_free import Condensed
-from solver.operators import Array
-from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
+from gapbeam.solver.contact.laws.law_forms import ENDPOINT
+from gapbeam.solver.contact.solve.friction_solve import solve_contact_and_friction
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.contact.solve.slip_problem import Sliding
+from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
+from gapbeam.solver.integrators.time_scheme import (
+    SOFT_CONTACT,
+    KernelNumbers,
+    StiffnessRange,
+    TimeScheme,
+)
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
+from gapbeam.solver.table import Number
+
+SAFE_GAMMA = 0.65  # of Newmark's rule
+SAFE_RADIUS = 0.5  # of generalized-alpha, at infinite frequency
+SAFE_ALPHA = 0.2  # of HHT-alpha
 
 
-@dataclass(frozen=True)
-class GeneralizedAlpha:
-    """The coefficients of the family."""
+class Weights(NamedTuple):
+    """alpha_m, alpha_f, beta and gamma of the family."""
 
     alpha_m: float
     alpha_f: float
     beta: float
     gamma: float
-    carries_acceleration = True
 
-    @classmethod
-    def newmark(cls, beta: float = 0.25, gamma: float = 0.5) -> GeneralizedAlpha:
-        """Return Newmark's scheme."""
-        return cls(0.0, 0.0, beta, gamma)
 
-    @classmethod
-    def from_spectral_radius(cls, rho_inf: float) -> GeneralizedAlpha:
-        """Return the second-order scheme with spectral radius rho_inf at infinite frequency (their eqs. 17, 20, 25)."""
-        alpha_m = (2.0 * rho_inf - 1.0) / (rho_inf + 1.0)
-        alpha_f = rho_inf / (rho_inf + 1.0)
-        shift = 1.0 - alpha_m + alpha_f
-        return cls(alpha_m, alpha_f, 0.25 * shift * shift, 0.5 - alpha_m + alpha_f)
+class AlphaFamily(TimeScheme):
+    """A scheme of the family, by its weights.
 
-    @classmethod
-    def hht(cls, alpha: float) -> GeneralizedAlpha:
-        """Return Hilber, Hughes and Taylor's scheme (1977), alpha in [0, 1/3] (theirs is negative)."""
-        return cls(0.0, alpha, 0.25 * (1.0 + alpha) ** 2, 0.5 + alpha)
+    Schemes whose weights dissipate little were caught at creating energy at impacts: gamma up to 0.6 of Newmark's rule,
+    alpha up to 0.15 of HHT-alpha, rho_inf down to 0.6 of generalized-alpha. At the limits it is left to the gates.
+
+    Source: docs/stability.md.
+    """
+
+    carries_acceleration: ClassVar[bool] = True
+    contact_range: ClassVar[StiffnessRange] = SOFT_CONTACT
+
+    @property
+    @abstractmethod
+    def weights(self) -> Weights:
+        """The weights."""
+
+    @property
+    def kernel(self) -> KernelNumbers:
+        """The weights."""
+        return KernelNumbers(ENDPOINT, *self.weights)
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
         """Return (c_m, c_k, c_d) of the effective operator."""
-        new = 1.0 - self.alpha_f
-        mass = (1.0 - self.alpha_m) + new * self.gamma * dt * system.mass_damping
-        stiffness = new * (self.beta * dt * dt + self.gamma * dt * system.stiffness_damping)
-        return mass, stiffness, new * self.gamma * dt
+        alpha_m, alpha_f, beta, gamma = self.weights
+        new = 1.0 - alpha_f
+        mass = (1.0 - alpha_m) + new * gamma * dt * system.mass_damping
+        stiffness = new * (beta * dt * dt + gamma * dt * system.stiffness_damping)
+        return mass, stiffness, new * gamma * dt
+
+    def amplification(self, angle: float) -> Array:
+        """Return the matrix of a step on (u, dt v, dt^2 a): both updates, and the balance a_m + w^2 u_f = 0."""
+        alpha_m, alpha_f, beta, gamma = self.weights
+        square = angle * angle
+        new = np.array([[1.0, 0.0, -beta], [0.0, 1.0, -gamma], [(1.0 - alpha_f) * square, 0.0, 1.0 - alpha_m]])
+        old = np.array([[1.0, 1.0, 0.5 - beta], [0.0, 1.0, 1.0 - gamma], [-alpha_f * square, 0.0, -alpha_m]])
+        return np.asarray(np.linalg.solve(new, old))
 
     def advance(
         self,
@@ -67,21 +95,19 @@ class GeneralizedAlpha:
         dt: float,
         max_iterations: int = 60,
     ) -> Step:
-        """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`."""
+        """Advance by one step. Collective."""
         law = law.touched_at(old.touch_speed)
         contact, operators = system.contact, system.operators
-        new_share, old_share = 1.0 - self.alpha_f, self.alpha_f
+        alpha_m, old_share, beta, gamma = self.weights
+        new_share = 1.0 - old_share
         assert old.a is not None
-        u_guess = old.u + dt * old.v + dt * dt * (0.5 - self.beta) * old.a
-        v_guess = old.v + dt * (1.0 - self.gamma) * old.a
+        u_guess = old.u + dt * old.v + dt * dt * (0.5 - beta) * old.a
+        v_guess = old.v + dt * (1.0 - gamma) * old.a
         u_stage = new_share * u_guess + old_share * old.u
         v_stage = new_share * v_guess + old_share * old.v
         factors = new_share * system.load_factors(old.time + dt) + old_share * system.load_factors(old.time)
         right_side = (
-            system.combine_loads(factors)
-            - self.alpha_m * old.a[MASS]
-            - system.damping_force(v_stage)
-            - u_stage[STIFFNESS]
+            system.combine_loads(factors) - alpha_m * old.a[MASS] - system.damping_force(v_stage) - u_stage[STIFFNESS]
         )
         held = hold(system, right_side, old.pressure)
         started = time.perf_counter()
@@ -90,8 +116,8 @@ class GeneralizedAlpha:
         trace = contact.interface.trace
         guess_depth = contact.depth(trace(u_guess[VALUE], operators))
         guess_rate = -(contact.gap_matrix @ trace(v_guess[VALUE], operators))
-        scale = self.beta * dt * dt
-        rate_slope = self.gamma / (self.beta * dt)
+        scale = beta * dt * dt
+        rate_slope = gamma / (beta * dt)
 
         def stage_law(depth: Array) -> StagePressure:
             end = law.endpoint(depth, guess_rate + rate_slope * (depth - guess_depth), rate_slope)
@@ -101,7 +127,7 @@ class GeneralizedAlpha:
 
         free_trace, sliding = trace(free, operators), None
         if law.friction is not None:
-            rate = new_share * self.gamma * dt
+            rate = new_share * gamma * dt
             sliding = Sliding.of(law, contact, rate, trace(v_stage[VALUE], operators) + rate * free_trace, old)
         solution = solve_contact_and_friction(
             sliding,
@@ -121,8 +147,8 @@ class GeneralizedAlpha:
         lasting = old_share * old.pressure
         new = State(
             time=old.time + dt,
-            u=u_guess + self.beta * dt * dt * acceleration,
-            v=v_guess + self.gamma * dt * acceleration,
+            u=u_guess + beta * dt * dt * acceleration,
+            v=v_guess + gamma * dt * acceleration,
             depth=solution.depth,
             # open points are left without the round-off of the difference
             pressure=np.where(solution.law.pressure == lasting, 0.0, (stage_pressure - lasting) / new_share),
@@ -134,8 +160,8 @@ class GeneralizedAlpha:
         old_elastic = law.spring.pressure(old.depth)
         stage = Stage(
             load_factors=factors,
-            inertia_and_elastic=(1.0 - self.alpha_m) * acceleration[MASS]
-            + self.alpha_m * old.a[MASS]
+            inertia_and_elastic=(1.0 - alpha_m) * acceleration[MASS]
+            + alpha_m * old.a[MASS]
             + new_share * new.u[STIFFNESS]
             + old_share * old.u[STIFFNESS],
             velocity=new_share * new.v + old_share * old.v,
@@ -145,3 +171,76 @@ class GeneralizedAlpha:
             unresolved=solution.unresolved,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})
+
+
+class Newmark(AlphaFamily):
+    """Newmark (1959); creates energy with stiff contact."""
+
+    type: Literal["newmark"] = Field(description="name of the scheme")
+    beta: Number = Field(
+        default=0.25, gt=0, le=1, description="weight of the new acceleration in the displacement, no unit"
+    )
+    gamma: Number = Field(
+        default=0.5, ge=0.5, le=1, description="weight of the new acceleration in the velocity, no unit"
+    )
+
+    @property
+    def weights(self) -> Weights:
+        """Those of Newmark's rule: the balance is that of the new state."""
+        return Weights(0.0, 0.0, self.beta, self.gamma)
+
+    @property
+    def creates_energy(self) -> bool:
+        """Whether gamma < 0.65."""
+        return self.gamma < SAFE_GAMMA
+
+    def warnings(self) -> Iterator[str]:
+        """Yield that small steps are needed, or that energy is created."""
+        if 2 * self.beta < self.gamma:
+            yield f"beta = {self.beta:g} < gamma/2 is unstable unless the step is tiny"
+        else:
+            yield from super().warnings()
+
+
+class GeneralizedAlpha(AlphaFamily):
+    """Generalized-alpha, Chung and Hulbert (1993)."""
+
+    type: Literal["generalized-alpha"] = Field(description="name of the scheme")
+    rho_inf: Number = Field(default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit")
+
+    @property
+    def weights(self) -> Weights:
+        """Those of the second-order scheme with this spectral radius at infinite frequency (their eqs. 17, 20, 25)."""
+        alpha_m = (2.0 * self.rho_inf - 1.0) / (self.rho_inf + 1.0)
+        alpha_f = self.rho_inf / (self.rho_inf + 1.0)
+        shift = 1.0 - alpha_m + alpha_f
+        return Weights(alpha_m, alpha_f, 0.25 * shift * shift, 0.5 - alpha_m + alpha_f)
+
+    @property
+    def creates_energy(self) -> bool:
+        """Whether rho_inf > 1/2."""
+        return self.rho_inf > SAFE_RADIUS
+
+    def warnings(self) -> Iterator[str]:
+        """Yield that energy is created."""
+        if self.creates_energy:
+            yield f"rho_inf = {self.rho_inf:g} creates energy at impacts; 0.5 or less hardly does"
+
+
+class HHTAlpha(AlphaFamily):
+    """HHT-alpha, Hilber, Hughes and Taylor (1977); creates energy with stiff contact."""
+
+    type: Literal["hht-alpha"] = Field(description="name of the scheme")
+    alpha: Number = Field(
+        default=0.05, ge=0, le=0.3333333333333333, description="weight of the old forces, no unit; 0 is Newmark's rule"
+    )
+
+    @property
+    def weights(self) -> Weights:
+        """Those of Hilber, Hughes and Taylor's scheme; their alpha is negative."""
+        return Weights(0.0, self.alpha, 0.25 * (1.0 + self.alpha) ** 2, 0.5 + self.alpha)
+
+    @property
+    def creates_energy(self) -> bool:
+        """Whether alpha < 0.2."""
+        return self.alpha < SAFE_ALPHA

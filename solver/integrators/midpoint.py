@@ -16,29 +16,44 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from dataclasses import dataclass
+from typing import ClassVar, Literal
 
-from solver.contact.friction_solve import solve_contact_and_friction
-from solver.contact.law import ContactLaw, StagePressure
-from solver.contact.sliding import Sliding
-from solver.integrators.effective import hold, image_of_solution
-from solver.matrix_free import Condensed
-from solver.operators import Array
-from solver.system import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
+import numpy as np
+from pydantic import Field
+
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
+from gapbeam.solver.contact.laws.law_forms import IMPLICIT, MEAN
+from gapbeam.solver.contact.solve.friction_solve import solve_contact_and_friction
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.contact.solve.slip_problem import Sliding
+from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
+from gapbeam.solver.integrators.time_scheme import (
+    STIFF_CONTACT,
+    KernelNumbers,
+    StiffnessRange,
+    TimeScheme,
+)
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
 
 PressureOverStep = Callable[[Array, Array, float], StagePressure]
 
 
-@dataclass(frozen=True)
-class Midpoint:
-    """Midpoint rule; `implicit` takes the contact pressure at the end of the step."""
+class Midpoint(TimeScheme):
+    """The midpoint rule; `implicit` schemes take the contact pressure at the end of the step."""
 
-    implicit: bool = False
-    carries_acceleration = False
+    carries_acceleration: ClassVar[bool] = False
+    contact_range: ClassVar[StiffnessRange] = STIFF_CONTACT
+    has_period_map: ClassVar[bool] = True
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
         """Return (c_m, c_k, c_d) of the effective operator."""
         return 2.0 / dt + system.mass_damping, 0.5 * dt + system.stiffness_damping, 1.0
+
+    def amplification(self, angle: float) -> Array:
+        """Return the matrix of a step on (u, dt v): u1 - u0 = dt (v0 + v1)/2, v1 - v0 = -dt w^2 (u0 + u1)/2."""
+        half = 0.5 * angle * angle
+        return np.asarray(np.linalg.solve(np.array([[1.0, -0.5], [half, 1.0]]), np.array([[1.0, 0.5], [-half, 1.0]])))
 
     def advance(
         self,
@@ -49,24 +64,7 @@ class Midpoint:
         dt: float,
         max_iterations: int = 60,
     ) -> Step:
-        """Advance by one step.
-
-        Args:
-            system: The system.
-            condensed: Its effective operator for this step size.
-            law: The contact law.
-            old: State at t0.
-            dt: Step, s.
-            max_iterations: Limit of the contact solve.
-
-        Returns:
-            The step; its stage pressure is the mean over the step.
-
-        Raises:
-            NotConverged: The contact solve failed; nothing has changed.
-
-        Collective.
-        """
+        """Advance by one step; the stage pressure is the mean over the step. Collective."""
         law = law.touched_at(old.touch_speed)
         pressure_over_step: PressureOverStep = law.implicit if self.implicit else law.discrete_gradient
         contact, operators = system.contact, system.operators
@@ -110,3 +108,28 @@ class Midpoint:
             unresolved=solution.unresolved,
         )
         return Step(old, new, stage, solution.iterations, timings={"back_substitution": solved - started})
+
+    @property
+    def creates_energy(self) -> bool:
+        """No: the potential of the contact is convex."""
+        return False
+
+    @property
+    def kernel(self) -> KernelNumbers:
+        """The form of the law."""
+        return KernelNumbers(IMPLICIT if self.implicit else MEAN)
+
+
+class DiscreteGradient(Midpoint):
+    """Midpoint rule with the discrete gradient of the contact potential: conserves energy at any step."""
+
+    type: Literal["discrete-gradient"] = Field(default="discrete-gradient", description="name of the scheme")
+    needs_potential: ClassVar[bool] = True
+    conserves_energy: ClassVar[bool] = True
+
+
+class ImplicitMidpoint(Midpoint):
+    """Midpoint rule with the contact pressure fully implicit: cheap, dissipates at impacts."""
+
+    type: Literal["implicit-midpoint"] = Field(description="name of the scheme")
+    implicit: ClassVar[bool] = True

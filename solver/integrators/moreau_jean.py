@@ -17,33 +17,51 @@ Source: Jean (1999), Comput. Methods Appl. Mech. Eng. 177, 235-257; Acary and Br
 from __future__ import annotations
 
 import time
-from dataclasses import dataclass
+from typing import ClassVar, Literal
 
 import numpy as np
+from pydantic import Field
 
-from solver.condensation import CondensedOperator
-from solver.contact.friction_solve import solve_contact_and_friction
-from solver.contact.law import ContactLaw, StagePressure
-from solver.contact.sliding import Sliding
-from solver.integrators.effective import hold, image_of_solution
-from solver.matrix_free import Condensed
-from solver.operators import Array
-from solver.system import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
+from gapbeam.solver.contact.solve.condensation import CondensedOperator
+from gapbeam.solver.contact.solve.friction_solve import solve_contact_and_friction
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.contact.solve.slip_problem import Sliding
+from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
+from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, StiffnessRange, TimeScheme
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
+from gapbeam.solver.table import Number
 
 RIGID = 1.0e-10  # compliance of the rate constraint relative to that of the contact points
 
 
-@dataclass(frozen=True)
-class MoreauJean:
-    """Coefficients: `theta` in [1/2, 1], `restitution` e in [0, 1]."""
+class MoreauJean(TimeScheme):
+    """Moreau and Jean's scheme: contact as impulses with a restitution; for the formulation unilateral."""
 
-    theta: float = 0.5
-    restitution: float = 0.0
-    carries_acceleration = False
+    type: Literal["moreau-jean"] = Field(description="name of the scheme")
+    theta: Number = Field(default=0.5, ge=0.5, le=1, description="weight of the new velocity, no unit")
+    restitution: Number = Field(default=0.0, ge=0, le=1, description="coefficient of restitution, no unit")
+    carries_acceleration: ClassVar[bool] = False
+    contact_range: ClassVar[StiffnessRange] = SOFT_CONTACT  # impulses know no stiffness
+    needs_factor: ClassVar[bool] = True
+    impulses: ClassVar[bool] = True
+
+    @property
+    def creates_energy(self) -> bool:
+        """No: impulses take energy, or none."""
+        return False
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
         """Return (c_m, c_k, c_d) of the effective operator."""
         return 1.0 / (self.theta * dt) + system.mass_damping, self.theta * dt + system.stiffness_damping, 1.0
+
+    def amplification(self, angle: float) -> Array:
+        """Return the matrix of a step without contact on (u, dt v): vt = theta v1 + (1 - theta) v0 moves u by dt vt."""
+        theta, square = self.theta, angle * angle
+        new = np.array([[1.0, -theta], [0.0, 1.0 + theta * theta * square]])
+        old = np.array([[1.0, 1.0 - theta], [-square, 1.0 - theta * (1.0 - theta) * square]])
+        return np.asarray(np.linalg.solve(new, old))
 
     def advance(
         self,
@@ -54,7 +72,7 @@ class MoreauJean:
         dt: float,
         max_iterations: int = 60,
     ) -> Step:
-        """Advance by one step; arguments, errors and collectivity as in `Midpoint.advance`.
+        """Advance by one step. Collective.
 
         Impulses follow from the rates alone: of the law, only its friction counts.
         """

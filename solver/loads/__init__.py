@@ -1,1 +1,1 @@
-"""Loads: a spatial pattern times a function of time."""
+"""Loads: functions of time, recorded signals and exciters."""

@@ -16,12 +16,12 @@ from pathlib import Path
 
 import numpy as np
 
-from solver.case_file.faults import Fault, Key
-from solver.case_file.near_misses import near
-from solver.case_file.words import either, printable
-from solver.errors import UserError
-from solver.loads.record_layout import Layout, NoRows, layout_of, plain, without_unit
-from solver.operators import Array
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.record_layout import Layout, NoRows, layout_of, plain, without_unit
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.wording.near_names import near
+from gapbeam.solver.wording.short_words import either, printable
 
 LARGEST = 256_000_000
 """The largest file that is read, bytes."""

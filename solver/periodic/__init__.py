@@ -1,1 +1,1 @@
-"""Periodic responses: shooting, Floquet multipliers, continuation, harmonic balance."""
+"""Periodic responses: shooting, harmonic balance, continuation, stability."""

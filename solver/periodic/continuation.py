@@ -21,10 +21,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy.optimize import brentq
 
-from solver.errors import NotConverged
-from solver.operators import Array
-from solver.periodic.floquet import FOLD, NEIMARK_SACKER, PERIOD_DOUBLING, Stability, stability_of
-from solver.periodic.shooting import PeriodMap, relative_change, shoot
+from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.periodic.floquet import FOLD, NEIMARK_SACKER, PERIOD_DOUBLING, Stability, stability_of
+from gapbeam.solver.periodic.shooting import PeriodMap, relative_change, shoot
+from gapbeam.solver.system.operators import Array
 
 DIFFERENCE = 1.0e-6  # of the range of the parameter, for the derivative by it
 MOST_ITERATIONS = 8

@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from solver.operators import Array
+from gapbeam.solver.system.operators import Array
 
 Multipliers = NDArray[np.complex128]
 REAL = 1.0e-6  # a multiplier with a smaller imaginary part, relative to it, is real
@@ -43,11 +43,6 @@ class Stability:
     def stable(self) -> bool:
         """Whether all multipliers lie inside the unit circle."""
         return self.largest < 1.0
-
-    @property
-    def unstable_count(self) -> int:
-        """Number of multipliers outside of the unit circle."""
-        return int(np.sum(np.abs(self.multipliers) > 1.0))
 
     @property
     def kind(self) -> str:

@@ -22,12 +22,12 @@ from functools import cached_property
 
 import numpy as np
 
-from solver.contact.law import ContactLaw
-from solver.contact.step_slopes import step_slopes
-from solver.errors import NotConverged, UserError
-from solver.modal import ModalSystem
-from solver.operators import Array
-from solver.periodic.fourier import Fourier
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.laws.step_slopes import step_slopes
+from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.periodic.fourier_series import Fourier
+from gapbeam.solver.system.modal_coordinates import ModalSystem
+from gapbeam.solver.system.operators import Array
 
 MOST_UNKNOWNS = 8000  # 0.5 GB for the Jacobian, and half a minute for its factorization
 NO_TRACE = 1.0e-12  # of the largest singular value

@@ -11,12 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.operators import Array
-from solver.periodic.floquet import Stability
-from solver.periodic.krylov import leading_multipliers, solve_identity_minus
-from solver.periodic.marched_map import ContactTangent, MarchedMap
-from solver.periodic.shooting import SLACK, no_orbit
-from solver.system import State
+from gapbeam.solver.periodic.arnoldi_gmres import leading_multipliers, solve_identity_minus
+from gapbeam.solver.periodic.floquet import Stability
+from gapbeam.solver.periodic.marched_period_map import ContactTangent, MarchedMap
+from gapbeam.solver.periodic.shooting import SLACK, no_orbit
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import State
 
 FORCING = 0.01  # of the residual: how well Newton's equations are solved
 MOST_PRODUCTS = 60
@@ -59,7 +59,7 @@ def shoot_marched(
     start: State,
     tolerance: float = 1.0e-8,
     max_iterations: int = 20,
-    told: Callable[[int, float], None] | None = None,
+    report: Callable[[int, float], None] | None = None,
 ) -> MarchedOrbit:
     """Find a periodic response near a state, and its leading multipliers.
 
@@ -68,7 +68,7 @@ def shoot_marched(
         start: State to start from: the end of a march, or the response of a smaller model.
         tolerance: Largest |P(x) - x| / |x|.
         max_iterations: Limit of Newton iterations.
-        told: Called with the number and residual of every iteration.
+        report: Called with the number and residual of every iteration.
 
     Raises:
         NotConverged: With the residual of every iteration.
@@ -89,8 +89,8 @@ def shoot_marched(
             state = period_map.moved(kept[0], length * kept[1])
             continue
         residuals.append(residual)
-        if told is not None:
-            told(len(residuals) - 1, residual)
+        if report is not None:
+            report(len(residuals) - 1, residual)
         if not np.isfinite(residual):
             break
         counted = _Counted(period_map, tangents)

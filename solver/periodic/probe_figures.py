@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from solver.model import Model
-from solver.operators import Array
-from solver.system import VALUE, State, Step
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, State, Step
 
-HARMONICS_TOLD = 5
+HARMONICS_REPORTED = 5
 
 
 @dataclass
@@ -34,7 +34,7 @@ class ProbeFigures:
                 self._read(step.new)
             yield step
 
-    def told(self, periods: int) -> dict[str, Any]:
+    def figures(self, periods: int) -> dict[str, Any]:
         """Return mean, peak to peak and harmonics 1-5 of the forcing of every probe, m.
 
         Args:
@@ -56,4 +56,5 @@ class ProbeFigures:
 def harmonic_amplitudes(values: Array, periods: int) -> list[float]:
     """Return the amplitudes of harmonics 1-5 of the forcing in equal samples of some of its periods."""
     spectrum = 2.0 * np.abs(np.fft.rfft(values)) / len(values)
-    return [float(spectrum[k]) for k in range(periods, (HARMONICS_TOLD + 1) * periods, periods) if k < len(spectrum)]
+    orders = range(periods, (HARMONICS_REPORTED + 1) * periods, periods)
+    return [float(spectrum[k]) for k in orders if k < len(spectrum)]

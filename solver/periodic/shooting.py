@@ -14,9 +14,9 @@ from typing import Protocol
 
 import numpy as np
 
-from solver.errors import NotConverged
-from solver.operators import Array
-from solver.periodic.floquet import Stability, stability_of
+from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.periodic.floquet import Stability, stability_of
+from gapbeam.solver.system.operators import Array
 
 SHORTEST_UPDATE = 2.0**-6  # of Newton's update
 SLACK = 1.2  # a residual may grow so much before the update is shortened: impacts make the map uneven

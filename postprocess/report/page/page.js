@@ -72,12 +72,12 @@
     plot.dataset.drawn = choice ?? "";
   }
 
-  // What is told of a point stays below the chart once it is clicked or touched.
+  // The text of a point stays below the chart once it is clicked or touched.
   function tellPicked(plot, point) {
     const plain = (html) => new DOMParser().parseFromString(html.replaceAll("<br>", "\n"), "text/html").body.textContent;
     const axis = (name) => plain(plot._fullLayout[name].title.text);
-    const told = point.text ?? `${axis("xaxis")}: ${Number(point.x.toPrecision(5))}, ${axis("yaxis")}: ${Number(point.y.toPrecision(5))}`;
-    plot.parentElement.querySelector(".picked").textContent = `${plain(point.data.name)}\n${plain(String(told))}`;
+    const text = point.text ?? `${axis("xaxis")}: ${Number(point.x.toPrecision(5))}, ${axis("yaxis")}: ${Number(point.y.toPrecision(5))}`;
+    plot.parentElement.querySelector(".picked").textContent = `${plain(point.data.name)}\n${plain(String(text))}`;
   }
 
   function chosen(figure) {
@@ -135,10 +135,10 @@
   // One legend for all panels of a figure on paper.
   function legendOf(spec) {
     const legend = made("p", "legend");
-    const told = new Set();
+    const listed = new Set();
     for (const trace of spec.data) {
-      if (trace.showlegend === false || told.has(trace.legendgroup)) continue;
-      told.add(trace.legendgroup);
+      if (trace.showlegend === false || listed.has(trace.legendgroup)) continue;
+      listed.add(trace.legendgroup);
       const key = made("span", `key ${trace.mode || "bars"}`);
       key.style.setProperty("--color", trace.mode === "lines" ? trace.line.color : trace.marker.color);
       key.style.setProperty("--stroke", (trace.line && trace.line.dash !== "solid" && trace.line.dash) ? "dashed" : "solid");

@@ -1,0 +1,71 @@
+"""The command `gapbeam compare`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import click
+import typer
+
+from gapbeam.commands.study import Study
+from gapbeam.commands.terminal import screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+WIDTH = 120  # columns of the tables where there is no terminal to fit them to
+ResultsFolder = Annotated[Path, typer.Argument(help="results folder of a run")]
+
+
+def fraction(text: str) -> float:
+    """Read a tolerance, 2% or 0.02.
+
+    Raises:
+        BadParameter: Not a number between 0 and 1.
+    """
+    given = text.strip()
+    try:
+        value = float(given[:-1]) / 100.0 if given.endswith("%") else float(given)
+    except ValueError:
+        value = -1.0
+    if not 0.0 < value < 1.0:
+        raise click.BadParameter(f'found "{text}"; expected a fraction such as 2% or 0.02, between 0 and 1')
+    return value
+
+
+def compare(
+    a: ResultsFolder,
+    b: ResultsFolder,
+    tolerance: Annotated[str, typer.Option(help="largest difference that counts as agreement")] = "1%",
+    after: Annotated[
+        float | None, typer.Option(help="end of the transient, s; by default found in the records")
+    ] = None,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<A>-against-<B>")] = None,
+) -> int:
+    """Lay two runs side by side: waveforms, figures, costs and a verdict.
+
+    Exit status: 0 they agree, 5 they do not, 2 they cannot be compared.
+    """
+    from gapbeam.studies.comparison.compare_folders import compare_folders, comparison_folder
+
+    limit = fraction(tolerance)
+    result = compare_folders(a, b, output if output is not None else comparison_folder(a, b), limit, after)
+    console = screen(WIDTH)
+    for table in result.tables():
+        console.print(table)
+    for note in result.comparison.notes:
+        console.print(f"note: {note}", markup=False)
+    console.print(f"{result.data}\n{result.picture}", markup=False)
+    console.print(result.headline(), markup=False)
+    return result.exit_status
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.comparison_section import COMPARISON_FILE, comparison_sections
+
+    return Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections)
+
+
+STUDY = Study(compare, _kind)

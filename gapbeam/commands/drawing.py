@@ -1,0 +1,107 @@
+"""The commands `gapbeam plot` and `gapbeam render`."""
+
+from __future__ import annotations
+
+import re
+from pathlib import Path
+from typing import Annotated, Any, Literal, get_args
+
+import click
+import typer
+
+from gapbeam.commands.terminal import progress_bar
+
+ResultsArgument = Annotated[Path, typer.Argument(metavar="RESULTS", help="results folder of a run")]
+
+
+def plot(
+    results: ResultsArgument,
+    output: Annotated[Path | None, typer.Option(help="folder; by default RESULTS/figures")] = None,
+    format_: Annotated[
+        list[str] | None,
+        typer.Option("--format", click_type=click.Choice(["png", "pdf", "svg"]), help="may be repeated; default png"),
+    ] = None,
+    probe: Annotated[str | None, typer.Option(help="name of a probe; by default the first")] = None,
+    component: Annotated[str | None, typer.Option(help="x, y or z; by default the bending direction")] = None,
+    acceleration: Annotated[
+        str, typer.Option(click_type=click.Choice(["absolute", "relative"]), help="relative: to the support")
+    ] = "absolute",
+    rate: Annotated[float, typer.Option(min=1e-6, help="sampling rate of the smoothed acceleration, Hz")] = 2000.0,
+    points: Annotated[int, typer.Option(min=1, help="points of its moving average")] = 5,
+    sampling: Annotated[
+        str, typer.Option(click_type=click.Choice(["mean", "pick"]), help="mean over an interval, or its last value")
+    ] = "mean",
+    periods: Annotated[int | None, typer.Option(min=1, help="forcing periods in the spectra")] = None,
+    window: Annotated[
+        str | None,
+        typer.Option(
+            click_type=click.Choice(["rectangular", "hann", "flattop", "blackman"]),
+            help="of the spectra; by default rectangular over whole periods",
+        ),
+    ] = None,
+    harmonics: Annotated[int, typer.Option(min=1, help="highest harmonic in figures and tables")] = 10,
+    tolerance: Annotated[float, typer.Option(min=0.0, help="of the period, as a fraction of the range")] = 0.01,
+    zoom: Annotated[int, typer.Option(min=1, help="forcing periods in the enlarged panels")] = 3,
+) -> int:
+    """Draw peaks, time histories, spectrum and contact forces of a run, and print its tables."""
+    from gapbeam.interface.shown_results import plot as draw
+    from gapbeam.postprocess.plot import TABLES_FILE
+
+    chosen: dict[str, Any] = {"acceleration": acceleration, "sampling": sampling, "window": window}
+    paths = draw(
+        results,
+        output,
+        tuple(format_ or ("png",)),
+        probe,
+        component,
+        rate=rate,
+        points=points,
+        periods=periods,
+        harmonics=harmonics,
+        tolerance=tolerance,
+        zoom=zoom,
+        **chosen,
+    )
+    print(next(path for path in paths if path.name == TABLES_FILE).read_text(encoding="utf-8"))
+    _print_paths(paths)
+    return 0
+
+
+def render(
+    results: ResultsArgument,
+    output: Annotated[Path | None, typer.Option(help="folder; by default RESULTS/pictures")] = None,
+    scale: Annotated[str, typer.Option(metavar="auto|FACTOR", help="enlargement of displacements")] = "auto",
+    film: Annotated[bool, typer.Option("--film/--no-film", help="also make a film")] = True,
+    frames: Annotated[int | None, typer.Option(min=1, help="the last frames of the run; by default 300")] = None,
+    size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="in pixels")] = "1600x900",
+    frames_per_second: Annotated[float, typer.Option(min=0.1, help="speed of the film")] = 20.0,
+) -> int:
+    """Draw the deformed beam in its support, off-screen: pictures and a film."""
+    from gapbeam.interface.shown_results import render as draw
+
+    factor, pixels = _scale(scale), _size(size)
+    with progress_bar("drawing") as bar:
+        paths = draw(results, output, factor, film, frames, pixels, frames_per_second, bar.show)
+    _print_paths(paths)
+    return 0
+
+
+def _scale(given: str) -> Literal["auto"] | float:
+    if given in get_args(Literal["auto"]):
+        return "auto"
+    try:
+        return float(given)
+    except ValueError:
+        raise click.BadParameter(f'"{given}" is neither auto nor a number', param_hint="--scale") from None
+
+
+def _size(given: str) -> tuple[int, int]:
+    match = re.fullmatch(r"(\d{1,5})[xX×](\d{1,5})", given)
+    if match is None:
+        raise click.BadParameter(f'"{given}" is not like 1600x900', param_hint="--size")
+    return int(match[1]), int(match[2])
+
+
+def _print_paths(paths: list[Path]) -> None:
+    for path in paths:
+        print(path)

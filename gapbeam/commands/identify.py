@@ -1,0 +1,68 @@
+"""The command `gapbeam identify`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gapbeam.commands.study import Study
+from gapbeam.commands.terminal import progress_bar, screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+WIDTH = 180  # columns of the tables where there is no terminal to fit them to
+
+
+def identify(
+    file: Annotated[Path, typer.Argument(metavar="FILE", help="what is unknown and what was measured (TOML)")],
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    leave_one_out: Annotated[
+        bool, typer.Option("--leave-one-out", help="predict each fitted measurement from the others too")
+    ] = False,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<file>")] = None,
+    processes: Annotated[int | None, typer.Option(min=1, help="side by side; by default one a core")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
+) -> int:
+    """Find unknown keys of a case from measured values, and how well they are known; goes on where it was interrupted.
+
+    Exit status: 0 done, 2 a fault of the input, 4 the best values themselves did not pass, 5 the fit misses
+    search.tolerance.
+    """
+    from gapbeam.studies.identification.identification_file import read_identification
+    from gapbeam.studies.identification.run_identification import run_identification
+
+    problem = read_identification(file, override or [])
+    folder = output if output is not None else Path("results") / file.stem
+    with progress_bar("search") as bar:
+        result = run_identification(
+            problem,
+            folder,
+            leave_one_out,
+            processes,
+            overwrite,
+            lambda words, done, total: bar.show(done, total, words),
+        )
+    console = screen(WIDTH)
+    for part in result.tables():
+        console.print(part, markup=False)
+    if result.paths:
+        console.print("\n".join(map(str, result.paths)), markup=False)
+    remark = result.remark()
+    if remark is not None:
+        console.print(remark, markup=False)
+    return result.exit_status
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.identification_section import IDENTIFICATION_FILE, identification_blocks
+
+    return Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks)
+
+
+STUDY = Study(identify, _kind)

@@ -1,0 +1,51 @@
+"""The command `gapbeam stability`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gapbeam.commands.study import Study
+from gapbeam.commands.terminal import progress_bar
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+STIFFNESSES, STEPS = "1e10:1e16:4", "1e-5:1e-3:3"
+SCHEMES = "discrete-gradient,implicit-midpoint,newmark,hht-alpha,generalized-alpha"
+
+
+def stability(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
+    stiffness: Annotated[str, typer.Option(help="contact stiffness, Pa/m: a,b,c or first:last:count")] = STIFFNESSES,
+    step: Annotated[str, typer.Option(help="time step, s: a,b,c or first:last:count")] = STEPS,
+    scheme: Annotated[str, typer.Option(help="schemes, by name")] = SCHEMES,
+    vary: Annotated[list[str] | None, typer.Option(metavar="KEY=VALUES", help="any other key; may be repeated")] = None,
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-stability")] = None,
+    jobs: Annotated[int | None, typer.Option(min=1, help="processes; by default one a core")] = None,
+) -> int:
+    """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted."""
+    from gapbeam.studies.stability.run_stability import run_stability
+    from gapbeam.studies.trials.axes import read_axis
+
+    grid = [f"contact.stiffness={stiffness}", f"time.step={step}", f"time.scheme={scheme}", *(vary or [])]
+    folder = output if output is not None else Path("results") / f"{case.stem}-stability"
+    with progress_bar("trials") as bar:
+        result = run_stability(case, [read_axis(text) for text in grid], folder, override or [], jobs, bar.show)
+    print(*result.summaries(), *result.pictures, sep="\n")
+    return 0
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.stability_section import STABILITY_FILE, stability_sections
+
+    return Kind("stability", "Stability", (STABILITY_FILE,), stability_sections)
+
+
+STUDY = Study(stability, _kind)

@@ -1,0 +1,26 @@
+"""The studies that gapbeam offers: one line each."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+from gapbeam.commands import compare, identify, modes, paper, stability, sweep, tradeoff
+from gapbeam.commands.study import Study
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+STUDIES: tuple[Study, ...] = (
+    sweep.STUDY,
+    stability.STUDY,
+    tradeoff.STUDY,
+    identify.STUDY,
+    compare.STUDY,
+    modes.STUDY,
+    paper.STUDY,
+)
+
+
+def report_kinds() -> tuple[Kind, ...]:
+    """Return the kinds of results folders of all studies, in the order in which a folder is tried."""
+    return tuple(study.kind() for study in STUDIES if study.kind is not None)

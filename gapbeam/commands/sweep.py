@@ -1,0 +1,78 @@
+"""The command `gapbeam sweep`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gapbeam.commands.study import Study
+from gapbeam.commands.terminal import progress_bar, screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+WIDTH = 160  # columns of the table where there is no terminal to fit it to
+
+
+def sweep(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
+    keys: Annotated[list[str], typer.Argument(metavar="KEY=VALUES...", help="KEY=a,b,c or KEY=first:last:count[:log]")],
+    zipped: Annotated[
+        bool, typer.Option("--zip", help="values side by side; by default every one with every other")
+    ] = False,
+    carry: Annotated[
+        bool, typer.Option("--carry", help="start from the end of the point before, along the last key")
+    ] = False,
+    both: Annotated[bool, typer.Option("--both", help="carry upward and downward; implies --carry")] = False,
+    starts: Annotated[int, typer.Option(min=1, max=10_000, help="starts: the seat and random kicks")] = 1,
+    seed: Annotated[int, typer.Option(min=0, help="of the kicks")] = 0,
+    transient: Annotated[
+        float | None, typer.Option(min=0.0, help="s before a response counts; by default found in it")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="amplitudes that are the same in the census")] = "2%",
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-sweep")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
+    jobs: Annotated[int | None, typer.Option(min=1, help="processes; by default one a core")] = None,
+) -> int:
+    """Run a case over the values of some keys; goes on where it was interrupted.
+
+    Exit status: 0 all passed, 3 energy was created or 4 not converged at some point, 2 a fault of the input.
+    """
+    from gapbeam.commands.compare import fraction
+    from gapbeam.studies.sweep.run_sweep import run_sweep
+    from gapbeam.studies.sweep.sweep_plan import Sweep
+    from gapbeam.studies.trials.axes import read_axis
+
+    axes = tuple(read_axis(text, "linear", "") for text in keys)
+    wanted = Sweep(
+        case, tuple(override or ()), axes, zipped, carry or both, both, starts, seed, transient, fraction(tolerance)
+    )
+    folder = output if output is not None else Path("results") / f"{case.stem}-sweep"
+    with progress_bar("responses") as bar:
+        result = run_sweep(wanted, folder, overwrite, jobs, bar.show)
+    console = screen(WIDTH)
+    for table in result.tables():
+        console.print(table)
+    for note, count in result.notes:
+        console.print(f"note ({count} of {len(result.records)}): {note}", markup=False)
+    for record in result.failed:
+        values = ", ".join(f"{key} = {value}" for key, value in record["values"].items())
+        console.print(f"{values}: {record['verdict']}: {record['message'].splitlines()[0]}", markup=False)
+    console.print("\n".join(map(str, result.paths)), markup=False)
+    console.print(result.headline(), markup=False)
+    return result.exit_status
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.sweep_section import SWEEP_FILE, sweep_sections
+
+    return Kind("sweep", "Sweep", (SWEEP_FILE,), sweep_sections)
+
+
+STUDY = Study(sweep, _kind)

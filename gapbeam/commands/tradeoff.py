@@ -1,0 +1,86 @@
+"""The command `gapbeam tradeoff`, and the level of fidelity that `gapbeam run --tolerance` takes."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated, Any
+
+import typer
+
+from gapbeam.commands.study import Study
+from gapbeam.commands.terminal import screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+WIDTH = 180  # columns of the table where there is no terminal to fit it to
+MINUTES = 12.0
+
+
+def tradeoff(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
+    tolerance: Annotated[str, typer.Option(help="largest error of a figure that will do")] = "2%",
+    minutes: Annotated[float, typer.Option(min=0.1, help="wall time that the study may take")] = MINUTES,
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-tradeoff")] = None,
+) -> int:
+    """Measure time, memory and error of models, meshes, steps and schemes of a case; name the cheapest that will do.
+
+    Exit status: 0 a fidelity level is inside the tolerance, 5 none is, 2 a fault of the input.
+    """
+    from gapbeam.commands.compare import fraction
+    from gapbeam.studies.tradeoff.run_tradeoff import run_tradeoff, tradeoff_folder
+    from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping
+
+    folder = output if output is not None else tradeoff_folder(case)
+    result = run_tradeoff(case, folder, overrides_as_mapping(override or []), fraction(tolerance), minutes)
+    study, console = result.study, screen(WIDTH)
+    for table in result.tables():
+        console.print(table)
+    console.print("(in brackets: below the uncertainty of the reference; *: the one to take)")
+    if study.full_check is not None:
+        words = ", ".join(f"{name} {100 * error:.2g} %" for name, error in study.full_check.items())
+        console.print(f"the reduced model against all DOFs on the mesh of the case: {words}")
+    for level, seconds in study.skipped:
+        console.print(f"skipped: {level.name}, about {seconds:.0f} s", markup=False)
+    console.print("\n".join(map(str, result.paths)), markup=False)
+    console.print(f"{study.seconds:.0f} s; {result.headline()}", markup=False)
+    return result.exit_status
+
+
+def level_within(case: Path, override: list[str], tolerance: str) -> dict[str, Any]:
+    """Return all keys that the cheapest level of a case inside a tolerance replaces; studied now if need be.
+
+    Args:
+        case: The case file.
+        override: Overrides KEY=VALUE of the run.
+        tolerance: "2%" or "0.02".
+
+    Raises:
+        UserError: No level is inside the tolerance, or a study would have to be made under mpirun.
+        CaseError: The case has faults.
+
+    Collective under mpirun.
+    """
+    from mpi4py import MPI
+
+    from gapbeam.commands.compare import fraction
+    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+    from gapbeam.studies.tradeoff.run_tradeoff import level_for
+    from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping
+
+    comm, limit, fixed = MPI.COMM_WORLD, fraction(tolerance), overrides_as_mapping(override)
+    _, changes = on_rank_zero(comm, lambda: level_for(case, fixed, limit, comm.size == 1))
+    return changes
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.tradeoff_section import TRADEOFF_FILE, tradeoff_sections
+
+    return Kind("tradeoff", "Trade-off", (TRADEOFF_FILE,), tradeoff_sections)
+
+
+STUDY = Study(tradeoff, _kind)

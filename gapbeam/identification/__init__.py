@@ -1,1 +1,0 @@
-"""An identification: unknowns of a case found from measured values, and how well they are known."""

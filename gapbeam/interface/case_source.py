@@ -1,0 +1,152 @@
+"""Cases as Python users have them: the path of a case file, its text, a dict of its tables, or a case that was read."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.reading import case_reader
+from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.solver.case.reading.value_words import toml_value
+from gapbeam.solver.errors import UserError
+from gapbeam.studies.trials.axes import Axis, Spacing, read_axis
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+CaseSource = str | PathLike[str] | Mapping[str, object] | Case
+NAME = "case"  # of a case that has no file
+COPY = "case-of-the-study.toml"
+
+
+def read_case(source: CaseSource, overrides: Overrides = ()) -> Case:
+    """Read a case, with every default filled in.
+
+    Args:
+        source: The path of a case file; its text, which has more than one line; a dict of its tables; or a case.
+        overrides: Keys to replace, such as {"support.clearance": 0.1e-3} or ["support.clearance=0.1e-3"].
+
+    Returns:
+        The case; it cannot be changed. Paths of mesh files and records are absolute in it; in a text or a dict they
+        are relative to the current folder.
+
+    Raises:
+        CaseError: The file cannot be read, or the case has faults; all of them are in the message.
+    """
+    if isinstance(source, Case):
+        return case_reader.read_case_text(case_to_toml(source), overrides, NAME) if overrides else source
+    if isinstance(source, Mapping):
+        return case_reader.read_case_tables(source, overrides, NAME)
+    if isinstance(source, str) and "\n" in source:
+        return case_reader.read_case_text(source, overrides, NAME)
+    return case_reader.read_case(Path(source), overrides)
+
+
+def shared_case(source: CaseSource, overrides: Overrides, comm: MPI.Comm) -> Case:
+    """Read a case on rank 0 for all ranks; errors as in `read_case`. Collective."""
+    from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+
+    return on_rank_zero(comm, lambda: read_case(source, overrides))
+
+
+def name_of(source: CaseSource) -> str:
+    """Return the name of a case, by which its results folder is called: that of its file, or "case"."""
+    if isinstance(source, Case | Mapping) or (isinstance(source, str) and "\n" in source):
+        return NAME
+    return Path(source).stem
+
+
+def case_file(source: CaseSource, folder: Path) -> Path:
+    """Return the file of a case for the processes of a study; a case without a file is written into its folder.
+
+    Raises:
+        CaseError: The case has faults.
+        UserError: The folder cannot be written.
+    """
+    if not isinstance(source, Case | Mapping) and not (isinstance(source, str) and "\n" in source):
+        return Path(source)
+    from gapbeam.solver.run.output.output_paths import check_place
+    from gapbeam.solver.run.output.results_folder import write_beside
+
+    text = case_to_toml(read_case(source), ["the case of the study in this folder"])
+    check_place(folder)
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        write_beside(folder / COPY, text)
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written ({error.strerror}); choose another `output=`") from error
+    return folder / COPY
+
+
+def override_texts(overrides: Overrides) -> list[str]:
+    """Return overrides as texts KEY=VALUE."""
+    if isinstance(overrides, Mapping):
+        return [f"{key}={_inline(value)}" for key, value in overrides.items()]
+    return [overrides] if isinstance(overrides, str) else list(overrides)
+
+
+def axis_of(key: str, values: str | Sequence[object], spacing: Spacing = "linear") -> Axis:
+    """Return what a study varies.
+
+    Args:
+        key: Key of the case.
+        values: A list, or text as on the command line: "a,b,c" or "first:last:count".
+        spacing: Of a range that does not say.
+
+    Raises:
+        UserError: There are no values, or a range is none.
+    """
+    if isinstance(values, str):
+        return read_axis(f"{key}={values}", spacing, "")
+    typed = tuple(value if isinstance(value, str) else _inline(value) for value in values)
+    if not typed:
+        raise UserError(f"{key}: found no values; expected at least one")
+    return Axis(key, typed)
+
+
+def _inline(value: object) -> str:
+    """Return a value as TOML writes it in one line."""
+    plain = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+    if isinstance(plain, Mapping):
+        return "{" + ", ".join(f"{key} = {_inline(inner)}" for key, inner in plain.items()) + "}"
+    if isinstance(plain, list | tuple):
+        return "[" + ", ".join(map(_inline, plain)) + "]"
+    return toml_value(plain)
+
+
+def folder_from(output: str | PathLike[str] | None, default: str) -> Path:
+    """Return the folder that is asked for, or results/<default>.
+
+    Raises:
+        UserError: It is an empty word.
+    """
+    if isinstance(output, str) and not output.strip():
+        raise UserError(f"`output=` {output!r}: nothing but an empty word; expected a folder, or None")
+    return Path(output) if output is not None else Path("results") / default
+
+
+def check_range(name: str, value: float | None, least: float, most: float = float("inf")) -> None:
+    """Refuse an argument out of its range; None is in it.
+
+    Raises:
+        UserError: It is not.
+    """
+    if value is not None and not least <= value <= most:
+        limits = f"at least {least:g}" if most == float("inf") else f"a number from {least:g} to {most:g}"
+        raise UserError(f"`{name}=`: found {value!r}; expected {limits}")
+
+
+def check_fraction(name: str, value: float) -> None:
+    """Refuse a fraction that is not between 0 and 1.
+
+    Raises:
+        UserError: It is not.
+    """
+    if not 0.0 < value < 1.0:
+        raise UserError(f"`{name}=`: found {value!r}; expected a fraction between 0 and 1, such as 0.02")

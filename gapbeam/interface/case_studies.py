@@ -1,0 +1,208 @@
+"""What a Python session does with many runs of a case: sweep, stability, trade-off, identification."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gapbeam.interface.case_source import (
+    CaseSource,
+    axis_of,
+    case_file,
+    check_fraction,
+    check_range,
+    folder_from,
+    name_of,
+    override_texts,
+)
+from gapbeam.process.failing_ranks import refuse_ranks
+from gapbeam.solver.case.reading.overrides import Overrides
+
+if TYPE_CHECKING:
+    from gapbeam.studies.identification.run_identification import IdentificationResult
+    from gapbeam.studies.stability.run_stability import StabilityResult
+    from gapbeam.studies.sweep.run_sweep import SweepResult
+    from gapbeam.studies.tradeoff.run_tradeoff import TradeoffResult
+
+LOG = logging.getLogger("gapbeam")
+Values = str | Sequence[object]
+Progress = Callable[[int, int], None]
+
+
+def sweep(
+    case: CaseSource,
+    values: Mapping[str, Values],
+    overrides: Overrides = (),
+    *,
+    zipped: bool = False,
+    carry: bool = False,
+    both: bool = False,
+    starts: int = 1,
+    seed: int = 0,
+    transient: float | None = None,
+    tolerance: float = 0.02,
+    output: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> SweepResult:
+    """Run a case over the values of some keys; goes on where it was interrupted.
+
+    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
+
+    Args:
+        case: Path of a case file, its text, a dict of its tables, or a case.
+        values: Of each key: a list, or text such as "0:2e-4:5" (first:last:count), with ":log" behind for even steps
+            in the logarithm.
+        overrides: Keys to replace at every point.
+        zipped: Values side by side; by default every one with every other.
+        carry: Start from the end of the point before, along the last key.
+        both: Carry upward and downward; implies `carry`.
+        starts: Starts of every point: the seat and random kicks.
+        seed: Of the kicks.
+        transient: s before a response counts; None: found in it.
+        tolerance: Difference of amplitudes, as a fraction, below which two responses are the same.
+        output: Folder; by default results/<case>-sweep.
+        overwrite: Begin anew.
+        jobs: Processes; by default one a core.
+        progress: Called with the number of responses that are done, and of all.
+
+    Raises:
+        CaseError: The case has faults at every point.
+        UserError: An argument is out of its range, or the folder holds another sweep or cannot be written.
+        ResultsError: What an earlier sweep left cannot be read.
+    """
+    refuse_ranks("sweep")
+    from gapbeam.studies.sweep.run_sweep import run_sweep
+    from gapbeam.studies.sweep.sweep_plan import Sweep
+
+    check_range("starts", starts, 1, 10_000)
+    check_range("seed", seed, 0)
+    check_range("transient", transient, 0.0)
+    check_range("jobs", jobs, 1)
+    check_fraction("tolerance", tolerance)
+    axes = tuple(axis_of(key, one) for key, one in values.items())
+    folder = folder_from(output, f"{name_of(case)}-sweep")
+    fixed = tuple(override_texts(overrides))
+    wanted = Sweep(
+        case_file(case, folder), fixed, axes, zipped, carry or both, both, starts, seed, transient, tolerance
+    )  # fmt: skip
+    return run_sweep(wanted, folder, overwrite, jobs, progress)
+
+
+def stability(
+    case: CaseSource,
+    stiffness: Values = "1e10:1e16:4",
+    step: Values = "1e-5:1e-3:3",
+    scheme: Values = "discrete-gradient,implicit-midpoint,newmark,hht-alpha,generalized-alpha",
+    vary: Mapping[str, Values] | None = None,
+    overrides: Overrides = (),
+    *,
+    output: str | PathLike[str] | None = None,
+    jobs: int | None = None,
+    progress: Progress | None = None,
+) -> StabilityResult:
+    """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted.
+
+    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
+
+    Args:
+        case: As in `sweep`.
+        stiffness: Contact stiffness, Pa/m; values as in `sweep`, ranges even in the logarithm.
+        step: Time step, s; likewise.
+        scheme: Names of schemes.
+        vary: Other keys and their values.
+        overrides: Keys to replace at every point.
+        output: Folder; by default results/<case>-stability.
+        jobs: Processes; by default one a core.
+        progress: Called with the number of trials that are done, and of all.
+
+    Raises:
+        CaseError: The case has faults at every point.
+        UserError: The grid is too large, or the folder cannot be written.
+    """
+    refuse_ranks("stability")
+    from gapbeam.studies.stability.run_stability import run_stability
+
+    check_range("jobs", jobs, 1)
+    grid = {"contact.stiffness": stiffness, "time.step": step, "time.scheme": scheme, **(vary or {})}
+    axes = [axis_of(key, one, "log") for key, one in grid.items()]
+    folder = folder_from(output, f"{name_of(case)}-stability")
+    return run_stability(case_file(case, folder), axes, folder, override_texts(overrides), jobs, progress)
+
+
+def tradeoff(
+    case: CaseSource,
+    overrides: Overrides = (),
+    *,
+    tolerance: float = 0.02,
+    minutes: float = 12.0,
+    output: str | PathLike[str] | None = None,
+    progress: Callable[[str], None] = LOG.info,
+) -> TradeoffResult:
+    """Measure time, memory and error of models, meshes, steps and schemes of a case; name the cheapest that will do.
+
+    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
+
+    Args:
+        case: As in `sweep`.
+        overrides: Keys to replace.
+        tolerance: Largest error of a figure that will do, as a fraction.
+        minutes: Wall time that the study may take.
+        output: Folder; by default results/<case>-tradeoff.
+        progress: Called with what is known beforehand and with what each level gave.
+
+    Raises:
+        CaseError: The case has faults.
+        UserError: The forcing has no single frequency, the mesh cannot be refined, or the reference fails.
+    """
+    refuse_ranks("tradeoff")
+    from gapbeam.studies.tradeoff.run_tradeoff import run_tradeoff
+    from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping
+
+    check_fraction("tolerance", tolerance)
+    check_range("minutes", minutes, 0.1)
+    folder = folder_from(output, f"{name_of(case)}-tradeoff")
+    fixed = dict(overrides) if isinstance(overrides, Mapping) else overrides_as_mapping(override_texts(overrides))
+    return run_tradeoff(case_file(case, folder), folder, fixed, tolerance, minutes, progress)
+
+
+def identify(
+    file: str | PathLike[str],
+    overrides: Overrides = (),
+    *,
+    leave_one_out: bool = False,
+    output: str | PathLike[str] | None = None,
+    processes: int | None = None,
+    overwrite: bool = False,
+    progress: Callable[[str, int, int | None], None] | None = None,
+) -> IdentificationResult:
+    """Find unknown keys of a case from measured values, and how well they are known; goes on where it was interrupted.
+
+    A script that is run as a file calls this below `if __name__ == "__main__":`, as the processes import it again.
+
+    Args:
+        file: What is unknown and what was measured, TOML.
+        overrides: Keys of the case to replace.
+        leave_one_out: Predict each fitted measurement from the others too.
+        output: Folder; by default results/<file>.
+        processes: Side by side; by default one a core.
+        overwrite: Begin anew.
+        progress: Called with what is done, how many sets of values were tried, and how many may be; None: unknown.
+
+    Raises:
+        CaseError: The file or its case has faults.
+        UserError: The folder holds another identification or cannot be written.
+        ResultsError: What an earlier search left cannot be read.
+    """
+    refuse_ranks("identify")
+    from gapbeam.studies.identification.identification_file import read_identification
+    from gapbeam.studies.identification.run_identification import run_identification
+
+    check_range("processes", processes, 1)
+    problem = read_identification(Path(file), override_texts(overrides))
+    folder = folder_from(output, Path(file).stem)
+    return run_identification(problem, folder, leave_one_out, processes, overwrite, progress)

@@ -1,0 +1,44 @@
+"""The errors that functions of a Python session raise; each has the `exit_status` that the command line ends with."""
+
+from __future__ import annotations
+
+from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.postprocess.comparison.run_comparison import ComparisonError
+from gapbeam.postprocess.render import RenderError
+from gapbeam.postprocess.report.pdf_page import BrowserError
+from gapbeam.postprocess.results_errors import OptionError, ResultsError
+from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.solver.errors import (
+    AssumptionBroken,
+    EnergyCreated,
+    EnergyLost,
+    Interrupted,
+    NotConverged,
+    NotFinite,
+    NotWritten,
+    OutOfMemory,
+    RunError,
+    UserError,
+)
+from gapbeam.solver.faults import CaseError
+
+__all__ = [
+    "AssumptionBroken",
+    "BrowserError",
+    "CaseError",
+    "ComparisonError",
+    "EnergyCreated",
+    "EnergyLost",
+    "Interrupted",
+    "MeshError",
+    "NotConverged",
+    "NotFinite",
+    "NotWritten",
+    "OptionError",
+    "OutOfMemory",
+    "RenderError",
+    "ResultsError",
+    "RunError",
+    "SignalError",
+    "UserError",
+]

@@ -1,0 +1,220 @@
+"""What a Python session does with results: open, compare, plot, render, report."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from os import PathLike
+from pathlib import Path
+from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
+
+from gapbeam.interface.case_source import check_fraction
+from gapbeam.process.failing_ranks import refuse_ranks
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.results.results import Results
+    from gapbeam.studies.comparison.compare_folders import ComparisonResult
+
+
+@runtime_checkable
+class InFolder(Protocol):
+    """What `run` and the studies return: it knows where its files are."""
+
+    @property
+    def folder(self) -> Path:
+        """The folder of the results."""
+
+
+Given = str | PathLike[str] | InFolder
+
+
+def open_results(results: Given) -> Results:
+    """Open a results folder, complete or not; needs neither DOLFINx nor MPI.
+
+    Args:
+        results: Results folder of a run, or what `run` returned.
+
+    Raises:
+        ResultsError: There are no readable results.
+    """
+    from gapbeam.postprocess.results.results import open_results as open_folder
+
+    return open_folder(folder_of(results))
+
+
+def compare(
+    a: Given,
+    b: Given,
+    tolerance: float = 0.01,
+    after: float | None = None,
+    output: str | PathLike[str] | None = None,
+) -> ComparisonResult:
+    """Compare two runs: waveforms, figures, costs and a verdict.
+
+    Args:
+        a: Results folder of a run, or what `run` returned.
+        b: The other.
+        tolerance: Largest difference that counts as agreement, as a fraction.
+        after: End of the transient, s; None: found in the records.
+        output: Folder; by default results/<A>-against-<B>.
+
+    Raises:
+        ResultsError: A folder has no readable results.
+        ComparisonError: The runs cannot be compared.
+        UserError: The folder of the comparison cannot be written.
+    """
+    refuse_ranks("compare")
+    from gapbeam.studies.comparison.compare_folders import compare_folders, comparison_folder
+
+    check_fraction("tolerance", tolerance)
+    one, other = folder_of(a), folder_of(b)
+    folder = Path(output) if output is not None else comparison_folder(one, other)
+    return compare_folders(one, other, folder, tolerance, after)
+
+
+def plot(
+    results: Given,
+    output: str | PathLike[str] | None = None,
+    formats: Sequence[str] = ("png",),
+    probe: str | None = None,
+    component: str | None = None,
+    *,
+    acceleration: Literal["absolute", "relative"] = "absolute",
+    rate: float = 2000.0,
+    points: int = 5,
+    sampling: Literal["mean", "pick"] = "mean",
+    periods: int | None = None,
+    window: Literal["rectangular", "hann", "flattop", "blackman"] | None = None,
+    harmonics: int = 10,
+    tolerance: float = 0.01,
+    zoom: int = 3,
+) -> list[Path]:
+    """Draw peaks, time histories, spectrum and contact forces of a run, and write its tables.
+
+    Args:
+        results: Results folder of a run, or what `run` returned.
+        output: Folder; by default figures in that of the results.
+        formats: "png", "pdf", "svg".
+        probe: Name of a probe; None: the first.
+        component: "x", "y" or "z"; None: the bending direction.
+        acceleration: Absolute, or relative to the support.
+        rate: Sampling rate of the smoothed acceleration, Hz.
+        points: Points of its moving average.
+        sampling: Mean over an interval, or its last value.
+        periods: Forcing periods in the spectra; None: as many as there are.
+        window: Of the spectra; None: rectangular over whole periods.
+        harmonics: Highest harmonic in figures and tables.
+        tolerance: Of the period, as a fraction of the range.
+        zoom: Forcing periods in the enlarged panels.
+
+    Returns:
+        The figures and tables.
+
+    Raises:
+        ResultsError: The results cannot be read.
+        OptionError: An argument is out of its range.
+        UserError: The folder cannot be written.
+    """
+    refuse_ranks("plot")
+    from gapbeam.postprocess.plot import FOLDER
+    from gapbeam.postprocess.plot import plot as draw
+    from gapbeam.postprocess.results.damaged_files import as_written
+
+    folder = folder_of(results)
+    place = _place(folder, output, FOLDER)
+    with as_written(folder):
+        return draw(
+            folder, place, tuple(formats), probe, component, acceleration=acceleration, rate=rate, points=points,
+            sampling=sampling, periods=periods, window=window, harmonics=harmonics, tolerance=tolerance, zoom=zoom,
+        )  # fmt: skip
+
+
+def render(
+    results: Given,
+    output: str | PathLike[str] | None = None,
+    scale: Literal["auto"] | float = "auto",
+    film: bool = True,
+    frames: int | None = None,
+    size: tuple[int, int] = (1600, 900),
+    frames_per_second: float = 20.0,
+    progress: Callable[[int, int], None] | None = None,
+) -> list[Path]:
+    """Draw the deformed beam in its support, off-screen: pictures and a film.
+
+    Args:
+        results: Results folder of a run, or what `run` returned.
+        output: Folder; by default pictures in that of the results.
+        scale: Enlargement of displacements.
+        film: Also make a film.
+        frames: The last frames of the run; None: 300.
+        size: Width and height in pixels.
+        frames_per_second: Speed of the film.
+        progress: Called with the number of frames that are drawn, and of all.
+
+    Returns:
+        The pictures and the film.
+
+    Raises:
+        ResultsError: The results cannot be read.
+        OptionError: An argument is out of its range.
+        UserError: The folder cannot be written.
+    """
+    refuse_ranks("render")
+    from gapbeam.postprocess.render import FOLDER
+    from gapbeam.postprocess.render import render as draw
+    from gapbeam.postprocess.results.damaged_files import as_written
+
+    folder = folder_of(results)
+    place = _place(folder, output, FOLDER)
+    with as_written(folder):
+        return draw(folder, place, scale, film, frames, size, frames_per_second, progress)
+
+
+def report(
+    results: Given | Sequence[Given],
+    output: str | PathLike[str] | None = None,
+    pdf: bool | None = None,
+    overwrite: bool = False,
+) -> list[Path]:
+    """Write what results show as one page that works offline, and as PDF.
+
+    Args:
+        results: Results folders of runs, sweeps or studies, or what these returned; one or several.
+        output: Page to write, *.html; by default report.html in the folder of the results.
+        pdf: Whether to print the page too; None: where a browser is found.
+        overwrite: Replace an earlier report.
+
+    Returns:
+        The page and, where there is one, its PDF.
+
+    Raises:
+        ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read.
+        OptionError: Another suffix, or a report that is there.
+        UserError: A place that cannot be written.
+        BrowserError: No browser for a PDF that was asked for, or one that printed nothing.
+    """
+    refuse_ranks("report")
+    from gapbeam.commands.study_choice import report_kinds
+    from gapbeam.studies.report.write_report import write_report
+
+    several = [results] if isinstance(results, str | PathLike | InFolder) else list(results)
+    page = None if output is None else Path(output)
+    return write_report([folder_of(one) for one in several], report_kinds(), page, pdf, overwrite)
+
+
+def folder_of(results: Given) -> Path:
+    """Return the folder of results."""
+    return results.folder if isinstance(results, InFolder) else Path(results)
+
+
+def _place(folder: Path, output: str | PathLike[str] | None, name: str) -> Path | None:
+    """Return the folder that was asked for, after refusing one that nothing should be written into."""
+    from gapbeam.postprocess.results.damaged_files import as_written
+    from gapbeam.solver.run.output.output_paths import check_place
+    from gapbeam.studies.stored_records import refuse_links
+
+    place = None if output is None else Path(output)
+    if place is not None:
+        check_place(place)
+    with as_written(folder):
+        refuse_links(place or folder / name, places=() if place else (folder / name,))
+    return place

@@ -1,0 +1,177 @@
+"""What a Python session does with one case: describe, model, run, find its modes, open its results."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from itertools import pairwise
+from os import PathLike
+from typing import TYPE_CHECKING
+
+from gapbeam.interface.case_source import (
+    CaseSource,
+    check_fraction,
+    check_range,
+    folder_from,
+    name_of,
+    shared_case,
+)
+from gapbeam.process.launcher import end_with_launcher
+from gapbeam.process.process_environment import refuse_cramped
+from gapbeam.solver.case.reading.overrides import Overrides
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from gapbeam.solver.march.simulation import Simulation
+    from gapbeam.solver.run.run_case import Outcome
+    from gapbeam.studies.modes.find_modes import ModesResult
+    from gapbeam.studies.prediction.case_description import CaseDescription
+
+
+def run(
+    case: CaseSource,
+    overrides: Overrides = (),
+    output: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    resume: bool = False,
+) -> Outcome:
+    """Run a case into a results folder.
+
+    Args:
+        case: Path of a case file, its text, a dict of its tables, or a case.
+        overrides: Keys to replace, such as {"support.clearance": 0.1e-3} or ["support.clearance=0.1e-3"].
+        output: Results folder; by default results/<name of the case file>.
+        overwrite: Replace the results of an earlier run.
+        resume: Continue from its last checkpoint; from the start where it has none yet.
+
+    Returns:
+        The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
+        returned with an exit status that is not zero, not raised.
+
+    Raises:
+        CaseError: The case has faults; all of them are in the message.
+        MeshError: The mesh file does not fit the case.
+        OutOfMemory: The limit of addresses of this process is too low to begin with.
+        UserError: The folder holds results, or those of another case, or a point lies outside the mesh.
+
+    Collective.
+    """
+    comm = _ranks()
+    from gapbeam.solver.run.run_case import run_case
+    from gapbeam.studies.error_estimate.run_errors import errors_wanted, with_errors
+
+    folder = folder_from(output, name_of(case))
+    read = shared_case(case, overrides, comm)
+    wanted = errors_wanted(read)
+    outcome = run_case(read, folder, comm, overwrite, resume)
+    return with_errors(read, outcome, comm) if wanted else outcome
+
+
+def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = None) -> Simulation:
+    """Mesh, assemble and reduce a case: what is then seated and marched, and leaves no files.
+
+    Args:
+        case: As in `run`.
+        overrides: As in `run`.
+        comm: The ranks that share the work; None: all.
+
+    Returns:
+        The simulation, with `seat()` and `march()`, a generator of steps.
+
+    Raises:
+        CaseError: The case has faults, or its computed time step does not go with the rest of it.
+        MeshError: The mesh file does not fit the case.
+        UserError: A point lies outside the mesh, or there is not enough memory.
+
+    Collective.
+    """
+    ranks = _ranks() if comm is None else comm
+    from gapbeam.solver.march.simulation import Simulation
+
+    return Simulation.of_case(shared_case(case, overrides, ranks), ranks)
+
+
+def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription:
+    """Mesh, assemble and seat a case, march some steps, and describe what its run will be and will cost.
+
+    Args:
+        case: As in `run`.
+        overrides: As in `run`.
+
+    Raises:
+        CaseError: The case has faults.
+        MeshError: The mesh file does not fit the case.
+        UserError: The run would be refused.
+        NotConverged: The beam finds no seat.
+
+    Collective.
+    """
+    comm = _ranks()
+    from gapbeam.studies.prediction.case_description import describe_case
+
+    return describe_case(shared_case(case, overrides, comm), comm)
+
+
+def modes(
+    case: CaseSource,
+    overrides: Overrides = (),
+    count: int = 4,
+    measured: Mapping[int, float] | None = None,
+    accuracy: float = 0.01,
+    output: str | PathLike[str] | None = None,
+) -> ModesResult:
+    """Find the bending modes of the seated beam, and the end springs that reproduce them or measured frequencies.
+
+    Args:
+        case: As in `run`.
+        overrides: As in `run`.
+        count: Bending modes, at least 2.
+        measured: Measured frequencies by mode, {1: 43.2, 2: 268.0}, Hz; at least two.
+        accuracy: Standard deviation of a frequency, as a fraction, for the intervals.
+        output: Folder; by default results/<case>-modes.
+
+    Raises:
+        CaseError: The case has faults.
+        MeshError: The mesh file does not fit the case.
+        UserError: Measured frequencies that are none, more modes than the mesh carries, or a folder that cannot be
+            written.
+        NotConverged: The beam finds no seat.
+
+    Collective.
+    """
+    check_range("count", count, 2)
+    check_fraction("accuracy", accuracy)
+    given = dict(sorted((measured or {}).items()))
+    _check_measured(given, count)
+    comm = _ranks()
+    from gapbeam.studies.modes.find_modes import find_modes
+
+    folder = folder_from(output, f"{name_of(case)}-modes")
+    return find_modes(shared_case(case, overrides, comm), folder, comm, count, given, accuracy)
+
+
+def _check_measured(measured: Mapping[int, float], count: int) -> None:
+    """Refuse frequencies that are none, do not ascend, or belong to no mode.
+
+    Raises:
+        UserError: There are such, or only one.
+    """
+    from gapbeam.solver.errors import UserError
+
+    values = list(measured.values())
+    ascending = all(before < after < float("inf") for before, after in pairwise([0.0, *values]))
+    fits = all(1 <= mode <= count for mode in measured)
+    if measured and not (len(values) > 1 and ascending and fits):
+        raise UserError(
+            f"`measured=`: found {dict(measured)}; expected at least two frequencies of the modes 1 to {count}, "
+            "{mode: Hz}, that ascend with the mode"
+        )
+
+
+def _ranks() -> MPI.Comm:
+    """Return all ranks, after what the process must be fit for."""
+    refuse_cramped()
+    from mpi4py import MPI
+
+    end_with_launcher()
+    return MPI.COMM_WORLD

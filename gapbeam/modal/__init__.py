@@ -1,1 +1,0 @@
-"""Modes of a seated beam beside those of beams on springs."""

@@ -1,1 +1,0 @@
-"""The paper that gapbeam grew from, computed again."""

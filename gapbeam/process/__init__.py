@@ -1,0 +1,1 @@
+"""The process that gapbeam runs in: environment, signals, terminal, failing ranks."""

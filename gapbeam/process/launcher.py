@@ -1,0 +1,49 @@
+"""Ranks whose launcher is gone, mpirun killed by kill -9: nobody would ever end them, so they end themselves.
+
+mpirun that is asked to end ends its ranks. One that is killed cannot: they would go on computing as orphans, in the
+way of a resumed run. So every rank looks at its parent, and takes its loss as a SIGTERM. Open MPI 5 sometimes misses
+its server first and aborts; then the last checkpoint is what is left.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import signal
+import sys
+import threading
+import time
+from typing import NoReturn
+
+from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
+
+LOG = logging.getLogger("gapbeam")
+INTERVAL = 1.0  # s between two looks
+PATIENCE = 300.0  # s for the last checkpoint
+TERMINATED = 143
+_parents: list[int] = []
+
+
+def end_with_launcher() -> None:
+    """Watch the process that started this rank, from another thread; nothing where it is none of several ranks."""
+    if rank_of_launcher() is not None and not _parents:
+        _parents.append(os.getppid())
+        threading.Thread(target=_watch, name="launcher", daemon=True).start()
+
+
+def leave(status: int) -> NoReturn:
+    """End the process: in order, or at once where MPI would wait for a launcher that is gone."""
+    if _parents and os.getppid() != _parents[0]:
+        sys.stdout.flush()
+        sys.stderr.flush()
+        os._exit(status)
+    sys.exit(status)
+
+
+def _watch() -> None:
+    while os.getppid() == _parents[0]:
+        time.sleep(INTERVAL)
+    LOG.warning("what started the ranks is gone (mpirun or srun, killed?): they end as well")
+    os.kill(os.getpid(), signal.SIGTERM)
+    time.sleep(PATIENCE)
+    os._exit(TERMINATED)

@@ -1,0 +1,133 @@
+"""The beam that is meshed: its outer dimensions, where it is supported, and points that become mesh nodes.
+
+Frame: the beam axis is x, 0 <= x <= length, with the supported end at x = 0. The bending direction is y in 2D
+and z in 3D, across the thickness; y is across the width in 3D. The axis of the beam is where these are zero.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from itertools import pairwise
+
+from gapbeam.meshes.mesh_errors import MeshError
+
+SNAP = 1.0e-9
+"""Coordinates this close to each other, relative to the thickness, are taken to be the same."""
+
+CLOSEST = 1.0e-4
+"""Different coordinates along an axis are at least this far apart, relative to the thickness."""
+
+
+@dataclass(frozen=True)
+class BeamGeometry:
+    """A straight beam of rectangular section, dimensions in m.
+
+    Attributes:
+        dimension: 2 for a slice in the bending plane, 3 for the solid beam.
+        length: along x.
+        thickness: in the bending direction.
+        width: across the bending plane; in 2D it is not meshed.
+        support_length: base and gland reach from x = 0 to here.
+        points: coordinates, `dimension` of them each, that fall on mesh nodes.
+
+    Raises:
+        MeshError: a dimension is not a positive number, the support is longer than the beam, or a point is
+            outside of the beam.
+    """
+
+    dimension: int
+    length: float
+    thickness: float
+    width: float
+    support_length: float
+    points: tuple[tuple[float, ...], ...] = ()
+
+    def __post_init__(self) -> None:
+        if self.dimension not in (2, 3):
+            raise MeshError("mesh.dimension", found=str(self.dimension), expected="2 or 3")
+        for name in ("length", "thickness", "width", "support_length"):
+            value = getattr(self, name)
+            if not (math.isfinite(value) and value > 0):
+                raise MeshError(f"beam {name}", found=f"{value} m", expected="a positive length in m")
+        if self.support_length > self.length * (1 + 1e-12):
+            raise MeshError(
+                "support length",
+                found=f"{self.support_length:g} m",
+                expected=f"at most the length of the beam, {self.length:g} m",
+            )
+        # coordinates that are the same up to rounding become the same: faces, the end of the support, points
+        planes = [list(pair) for pair in zip(self.lower, self.upper, strict=True)]
+        object.__setattr__(self, "support_length", self._same(self.support_length, planes[0]))
+        planes[0].append(self.support_length)
+        points = []
+        for point in self.points:
+            self._check(point)
+            points.append(tuple(map(self._same, point, planes)))
+            for plane, value in zip(planes, points[-1], strict=True):
+                plane.append(value)
+        object.__setattr__(self, "points", tuple(points))
+
+    @property
+    def lower(self) -> tuple[float, ...]:
+        """The corner of the bounding box with the smallest coordinates."""
+        return (0.0, *(-side / 2 for side in self._section()))
+
+    @property
+    def upper(self) -> tuple[float, ...]:
+        """The corner of the bounding box with the largest coordinates."""
+        return (self.length, *(side / 2 for side in self._section()))
+
+    @property
+    def volume(self) -> float:
+        """Volume in m^3; in 2D the area in m^2."""
+        return math.prod(high - low for low, high in zip(self.lower, self.upper, strict=True))
+
+    def breakpoints(self, axis: int) -> tuple[float, ...]:
+        """Increasing coordinates along an axis at which cells must end: faces, end of the support, points.
+
+        Raises:
+            MeshError: two of them almost coincide, which would force a sliver between them.
+        """
+        edges = (self.support_length,) if axis == 0 else ()
+        values = (self.lower[axis], self.upper[axis], *edges, *(point[axis] for point in self.points))
+        ordered = sorted(set(values))
+        for low, high in pairwise(ordered):
+            if high - low < CLOSEST * self.thickness:
+                name = "xyz"[axis]
+                raise MeshError(
+                    f"points along {name}",
+                    found=f"{name} = {low:.12g} m and {name} = {high:.12g} m",
+                    expected=f"the same value, or at least {CLOSEST * self.thickness:.2g} m between them",
+                    hint="The ends of the beam and of the support count as points.",
+                )
+        return tuple(ordered)
+
+    def _section(self) -> tuple[float, ...]:
+        return (self.thickness,) if self.dimension == 2 else (self.width, self.thickness)
+
+    def _same(self, value: float, known: list[float]) -> float:
+        """The known coordinate that the value stands for, or else the value."""
+        near = SNAP * self.thickness
+        return next((other for other in known if abs(value - other) <= near), float(value))
+
+    def _check(self, point: tuple[float, ...]) -> None:
+        if len(point) != self.dimension:
+            raise MeshError(
+                f"point {_shown(point)}",
+                found=f"{len(point)} coordinates",
+                expected=f"{self.dimension}, as the mesh has dimension {self.dimension}",
+            )
+        near = SNAP * self.thickness
+        for value, low, high in zip(point, self.lower, self.upper, strict=True):
+            if not low - near <= value <= high + near:  # refuses NaN as well
+                raise MeshError(
+                    f"point {_shown(point)}",
+                    found="a point outside of the beam",
+                    expected=f"a point between {_shown(self.lower)} and {_shown(self.upper)}",
+                    hint="x = 0 is the supported end; the other coordinates are measured from the beam axis.",
+                )
+
+
+def _shown(point: tuple[float, ...]) -> str:
+    return f"({', '.join(f'{value:g}' for value in point)})"

@@ -1,0 +1,63 @@
+"""The physical groups of a gmsh model that gapbeam drew."""
+
+from __future__ import annotations
+
+import gmsh
+
+from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.group_names import BODY, FACES
+from gapbeam.meshes.mesh_errors import MeshError
+
+_BODY_TAG = 1
+_NEAR = 1.0e-6
+
+
+def name_faces(geometry: BeamGeometry, unit: float) -> None:
+    """Add the physical groups to the current gmsh model.
+
+    Args:
+        geometry: The beam that was drawn, in m.
+        unit: What one unit of the gmsh model stands for, in m.
+    """
+    dimension = geometry.dimension
+    entities: dict[str, list[int]] = {name: [] for name in FACES}
+    for _, tag in gmsh.model.getEntities(dimension - 1):
+        box = gmsh.model.getBoundingBox(dimension - 1, tag)
+        name = _face_at(geometry, unit, box)
+        if name is not None:
+            entities[name].append(tag)
+    gmsh.model.addPhysicalGroup(dimension, [tag for _, tag in gmsh.model.getEntities(dimension)], _BODY_TAG, BODY)
+    for name, tags in entities.items():
+        gmsh.model.addPhysicalGroup(dimension - 1, tags, FACES[name], name)
+
+
+def check_faces(dimension: int) -> None:
+    """Make sure that gmsh meshed the body and every face: reading an empty group would leave ranks waiting.
+
+    Raises:
+        MeshError: a group has no elements.
+    """
+    for dim, tag in gmsh.model.getPhysicalGroups():
+        entities = gmsh.model.getEntitiesForPhysicalGroup(dim, tag)
+        if not any(len(tags) for entity in entities for tags in gmsh.model.mesh.getElements(dim, entity)[1]):
+            name = gmsh.model.getPhysicalName(dim, tag)
+            raise MeshError(f"mesh of dimension {dimension}", found=f"no elements in {name}", expected="some")
+
+
+def _face_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> str | None:
+    """The face that a plane piece with this bounding box belongs to."""
+    low, high = box[:3], box[3:]
+    bending = geometry.dimension - 1
+
+    def lies_at(axis: int, value: float) -> bool:
+        return all(abs(side[axis] - value / unit) < _NEAR for side in (low, high))
+
+    if lies_at(0, 0.0):
+        return "end"
+    if lies_at(0, geometry.length):
+        return "tip"
+    if high[0] > geometry.support_length / unit + _NEAR:
+        return None
+    if lies_at(bending, geometry.lower[bending]):
+        return "base"
+    return "gland" if lies_at(bending, geometry.upper[bending]) else None

@@ -1,0 +1,72 @@
+"""Triangles or tetrahedra, drawn in gmsh as blocks with points in them."""
+
+from __future__ import annotations
+
+from bisect import bisect_right
+from collections.abc import Callable
+from itertools import pairwise
+
+import gmsh
+import numpy as np
+
+from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.sizing.cell_length import CellLength
+from gapbeam.meshes.sizing.layers import structured_partition
+
+
+def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: float) -> None:
+    """Draw the beam as one block in and one behind the support, with the given points as vertices.
+
+    Args:
+        geometry: The beam, in m.
+        cell_length: Wanted length of edges, in m.
+        unit: What one unit of the gmsh model stands for, in m.
+    """
+    kernel = gmsh.model.occ
+    low = [side / unit for side in geometry.lower]
+    sides = [(high - low) / unit for low, high in zip(geometry.lower, geometry.upper, strict=True)]
+    ends = [0.0, geometry.support_length / unit, geometry.length / unit]
+    blocks = []
+    for start, stop in pairwise(ends):
+        if stop == start:
+            continue
+        if geometry.dimension == 2:
+            blocks.append((2, kernel.addRectangle(start, low[1], 0.0, stop - start, sides[1])))
+        else:
+            blocks.append((3, kernel.addBox(start, low[1], low[2], stop - start, sides[1], sides[2])))
+    points = [
+        (0, kernel.addPoint(*(value / unit for value in point), *([0.0] if len(point) == 2 else [])))
+        for point in dict.fromkeys(geometry.points)
+    ]
+    if len(blocks) + len(points) > 1:
+        kernel.fragment(blocks, points)
+    kernel.synchronize()
+    gmsh.model.mesh.setSizeCallback(_size_callback(geometry, cell_length, unit))
+
+
+def cells_that_fill(geometry: BeamGeometry, cell_length: CellLength) -> float:
+    """Number of equilateral cells that fill the beam, from the lengths wanted along it."""
+    x = structured_partition(geometry.breakpoints(0), cell_length)
+    lengths = np.diff(x)
+    section = geometry.volume / geometry.length
+    share = np.sqrt(3) / 4 if geometry.dimension == 2 else 1 / (6 * np.sqrt(2))
+    return float(np.sum(section * lengths / (share * lengths**geometry.dimension)))
+
+
+def _size_callback(
+    geometry: BeamGeometry, cell_length: CellLength, unit: float
+) -> Callable[[int, int, float, float, float, float], float]:
+    """The wanted length in the units of the model, tabulated: gmsh asks for it very often."""
+    breaks = geometry.breakpoints(0)
+    x = structured_partition(breaks, cell_length)
+    fine = np.unique(np.concatenate([np.linspace(a, b, 9) for a, b in pairwise(x)]))
+    positions = [float(position) for position in fine / unit]
+    lengths = [float(length) for length in cell_length.ending_at(breaks)(fine) / unit]
+    last = len(positions) - 2
+
+    def wanted(_dim: int, _tag: int, x: float, _y: float, _z: float, _length: float) -> float:
+        left = min(max(bisect_right(positions, x) - 1, 0), last)
+        share = (x - positions[left]) / (positions[left + 1] - positions[left])
+        return float(lengths[left] + share * (lengths[left + 1] - lengths[left]))
+
+    return wanted

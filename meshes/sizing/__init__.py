@@ -1,0 +1,1 @@
+"""Cell sizes, layers and expected size of a mesh."""

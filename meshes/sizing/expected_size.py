@@ -1,0 +1,42 @@
+"""How large a mesh will be, before it is made."""
+
+from __future__ import annotations
+
+from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.sizing.mesh_size import BeamSizing
+
+STRUCTURED = ("quadrilateral", "hexahedron")
+
+
+def expected_cells(geometry: BeamGeometry, sizing: BeamSizing) -> float:
+    """Return the number of cells of a beam: exact for layers, about that for triangles and tetrahedra.
+
+    Raises:
+        MeshError: The sizes make no sense.
+    """
+    from gapbeam.meshes.gmsh_models.structured import beam_layers
+    from gapbeam.meshes.gmsh_models.unstructured import cells_that_fill
+
+    if sizing.cell_of(geometry.dimension) not in STRUCTURED:
+        return cells_that_fill(geometry, sizing.cell_length(geometry))
+    count = 1.0
+    for axis in beam_layers(geometry, sizing):
+        count *= len(axis) - 1
+    return count
+
+
+def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> float:
+    """Return the number of nodes of degree p: exact for layers, p^2 / 2 a triangle, p^3 / 6 a tetrahedron.
+
+    Raises:
+        MeshError: The sizes make no sense.
+    """
+    from gapbeam.meshes.gmsh_models.structured import beam_layers
+
+    if sizing.cell_of(geometry.dimension) not in STRUCTURED:
+        share = degree**2 / 2.0 if geometry.dimension == 2 else degree**3 / 6.0
+        return share * expected_cells(geometry, sizing)
+    count = 1.0
+    for axis in beam_layers(geometry, sizing):
+        count *= degree * (len(axis) - 1) + 1
+    return count

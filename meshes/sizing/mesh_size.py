@@ -1,0 +1,106 @@
+"""How fine the mesh of a beam is: what the user may choose, and what follows from it."""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+from typing import Literal
+
+from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.sizing.cell_length import CellLength
+
+Cell = Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
+
+CELLS: dict[int, tuple[Cell, Cell]] = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}
+"""The cell types of each dimension, the default first."""
+
+CELLS_THROUGH = 4
+"""Default number of structured cells through the thickness and across the width."""
+
+UNSTRUCTURED_THROUGH = 2
+"""Triangles and tetrahedra are never longer than the thickness divided by this, unless asked for."""
+
+
+@dataclass(frozen=True)
+class BeamSizing:
+    """Cell type and cell sizes, in m; None stands for the default.
+
+    Attributes:
+        cell: quadrilateral (default) or triangle in 2D, hexahedron (default) or tetrahedron in 3D.
+        size: cell length along x far from the support; default the thickness.
+        support_size: the same within the support; default a third of the thickness, at most `size`.
+        edge_size: the same at x = 0 and at the edge of the base; default half of the smaller of the two
+            above, never larger than these.
+        cells_through_thickness: default 4 layers of quadrilaterals or hexahedra. Triangles and tetrahedra
+            follow the length along x, but are no longer than the thickness divided by this number, default 2.
+        cells_across_width: the same across the width; no limit by default for tetrahedra.
+    """
+
+    cell: Cell | None = None
+    size: float | None = None
+    support_size: float | None = None
+    edge_size: float | None = None
+    cells_through_thickness: int | None = None
+    cells_across_width: int | None = None
+
+    def cell_of(self, dimension: int) -> Cell:
+        """The cell type, the default of the dimension when none was chosen."""
+        cell = CELLS[dimension][0] if self.cell is None else self.cell
+        if cell not in CELLS[dimension]:
+            raise MeshError(
+                "mesh.cell",
+                found=f"{cell} in a mesh of dimension {dimension}",
+                expected=" or ".join(CELLS[dimension]),
+            )
+        return cell
+
+    def cell_length(self, geometry: BeamGeometry) -> CellLength:
+        """Wanted cell length along the beam.
+
+        Raises:
+            MeshError: a size is not a positive number.
+        """
+        size = self._length("size", self.size, geometry.thickness)
+        support_size = self._length("support_size", self.support_size, min(geometry.thickness / 3, size))
+        edge_size = self._length("edge_size", self.edge_size, min(support_size, size) / 2)
+        longest = self._longest(geometry)
+        size, support_size = min(size, longest), min(support_size, longest)
+        edge_size = min(edge_size, support_size, size)
+        return CellLength(
+            regions=((geometry.support_length, support_size), (geometry.length, size)),
+            sources=((0.0, edge_size), (geometry.support_length, edge_size)),
+        )
+
+    def layers(self, geometry: BeamGeometry) -> tuple[int, ...]:
+        """Number of structured cells in the directions after x: (thickness) or (width, thickness)."""
+        through = self._count("cells_through_thickness", self.cells_through_thickness)
+        if geometry.dimension == 2:
+            return (through,)
+        return (self._count("cells_across_width", self.cells_across_width), through)
+
+    def _longest(self, geometry: BeamGeometry) -> float:
+        """The limit that the section sets to the length of triangles and tetrahedra."""
+        if self.cell_of(geometry.dimension) not in ("triangle", "tetrahedron"):
+            return math.inf
+        through = self.cells_through_thickness or UNSTRUCTURED_THROUGH
+        longest = geometry.thickness / through
+        if geometry.dimension == 3 and self.cells_across_width is not None:
+            longest = min(longest, geometry.width / self.cells_across_width)
+        return longest
+
+    @staticmethod
+    def _length(name: str, value: float | None, default: float) -> float:
+        if value is None:
+            return default
+        if not (math.isfinite(value) and value > 0):
+            raise MeshError(f"mesh.{name}", found=f"{value}", expected="a positive length in m")
+        return value
+
+    @staticmethod
+    def _count(name: str, value: int | None) -> int:
+        if value is None:
+            return CELLS_THROUGH
+        if value < 1:
+            raise MeshError(f"mesh.{name}", found=f"{value}", expected="1 or more")
+        return value

@@ -1,0 +1,1 @@
+"""A user's own mesh: reading and checking it."""

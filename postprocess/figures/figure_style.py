@@ -1,0 +1,133 @@
+"""How every figure looks: the widths of a journal, serif type, lines distinguished in black and white too."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import matplotlib as mpl
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.layout_engine import ConstrainedLayoutEngine
+
+# Widths in inches: 85 mm and 175 mm.
+SINGLE = 3.35
+DOUBLE = 6.89
+
+# Okabe and Ito's colors, distinguished with color-blind eyes, and by lightness in print.
+BLACK = "#000000"
+GRAY = "#9A9A9A"
+BLUE = "#0072B2"
+VERMILION = "#D55E00"
+GREEN = "#009E73"
+SKY = "#56B4E9"
+PURPLE = "#CC79A7"
+
+FACE_STYLES: dict[str, dict[str, Any]] = {
+    "base": {"color": BLACK, "linestyle": "-", "linewidth": 1.0},
+    "gland": {"color": VERMILION, "linestyle": "--", "linewidth": 1.0},
+}
+
+_PARAMETERS: dict[str, Any] = {
+    "font.family": "STIXGeneral",
+    "mathtext.fontset": "stix",
+    "font.size": 9.0,
+    "axes.labelsize": 9.0,
+    "axes.titlesize": 9.0,
+    "xtick.labelsize": 8.0,
+    "ytick.labelsize": 8.0,
+    "legend.fontsize": 8.0,
+    "legend.frameon": False,
+    "legend.handlelength": 2.2,
+    "axes.linewidth": 0.6,
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.axisbelow": True,
+    "axes.formatter.use_mathtext": True,
+    "axes.formatter.limits": (-4, 5),
+    "axes.xmargin": 0.0,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "xtick.minor.width": 0.4,
+    "ytick.minor.width": 0.4,
+    "xtick.direction": "out",
+    "ytick.direction": "out",
+    "lines.linewidth": 0.9,
+    "path.simplify": True,
+    "svg.fonttype": "path",
+    "pdf.fonttype": 42,
+    "figure.dpi": 100.0,
+    "savefig.dpi": 300.0,
+    "figure.constrained_layout.use": True,
+    "agg.path.chunksize": 20000,
+}
+
+
+@contextmanager
+def journal_style() -> Iterator[None]:
+    """Draw in this style, and leave matplotlib as it was."""
+    with mpl.rc_context(_PARAMETERS):
+        yield
+
+
+def panels(
+    rows: int, columns: int = 1, width: float = DOUBLE, height: float = 2.0, **options: Any
+) -> tuple[Figure, np.ndarray]:
+    """Make a figure of stacked panels without a window.
+
+    Args:
+        rows: Number of rows.
+        columns: Number of columns.
+        width: Of the figure, inches.
+        height: Of one row, inches.
+        options: For `Figure.subplots`.
+
+    Returns:
+        The figure and the array of its axes, (rows, columns).
+    """
+    figure = Figure(figsize=(width, height * rows + 0.25))
+    axes = figure.subplots(rows, columns, squeeze=False, **options)
+    spread(figure)
+    return figure, axes
+
+
+def spread(figure: Figure) -> None:
+    """Set the room between panels."""
+    engine = figure.get_layout_engine()
+    if isinstance(engine, ConstrainedLayoutEngine):
+        engine.set(w_pad=0.03, h_pad=0.03, wspace=0.04, hspace=0.02)
+
+
+def letter(axes: Sequence[Axes], pad: float = 3.0) -> None:
+    """Mark panels (a), (b), ... above their upper left corners, `pad` points away."""
+    for index, panel in enumerate(axes):
+        panel.set_title(f"({chr(ord('a') + index)})", loc="left", pad=pad)
+
+
+def save(figure: Figure, folder: Path, name: str, formats: Sequence[str]) -> list[Path]:
+    """Write a figure in every format asked for.
+
+    Args:
+        figure: Complete.
+        folder: Made if it is not there.
+        name: File name without suffix.
+        formats: "png", "pdf", "svg".
+
+    Returns:
+        The paths written.
+    """
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = [folder / f"{name}.{suffix}" for suffix in formats]
+    for path in paths:
+        figure.savefig(path)
+    return paths
+
+
+def limits_around(axes: Axes, values: np.ndarray, room: float = 0.08) -> None:
+    """Set limits around values with some room."""
+    low, high = float(np.min(values)), float(np.max(values))
+    extent = (high - low) or abs(high) or 1.0
+    axes.set_ylim(low - room * extent, high + room * extent)

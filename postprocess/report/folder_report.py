@@ -1,0 +1,114 @@
+"""The report on results folders of any kind, several runs as a comparison."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from gapbeam.postprocess.report.blocks import Block, Report, Section
+from gapbeam.postprocess.report.sections.run_section import meta_of, run_report
+from gapbeam.postprocess.report.sections.several_runs_section import names_of, several_sections
+from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.record_table import HISTORY_FILE, SUMMARY_FILE
+
+
+def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> Report:
+    """Return the report on results folders, several runs as a comparison.
+
+    Args:
+        folders: At least one.
+        command: That makes the report.
+        kinds: Kinds of results folders that studies write, the most particular first; runs are known besides.
+
+    Raises:
+        ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read; all faults
+            of the folders at once.
+    """
+    found = _recognized(folders, (*kinds, RUN))
+    if all(kind is RUN for kind in found):
+        runs = [open_results(folder) for folder in folders]
+        if len(runs) == 1:
+            return run_report(runs[0], command)
+        subtitle = ", ".join(f"`{run.folder}`" for run in runs)
+        meta = meta_of(runs[0], command) | {"results": ", ".join(str(run.folder) for run in runs)}
+        return Report(
+            f"Runs side by side: {', '.join(names_of(runs))}", subtitle, several_sections(runs, command), meta
+        )
+    meta = {"results": ", ".join(map(str, folders)), "made by": command}
+    if len(folders) == 1:
+        title = f"{found[0].title}: {folders[0].resolve().name}"
+        return Report(title, f"In `{folders[0]}`", _as_sections(found[0].blocks(folders[0], command)), meta)
+    parts = [
+        _renamed(Section(f"{kind.title}: {folder}", f"part-{number}", kind.blocks(folder, command)), f"part-{number}")
+        for number, (kind, folder) in enumerate(zip(found, folders, strict=True), start=1)
+    ]
+    return Report("Results", ", ".join(f"`{folder}`" for folder in folders), parts, meta)
+
+
+@dataclass(frozen=True)
+class Kind:
+    """A kind of results folder.
+
+    Attributes:
+        name: In one word.
+        title: In a heading.
+        files: One of them is in every such folder.
+        blocks: What there is to show of a folder, given the command that makes the report.
+    """
+
+    name: str
+    title: str
+    files: tuple[str, ...]
+    blocks: Callable[[Path, str], Sequence[Block]]
+
+
+def _of_run(folder: Path, command: str) -> Sequence[Section]:
+    return run_report(open_results(folder), command).sections
+
+
+RUN = Kind("run", "Run", (SUMMARY_FILE, HISTORY_FILE), _of_run)
+
+
+def _recognized(folders: Sequence[Path], kinds: Sequence[Kind]) -> list[Kind]:
+    """Return the kind of every folder.
+
+    Raises:
+        ResultsError: Folders of no kind, all at once.
+    """
+    found, faults = list[Kind](), list[tuple[Path, str]]()
+    for folder in folders:
+        kind = next((kind for kind in kinds if any((folder / name).is_file() for name in kind.files)), None)
+        if kind is not None:
+            found.append(kind)
+        elif folder.is_dir():
+            there = sorted(entry.name for entry in folder.iterdir())
+            faults.append((folder, f"a folder with {', '.join(there[:8]) or 'nothing'}{', ...' if there[8:] else ''}"))
+        else:
+            faults.append((folder, "a file" if folder.exists() else "no such folder"))
+    if faults:
+        files = ", ".join(name for kind in kinds for name in kind.files)
+        raise ResultsError(
+            faults[0][0],
+            found="; ".join([faults[0][1], *(f"{folder}: {words}" for folder, words in faults[1:])]),
+            expected=f"a results folder, which holds one of {files}",
+            remedy="give the folder that gapbeam run or a study such as gapbeam sweep named",
+        )
+    return found
+
+
+def _as_sections(blocks: Sequence[Block]) -> list[Section]:
+    """Return blocks as sections, those that are none under one heading."""
+    loose = [block for block in blocks if not isinstance(block, Section)]
+    sections = [block for block in blocks if isinstance(block, Section)]
+    return [*([Section("Findings", "findings", loose)] if loose else []), *sections]
+
+
+def _renamed(section: Section, prefix: str) -> Section:
+    """Return a section with the anchors of those in it made unique."""
+    inner = [
+        _renamed(replace(block, anchor=f"{prefix}-{block.anchor}"), prefix) if isinstance(block, Section) else block
+        for block in section.blocks
+    ]
+    return replace(section, blocks=inner)

@@ -1,0 +1,155 @@
+"""A report as one HTML file that works offline: everything it shows is in it, and it may fetch nothing."""
+
+from __future__ import annotations
+
+import base64
+import json
+from collections.abc import Sequence
+from functools import cache
+from importlib.resources import files
+from pathlib import Path
+
+from jinja2 import Environment, StrictUndefined
+from markupsafe import Markup
+
+from gapbeam.postprocess.report.blocks import Block, Report, Section, Table
+from gapbeam.postprocess.report.charts import Chart, Surface
+from gapbeam.postprocess.report.markdown_text import inline, paragraphs
+from gapbeam.postprocess.report.number_text import cell, percent
+from gapbeam.postprocess.report.plotly_figures import chart_figure, surface_figure
+from gapbeam.postprocess.report.surface_picture import surface_picture
+from gapbeam.postprocess.results.bounded_files import read_plain
+from gapbeam.postprocess.results_errors import ResultsError
+
+SENTENCE = 40  # letters
+LARGEST_PICTURE = 32 * 2**20  # bytes
+IMAGES = {
+    ".png": "image/png",
+    ".jpg": "image/jpeg",
+    ".jpeg": "image/jpeg",
+    ".svg": "image/svg+xml",
+    ".gif": "image/gif",
+}
+
+
+def html_of(report: Report) -> str:
+    """Return a report as the text of a page.
+
+    Numbers are text; figures are drawn by plotly, whose script is in the page once; pictures are in it too. A policy in
+    the page forbids the browser every request to a network.
+
+    Args:
+        report: What to show.
+
+    Raises:
+        ResultsError: A picture that is not there, or of a format that browsers do not show.
+    """
+    figures: list[str] = []
+
+    def figure(block: Chart | Surface) -> int:
+        """Keep the figure of a block for the script of the page, and return its place."""
+        drawn = chart_figure(block) if isinstance(block, Chart) else surface_figure(block)
+        figures.append(str(drawn.to_json()))
+        return len(figures) - 1
+
+    page = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, extensions=["jinja2.ext.do"])
+    page.filters |= {
+        "figure": figure,
+        "inline": inline,
+        "paragraphs": paragraphs,
+        "cell": cell,
+        "percent": percent,
+        "kind": lambda block: type(block).__name__,
+        "numeric": _is_numeric,
+        "wordy": _is_wordy,
+        "text_alternative": _text_alternative,
+        "twin": lambda block: _data("image/png", surface_picture(block)),
+        "inlined": _inlined,
+        "sections": _sections,
+        "css_text": _css_text,
+    }
+    return page.from_string(_part("page.html")).render(
+        report=report,
+        style=Markup(_part("style.css")),
+        script=Markup(_part("page.js")),
+        plotly=Markup(_plotly()),
+        figures=lambda: Markup(f"[{','.join(figures)}]".replace("<", "\\u003c")),
+    )
+
+
+def write_html(report: Report, path: Path) -> Path:
+    """Write a report as a page; a file that is there is replaced only by a whole one.
+
+    Args:
+        report: What to show.
+        path: File to write; its folder is made.
+
+    Returns:
+        The path.
+
+    Raises:
+        ResultsError: A picture that is not there, or of a format that browsers do not show.
+        OSError: The file cannot be written.
+    """
+    text = html_of(report)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    part.write_text(text, encoding="utf-8")
+    part.replace(path)
+    return path
+
+
+@cache
+def _part(name: str) -> str:
+    return files("gapbeam.postprocess.report").joinpath("page", name).read_text(encoding="utf-8")
+
+
+@cache
+def _plotly() -> str:
+    return files("plotly").joinpath("package_data", "plotly.min.js").read_text(encoding="utf-8")
+
+
+def _inlined(path: Path) -> str:
+    """Return a picture file as an address that holds it."""
+    kind = IMAGES.get(path.suffix.lower())
+    if kind is None or not path.is_file():
+        raise ResultsError(
+            path,
+            found="no such file" if kind else f"a picture of the kind {path.suffix}",
+            expected=f"a file that ends in {', '.join(IMAGES)}",
+            remedy="draw it again, for example with gapbeam plot or gapbeam render",
+        )
+    return _data(kind, read_plain(path, "a picture", "draw it again", LARGEST_PICTURE))
+
+
+def _data(kind: str, content: bytes) -> str:
+    return f"data:{kind};base64,{base64.b64encode(content).decode()}"
+
+
+def _is_numeric(table: Table, column: int) -> bool:
+    """Return whether a column holds numbers and nothing else."""
+    there = [row[column] for row in table.rows if row[column] is not None]
+    return bool(there) and not any(isinstance(value, str) for value in there)
+
+
+def _is_wordy(table: Table, column: int) -> bool:
+    """Return whether a column holds sentences, which would become towers on a phone."""
+    return any(isinstance(row[column], str) and len(str(row[column])) > SENTENCE for row in table.rows)
+
+
+def _text_alternative(block: Chart | Surface) -> str:
+    """Return the text alternative of a figure, for those who cannot see it."""
+    if isinstance(block, Surface):
+        return f"Surface: {block.z} over {block.x} and {block.y}. {block.caption}"
+    names = ", ".join(dict.fromkeys(curve.name for curve in block.curves))
+    return f"Chart: {block.y} over {block.x}, with {names}. {block.caption}"
+
+
+def _sections(blocks: Sequence[Block]) -> list[Section]:
+    return [block for block in blocks if isinstance(block, Section)]
+
+
+def _css_text(text: str) -> Markup:
+    """Return a text as a string of a style sheet."""
+    safe = "".join(letter if letter.isalnum() or letter in " .,:;()-+=%/" else f"\\{ord(letter):x} " for letter in text)
+    return Markup(json.dumps(safe, ensure_ascii=False).replace("\\\\", "\\"))

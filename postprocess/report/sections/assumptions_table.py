@@ -1,0 +1,56 @@
+"""How close a run came to the limits of what its equations assume."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from gapbeam.postprocess.report.blocks import Cell, Table
+from gapbeam.postprocess.report.number_text import number
+
+_SPATIAL = 3
+
+
+def assumptions_table(summary: Mapping[str, Any]) -> Table | None:
+    """Return the assumptions of a run, the closest to its limit first; None where the summary has none.
+
+    Args:
+        summary: `Results.summary`.
+    """
+    found = [one for one in summary.get("assumptions") or () if isinstance(one, Mapping)]
+    if not found:
+        return None
+    rows: list[tuple[Cell, ...]] = [
+        (
+            str(one["name"]),
+            str(one["quantity"]),
+            _value(one["closest"], one["unit"]),
+            _value(one["limit"], one["unit"]),
+            None if one.get("share_of_limit") is None else 100.0 * float(one["share_of_limit"]),
+            _where(one),
+            str(one["verdict"]),
+        )
+        for one in sorted(found, key=_rank)
+    ]
+    heads = ("assumption", "watched", "closest", "limit", "of the limit (%)", "when and where", "verdict")
+    return Table("Assumptions behind the figures, and how close the run came to their limits", heads, rows, digits=3)
+
+
+def _rank(one: Mapping[str, Any]) -> float:
+    share = one.get("share_of_limit")
+    return -float("inf") if share is None else -float(share)
+
+
+def _value(value: float | None, unit: str) -> str:
+    text = "not finite" if value is None else number(float(value), 3)
+    return text if unit == "1" else f"{text} {unit}"
+
+
+def _where(one: Mapping[str, Any]) -> str:
+    parts = [] if one.get("time") is None else [f"t = {number(float(one['time']), 4)} s"]
+    place = one.get("place")
+    if place:
+        parts.append(f"({', '.join(number(float(x), 3) for x in place[:_SPATIAL])}) m")
+    if one.get("detail"):
+        parts.append(str(one["detail"]))
+    return ", ".join(parts)

@@ -1,0 +1,147 @@
+"""Periodic responses: their multipliers, and the curve of them over a parameter."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table, Verdict
+from gapbeam.postprocess.report.charts import Chart, Curve
+
+SUFFIX = ".peak_to_peak"
+_REPORTED = (
+    ("method", "method"), ("periods", "forcing periods of the response"),
+    ("forcing_frequency", "forcing frequency (Hz)"),
+    ("steps_per_period", "steps in a period"), ("harmonics", "harmonics"), ("residual", "residual"),
+    ("iterations", "iterations"), ("largest_multiplier", "largest multiplier"), ("stability", "stability"),
+    ("change_when_marched", "change when marched over a period"),
+)  # fmt: skip
+
+
+def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "periodic") -> Section:
+    """Return what a search for a periodic response found.
+
+    Args:
+        found: `summary["periodic"]`.
+        command: That makes the figures.
+        anchor: Of the section.
+    """
+    blocks: list[Block] = []
+    if found.get("stability") == "not known":
+        blocks.append(Verdict("warning", "Whether the periodic response is stable is not known."))
+    elif found.get("stable") is not None:
+        word = "stable" if found["stable"] else f"unstable: {found.get('stability')}"
+        blocks.append(Verdict("passed" if found["stable"] else "warning", f"The periodic response is {word}."))
+    rows: list[tuple[Cell, ...]] = []
+    for key, name in _REPORTED:
+        value = found.get(key)
+        if value is not None:
+            rows.append((name, value if isinstance(value, str | int) else float(value)))
+    blocks.append(Table("The periodic response", ("", "value"), rows))
+    blocks += [_probes(found["probes"])] if found.get("probes") else []
+    blocks += [_multipliers(found["multipliers"], command)] if found.get("multipliers") else []
+    return Section("Periodic response", anchor, blocks)
+
+
+def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "response-curve") -> Section:
+    """Return a curve of periodic responses, stable parts drawn through, unstable ones dashed, events marked.
+
+    Args:
+        curve: Contents of curve.json.
+        command: That makes the figures.
+        anchor: Of the section.
+    """
+    points: list[dict[str, Any]] = curve["points"]
+    probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
+    length, factor = shown("m")
+    axis = f"{curve['key']} ({curve['unit']})"
+    texts = [_point_words(point, curve) for point in points]
+    motion, multiplier = list[Curve](), list[Curve]()
+    for probe in probes:
+        motion += _branch(probe, points, factor * np.array([point[probe + SUFFIX] for point in points]), texts)
+    multiplier += _branch(
+        "largest multiplier", points, np.array([point["largest_multiplier"] for point in points]), texts
+    )
+    ends = [min(point["value"] for point in points), max(point["value"] for point in points)]
+    multiplier.append(Curve("limit of stability", ends, [1.0, 1.0], dashed=True))
+    rows = [
+        (point["event"], float(point["value"]), float(point["largest_multiplier"]))
+        for point in points
+        if point["event"]
+    ]
+    blocks: list[Block] = [
+        Chart(
+            "Peak to peak of the displacement along the curve of periodic responses; dashed where they are unstable.",
+            axis, f"peak to peak ({length})", motion, command,
+        ),
+        Chart("Largest multiplier along the curve.", axis, "largest |multiplier|", multiplier, command),
+    ]  # fmt: skip
+    if rows:
+        blocks.append(Table("Events along the curve", ("event", axis, "largest multiplier"), rows, digits=6))
+    return Section("Response curve", anchor, blocks)
+
+
+def _branch(name: str, points: Sequence[Mapping[str, Any]], heights: np.ndarray, texts: Sequence[str]) -> list[Curve]:
+    """Return the stable and the unstable parts of a curve, and its events."""
+    values = np.array([float(point["value"]) for point in points])
+    stable = np.array([bool(point["stable"]) for point in points])
+    curves = []
+    for wanted, words in ((True, name), (False, f"{name}, unstable")):
+        # A part reaches to the first point of the next one, so that the curve does not break.
+        part = stable == wanted
+        reached = part.copy()
+        for place, (now, after) in enumerate(pairwise(part)):
+            reached[place + 1] |= now and not after
+        if part.any():
+            drawn = np.where(reached, heights, np.nan)
+            curves.append(Curve(words, values, drawn, "lines", dashed=not wanted, texts=texts, like=name))
+    events = [place for place, point in enumerate(points) if point["event"]]
+    if events:
+        text = [texts[place] for place in events]
+        curves.append(Curve(f"{name}, events", values[events], heights[events], "markers", texts=text, like=name))
+    return curves
+
+
+def _point_words(point: Mapping[str, Any], curve: Mapping[str, Any]) -> str:
+    text = [f"{curve['key']} = {point['value']:.6g} {curve['unit']}"]
+    text += [
+        f"{name.removesuffix(SUFFIX)}: {1e3 * point[name]:.5g} mm peak to peak" for name in point if SUFFIX in name
+    ]
+    text += [
+        f"{name.removesuffix('.peak_force')}: {point[name]:.5g} N" for name in point if name.endswith(".peak_force")
+    ]
+    text.append(f"{point['kind']}, largest multiplier {point['largest_multiplier']:.4g}")
+    return "\n".join([*text, *([point["event"]] if point["event"] else [])])
+
+
+def _probes(probes: Mapping[str, Mapping[str, Any]]) -> Table:
+    unit, factor = shown("m")
+    most = max(len(one["harmonics"]) for one in probes.values())
+    heads = (
+        "probe",
+        f"mean ({unit})",
+        f"peak to peak ({unit})",
+        *(f"harmonic {n} ({unit})" for n in range(1, most + 1)),
+    )
+    rows: list[tuple[Cell, ...]] = []
+    for name, one in probes.items():
+        amplitudes = [factor * value for value in one["harmonics"]]
+        amplitudes += [float("nan")] * (most - len(amplitudes))
+        rows.append((name, factor * one["mean"], factor * one["peak_to_peak"], *amplitudes))
+    return Table("The probes over a period", heads, rows)
+
+
+def _multipliers(multipliers: Sequence[Mapping[str, float]], command: str) -> Chart:
+    angle = np.linspace(0.0, 2.0 * np.pi, 181)
+    x = np.array([one["real"] for one in multipliers])
+    y = np.array([one["imaginary"] for one in multipliers])
+    return Chart(
+        "Leading Floquet multipliers and the unit circle: inside it disturbances die out.",
+        "real part", "imaginary part",
+        [Curve("multipliers", x, y, "markers"), Curve("unit circle", np.cos(angle), np.sin(angle), dashed=True)],
+        command, equal=True,
+    )  # fmt: skip

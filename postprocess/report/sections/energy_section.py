@@ -1,0 +1,116 @@
+"""The energies of a run: where they are, where they went, what the balance leaves over, and what the gates say."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table
+from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.envelope import envelope, thinning_words
+from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.solver.record_table import HISTORY
+
+SMALL = 1.0e-4  # of the largest stored energy: what stays below is not drawn
+_STORED = ("kinetic_energy", "strain_energy", "contact_energy", "restraint_energy")
+_LOST = ("structural_dissipation", "contact_dissipation", "friction_dissipation", "algorithmic_dissipation")
+_NAMES = {
+    "algorithmic_dissipation": "lost to the scheme",
+    "structural_dissipation": "lost to structural damping",
+    "contact_dissipation": "lost to contact damping",
+    "friction_dissipation": "lost to friction",
+}
+_GATES = (
+    ("impacts", "impacts"),
+    ("violations", "impacts outside the gates"),
+    ("largest_growth", "largest growth in an impact"),
+    ("largest_loss", "largest loss in an impact"),
+)
+_LIMITS = (("impact_growth", "growth allowed in an impact"), ("impact_loss", "loss allowed in an impact"),
+           ("total_growth", "growth allowed in the whole run"))  # fmt: skip
+
+
+def energy_section(
+    history: xr.Dataset, summary: Mapping[str, Any], command: str, anchor: str = "energy"
+) -> Section | None:
+    """Return the ledger of energies and the gates; None where neither is there.
+
+    Args:
+        history: `Results.history`.
+        summary: `Results.summary`.
+        command: That makes the figures.
+        anchor: Of the section.
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    unit = shown("J")[0]
+    size = history.sizes["time"]
+    blocks: list[Block] = []
+    there = {name: _values(history, name) for name in _STORED if name in history}
+    most = max((float(values.max()) for values in there.values()), default=0.0)
+    stored = [
+        _curve(history, name, name.replace("_", " ")) for name, values in there.items() if values.max() >= SMALL * most
+    ]
+    spent = _work(history) + [_curve(history, name, _NAMES[name]) for name in _LOST if _any(history, name)]
+    thin = thinning_words(size)
+    if stored:
+        blocks.append(Chart(f"Stored energy.{thin}", "time (s)", f"energy ({unit})", stored, command))
+    if spent:
+        blocks.append(Chart(f"Work of the loads and losses since t = 0.{thin}", "time (s)", f"energy ({unit})", spent,
+                            command))  # fmt: skip
+    if "energy_residual" in history:
+        residual = [_curve(history, "energy_residual", "residual")]
+        blocks.append(
+            Chart(f"What the balance of energy leaves over.{thin}", "time (s)", f"residual ({unit})", residual, command)
+        )
+    table = _gates_table(summary)
+    if table is not None:
+        blocks.append(table)
+    return Section("Energy", anchor, blocks) if blocks else None
+
+
+def _values(history: xr.Dataset, name: str) -> np.ndarray:
+    values = shown("J")[1] * np.asarray(history[name].values, dtype=float)
+    if not np.isfinite(values).all():
+        raise SignalError(f"{name}: a value is not finite")
+    return values
+
+
+def _curve(history: xr.Dataset, name: str, label: str) -> Curve:
+    return Curve(label, *envelope(np.asarray(history["time"].values, dtype=float), _values(history, name)))
+
+
+def _any(history: xr.Dataset, name: str) -> bool:
+    return name in history and bool(np.any(history[name].values))
+
+
+def _work(history: xr.Dataset) -> list[Curve]:
+    if "load_work" not in history:
+        return []
+    time, work = np.asarray(history["time"].values, dtype=float), _values(history, "load_work")
+    names = [str(name) for name in history["load"].values]
+    return [Curve(f"work of {name}", *envelope(time, work[:, place])) for place, name in enumerate(names)]
+
+
+def _gates_table(summary: Mapping[str, Any]) -> Table | None:
+    gates, energy = summary.get("gates") or {}, summary.get("energy") or {}
+    limits = gates.get("limits") or {}
+    rows: list[tuple[Cell, ...]] = []
+    for key, name in _GATES:
+        if gates.get(key) is not None:
+            whole = isinstance(gates[key], int)
+            rows.append((name, gates[key] if whole else 100.0 * gates[key], "" if whole else "%"))
+    for key, name in _LIMITS:
+        if limits.get(key) is not None:
+            rows.append((name, 100.0 * float(limits[key]), "%"))
+    if energy.get("relative_growth") is not None:
+        rows.append(("created in the whole run, of the energy exchanged", 100.0 * energy["relative_growth"], "%"))
+    if not rows:
+        return None
+    notes = [record.meaning for record in HISTORY if record.name == "algorithmic_dissipation"]
+    return Table("Gates on the energy", ("", "value", "unit"), rows, notes=[f"Scheme: {notes[0]}."])

@@ -1,0 +1,188 @@
+"""What the probes of a run do: histories, peaks in every forcing period, phase portrait and periodicity."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+
+import numpy as np
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.report.blocks import Block, Level, Section, Table, Verdict
+from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.envelope import MOST, envelope, thinning_words
+from gapbeam.postprocess.report.sections.record_ends import ZOOM, end_words, is_long
+from gapbeam.postprocess.signals.enlarged_part import enlarged_span
+from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
+from gapbeam.postprocess.signals.signal import Signal
+from gapbeam.postprocess.signals.smoothing import POINTS, RATE
+
+PORTRAIT = 6000  # points
+FEWEST = 3  # forcing periods worth a figure over them
+_RECORDED, _SMOOTHED = "as recorded", f"moving average over {1e3 * POINTS / RATE:g} ms"
+
+
+def motion_section(
+    analyses: Mapping[str, Analysis], command: str, repeats: bool = False, anchor: str = "motion"
+) -> Section:
+    """Return histories and peaks of every probe, one button each.
+
+    Args:
+        analyses: By probe, each with a displacement.
+        command: That makes the figures.
+        repeats: Whether the records are a period over and over, of which the last forcing periods show everything.
+        anchor: Of the section.
+    """
+    blocks: list[Block] = []
+    spans = (True,) if repeats else (False, True) if _is_long(analyses) else (False,)
+    for name in ("displacement", "acceleration"):
+        blocks += [chart for last in spans if (chart := _history(analyses, name, last, command)) is not None]
+    blocks.append(_peaks_table(analyses))
+    per_period = [] if repeats else _per_period(analyses, command)
+    return Section("Motion", anchor, [*blocks, *per_period])
+
+
+def periodicity_section(analyses: Mapping[str, Analysis], command: str, anchor: str = "periodicity") -> Section | None:
+    """Return the phase portrait with its Poincaré points and what they say; None without a forcing period."""
+    blocks: list[Block] = []
+    for probe, one in analyses.items():
+        if one.periodicity is not None:
+            level: Level = "passed" if one.periodicity.period is not None else "warning"
+            blocks.append(Verdict(level, f"{probe}: {one.periodicity.verdict}"))
+    portrait = [curve for probe, one in analyses.items() for curve in _portrait(probe, one)]
+    strobe = [curve for probe, one in analyses.items() for curve in _strobe(probe, one)]
+    probes = [probe for probe in analyses if any(curve.choice == probe for curve in portrait)]
+    if not portrait:
+        return None
+    blocks.append(
+        Chart(
+            "Velocity over displacement, of the settled response or the last twelve forcing periods; once in every "
+            "forcing period a point.",
+            f"displacement ({shown('m')[0]})", f"velocity ({shown('m/s')[0]})", portrait, command,
+            choices=probes, choice="probe",
+        )
+    )  # fmt: skip
+    if strobe:
+        blocks.append(
+            Chart(
+                "Displacement at the start of every forcing period: as many heights as the cycle has forcing periods.",
+                "forcing period", f"displacement ({shown('m')[0]})", strobe, command, choices=probes, choice="probe",
+            )
+        )  # fmt: skip
+    return Section("Periodicity", anchor, blocks)
+
+
+def _is_long(analyses: Mapping[str, Analysis]) -> bool:
+    one = next(iter(analyses.values()))
+    assert one.displacement is not None
+    return is_long(one.displacement.signal.time, one.forcing_frequency)
+
+
+def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: str) -> Chart | None:
+    """Return a signal of every probe over the whole record, or over its last forcing periods."""
+    curves, size, unit = [], 0, "m"
+    for probe, analysis in analyses.items():
+        one = analysis.signals.get(name)
+        if one is None:
+            continue
+        smoothed = analysis.smoothed if name == "acceleration" else None
+        unit = one.signal.unit
+        span = enlarged_span(one.signal.time, one.signal.values, analysis.forcing_frequency, ZOOM)
+        pairs = [(_RECORDED if smoothed else name, one)] + ([(_SMOOTHED, smoothed)] if smoothed else [])
+        for label, part in pairs:
+            signal = part.signal.between(*span) if last else part.signal
+            size = max(size, signal.time.size)
+            curves.append(_curve(label, signal, probe, 1e3 if last else 1.0))
+    if not curves:
+        return None
+    frequency = next(iter(analyses.values())).forcing_frequency
+    frame = "relative to the support" if name == "displacement" else "in the inertial frame"
+    return Chart(
+        f"{name.capitalize()} {frame}, {end_words(frequency) if last else 'the whole record'}.{thinning_words(size)}",
+        f"time ({'ms' if last else 's'})",
+        f"{name} ({shown(unit)[0]})",
+        curves,
+        command,
+        choices=list(dict.fromkeys(str(curve.choice) for curve in curves)),
+        choice="probe",
+    )
+
+
+def _curve(label: str, signal: Signal, probe: str, scale: float) -> Curve:
+    time, values = envelope(scale * signal.time, shown(signal.unit)[1] * signal.values, MOST)
+    return Curve(label, time, values, choice=probe)
+
+
+def _peaks_table(analyses: Mapping[str, Analysis]) -> Table:
+    rows = []
+    for probe, analysis in analyses.items():
+        for name, one in analysis.signals.items():
+            unit, factor = shown(one.signal.unit)
+            found = one.peaks
+            rows.append(
+                (
+                    probe, f"{name} ({unit})", factor * found.minimum, found.time_of_minimum, factor * found.maximum,
+                    found.time_of_maximum, factor * found.peak_to_peak, _median(one, factor),
+                )
+            )  # fmt: skip
+    return Table(
+        "Peaks of the whole record, and of a forcing period",
+        ("probe", "signal", "smallest", "at (s)", "largest", "at (s)", "peak to peak", "in a forcing period"),
+        rows,
+        notes=("In a forcing period: the median of the last half of the periods.",),
+    )
+
+
+def _median(one: SignalAnalysis, factor: float) -> float | None:
+    if one.per_period is None:
+        return None
+    values = one.per_period.peak_to_peak
+    return factor * float(np.median(values[-max(1, values.size // 2) :]))
+
+
+def _per_period(analyses: Mapping[str, Analysis], command: str) -> list[Chart]:
+    """Return the extremes of the smoothed acceleration, or the displacement, in every forcing period."""
+    charts = []
+    for name in ("displacement", "smoothed acceleration"):
+        curves, unit = [], "m"
+        for probe, analysis in analyses.items():
+            one = analysis.signals.get(name)
+            if one is None or one.per_period is None or one.per_period.period.size < FEWEST:
+                continue
+            unit, table = one.signal.unit, one.per_period
+            for label, values in (("largest", table.maximum), ("smallest", table.minimum)):
+                curves.append(Curve(label, table.period, shown(unit)[1] * values, "lines+markers", probe))
+        if curves:
+            charts.append(
+                Chart(
+                    f"Largest and smallest {name} in every forcing period.",
+                    "forcing period", f"{name} ({shown(unit)[0]})", curves, command,
+                    choices=list(dict.fromkeys(str(curve.choice) for curve in curves)), choice="probe",
+                )
+            )  # fmt: skip
+    return charts
+
+
+def _portrait(probe: str, analysis: Analysis) -> list[Curve]:
+    if analysis.section is None or analysis.displacement is None or analysis.velocity is None:
+        return []
+    length, speed = shown("m")[1], shown("m/s")[1]
+    start = analysis.settled_since()
+    displacement, velocity = analysis.displacement.signal, analysis.velocity.signal
+    first = int(np.searchsorted(displacement.time, start))
+    every = max(1, -(-(displacement.time.size - first) // PORTRAIT))
+    part, seen = slice(first, None, every), analysis.section.time >= start - 1e-9
+    points = length * analysis.section.displacement[seen], speed * analysis.section.velocity[seen]
+    return [
+        Curve("motion", length * displacement.values[part], speed * velocity.values[part], choice=probe),
+        Curve("once in a forcing period", *points, mode="markers", choice=probe),
+    ]
+
+
+def _strobe(probe: str, analysis: Analysis) -> list[Curve]:
+    if analysis.section is None or analysis.forcing_frequency is None or analysis.displacement is None:
+        return []
+    if analysis.section.time.size < FEWEST:
+        return []
+    number = np.round(analysis.section.time * analysis.forcing_frequency)
+    heights = shown("m")[1] * analysis.section.displacement
+    return [Curve("displacement", number, heights, "markers", probe)]

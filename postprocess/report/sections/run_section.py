@@ -1,0 +1,143 @@
+"""The report on one run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Command,
+    Listing,
+    Picture,
+    Report,
+    Section,
+    Verdict,
+    Words,
+    warnings_of,
+)
+from gapbeam.postprocess.report.sections.contact_section import contact_section
+from gapbeam.postprocess.report.sections.curve_section import curve_section, periodic_section
+from gapbeam.postprocess.report.sections.energy_section import energy_section
+from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section
+from gapbeam.postprocess.report.sections.spectra_section import spectra_section
+from gapbeam.postprocess.report.sections.verdict_section import summary_section
+from gapbeam.postprocess.report.study_json import read_object
+from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
+from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.shell_command import shell_command
+from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
+from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.solver.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
+
+PICTURES = "pictures"
+PICTURE_WORDS = {
+    "largest_contact_force": "The beam in its support at the field with the largest contact force.",
+    "largest_displacement": "The beam in its support at the field with the largest displacement of the free end.",
+}
+
+
+def run_report(results: Results, command: str) -> Report:
+    """Return the report on a run: verdicts and figures first, then motion, spectra, contact, energy, the case.
+
+    What the results do not allow is left out, or reported where it would stand.
+
+    Args:
+        results: Of a run, finished or not.
+        command: That makes the report.
+
+    Raises:
+        ResultsError: A file of the results cannot be read.
+    """
+    sections = [summary_section(results)]
+    if (results.folder / HISTORY_FILE).is_file():
+        sections += _of_history(results, command)
+    else:
+        sections.append(Section("Motion", "motion", [Verdict("warning", f"There is no `{HISTORY_FILE}`.")]))
+    curve = results.folder / CURVE_FILE
+    if curve.is_file():
+        sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
+    sections += [section for section in (_pictures(results.folder), case_section(results)) if section is not None]
+    return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
+
+
+def meta_of(results: Results, command: str) -> dict[str, str]:
+    """Return what a report on results is made from: folder, command, versions."""
+    versions = results.summary.get("versions") or {}
+    message = ", ".join(f"{name} {version}" for name, version in versions.items())
+    return {"results": str(results.folder), "made by": command} | ({"computed with": message} if message else {})
+
+
+def case_section(results: Results, anchor: str = "case") -> Section | None:
+    """Return the case as it was run, and how to run it again; None where it is not there."""
+    path = results.folder / CASE_FILE
+    if not path.is_file():
+        return None
+    blocks: list[Block] = [
+        Command(shell_command("gapbeam", "run", path, "--output", Path(f"{results.folder}-again"))),
+        Listing(f"`{CASE_FILE}`, with every default", results.case_text),
+    ]
+    return Section("The case", anchor, blocks)
+
+
+def probe_analyses(results: Results) -> dict[str, Analysis]:
+    """Return what the history of every probe shows; a computed periodic response goes round as often as that needs.
+
+    Raises:
+        ResultsError: The history cannot be read.
+        SignalError: Values that are not finite.
+    """
+    history = motion_of(results, results.forcing_frequency)
+    probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
+    return {probe: analyze(results, Options(probe=probe), history) for probe in probes}
+
+
+def _of_history(results: Results, command: str) -> list[Section]:
+    history, frequency = results.history, results.forcing_frequency
+    periodic = results.summary.get("periodic")
+    makers: list[tuple[str, str, Callable[[], Sequence[Section | None]]]] = [
+        ("Motion", "motion", lambda: _of_probes(results, command))
+    ]
+    if periodic:
+        makers.append(("Periodic response", "periodic", lambda: [periodic_section(periodic, command)]))
+    if "contact_force" in history and "penetration" in history:
+        makers.append(("Contact", "contact", lambda: [contact_section(history, frequency, command)]))
+    makers.append(("Energy", "energy", lambda: [energy_section(history, results.summary, command)]))
+    found: list[Section] = []
+    for title, anchor, make in makers:
+        try:
+            found += [section for section in make() if section is not None]
+        except SignalError as fault:
+            found.append(Section(title, anchor, [Verdict("error", str(fault))]))
+    return found
+
+
+def _of_probes(results: Results, command: str) -> list[Section | None]:
+    found = probe_analyses(results)
+    if not found:
+        words = "The run recorded no motion of a probe: add `[[probe]]` to the case."
+        return [Section("Motion", "motion", [Verdict("note", words)])]
+    message = [text for one in found.values() for text in one.warnings]
+    notes = dict.fromkeys(
+        text if message.count(text) == len(found) else f"{probe}: {text}"
+        for probe, one in found.items()
+        for text in one.warnings
+    )
+    analyses = {probe: one for probe, one in found.items() if one.displacement is not None}
+    if not analyses:
+        return [Section("Motion", "motion", warnings_of(list(notes)))]
+    repeats = is_periodic(results)
+    motion = motion_section(analyses, command, repeats)
+    opening = [Words("The run computed one period of the response; it is shown here as it repeats.")] if repeats else []
+    motion = Section(motion.title, motion.anchor, [*opening, *warnings_of(list(notes)), *motion.blocks])
+    return [motion, spectra_section(analyses, command), periodicity_section(analyses, command)]
+
+
+def _pictures(folder: Path) -> Section | None:
+    """Return the pictures that `gapbeam render` left; None where there are none."""
+    paths = sorted((folder / PICTURES).glob("*.png"))
+    if not paths:
+        return None
+    command = shell_command("gapbeam", "render", folder)
+    blocks = [Picture(path, PICTURE_WORDS.get(path.stem, path.stem.replace("_", " ")), command) for path in paths]
+    return Section("Pictures", "pictures", blocks)

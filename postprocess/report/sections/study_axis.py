@@ -1,0 +1,74 @@
+"""The axis of a study: the last key with more than one value, as numbers, and the values of the others as choices."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.study_figures.sweep_columns import Values, columns_of, key_along, other_values
+
+LENGTHS = ("clearance",)  # names of keys whose values are lengths
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The last key of a study.
+
+    Attributes:
+        key: Its name.
+        texts: Its values as typed, each once.
+        numbers: The same as numbers; counted from 1 where one of them is none.
+        counted: Whether they are counted.
+        unit: In which the numbers are.
+        choices: Values of the other keys, each combination once; empty without other keys.
+    """
+
+    key: str
+    texts: tuple[str, ...]
+    numbers: tuple[float, ...]
+    counted: bool
+    unit: str
+    choices: tuple[str, ...]
+
+    @property
+    def title(self) -> str:
+        """Name of the axis."""
+        return f"{self.key}, counted" if self.counted else f"{self.key} ({self.unit})"
+
+    @property
+    def legend(self) -> str:
+        """What the numbers of a counted axis stand for; nothing for a plain one."""
+        if not self.counted:
+            return ""
+        words = ", ".join(f"{number:g} is {text}" for number, text in zip(self.numbers, self.texts, strict=True))
+        return f" On the axis {words}."
+
+    def place(self, values: Values) -> float:
+        """Return the place of a point on the axis."""
+        return self.numbers[self.texts.index(values[self.key])]
+
+    def others(self, values: Values) -> str | None:
+        """Return the choice of a point; None where no other key varies."""
+        return other_values(values, self.key) if self.choices else None
+
+
+def axis_of(points: Sequence[Values]) -> Axis:
+    """Return the axis of a study from the values of its keys at its points."""
+    key = key_along(points)
+    texts = tuple(dict.fromkeys(values[key] for values in points))
+    numbers = [_number(text) for text in texts]
+    counted = None in numbers
+    places = tuple(float(n) for n in range(1, len(texts) + 1)) if counted else tuple(float(n or 0.0) for n in numbers)
+    choices = tuple(column for column in dict.fromkeys(columns_of(points)) if column)
+    unit, factor = shown("m") if key.endswith(LENGTHS) and not counted else ("SI", 1.0)
+    return Axis(key, texts, tuple(factor * place for place in places), counted, unit, choices)
+
+
+def _number(text: str) -> float | None:
+    try:
+        value = float(text)
+    except ValueError:
+        return None
+    return value if isfinite(value) else None

@@ -1,0 +1,179 @@
+"""The beam as surfaces that can be moved: skin, edges, and the parts of it that face the support."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import meshio
+import numpy as np
+import pyvista as pv
+from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
+
+from gapbeam.postprocess.results.field_reader import Fields
+from gapbeam.postprocess.scene.support_surface import Support
+
+PRESSURE = "contact pressure"
+
+_NEAR = 1.0e-6
+_ORIGINAL = "original point"
+_CELL = "vtkOriginalCellIds"
+_LEAST_FACING = 1.0e-3
+_EDGE = 44.0  # degrees; the facets of a round face of some ten of them meet at smaller angles, a chamfer at 45
+
+
+@dataclass(frozen=True)
+class Part:
+    """A piece of the beam's surface.
+
+    Attributes:
+        mesh: Its polygons or lines, moved in place.
+        points: Numbers of its points in the mesh of the run, (p,).
+        rest: Where they are undeformed, (p, 3), m.
+    """
+
+    mesh: pv.PolyData
+    points: np.ndarray
+    rest: np.ndarray
+
+    def move(self, displacement: np.ndarray, scale: float) -> None:
+        """Put every point at its place + scale * displacement, given for all points of the mesh, (n, 3)."""
+        self.mesh.points = self.rest + scale * displacement[self.points]
+
+    def color(self, pressure: np.ndarray) -> None:
+        """Set the contact pressure; of all points of the mesh, (n,), Pa."""
+        self.mesh.point_data[PRESSURE] = pressure[self.points]
+
+
+@dataclass(frozen=True)
+class Body:
+    """The beam.
+
+    Attributes:
+        skin: Its outer surface but for `faces`; the whole plane in 2D.
+        edges: Its outline.
+        faces: What faces base and gland; lines in 2D.
+        base: Numbers of the mesh points on the base, (b,).
+        gland: Numbers of the mesh points under the gland, (g,).
+    """
+
+    skin: Part
+    edges: Part
+    faces: Part
+    base: np.ndarray
+    gland: np.ndarray
+
+    @property
+    def parts(self) -> tuple[Part, Part, Part]:
+        """All that moves."""
+        return self.skin, self.edges, self.faces
+
+
+def body_of(fields: Fields, support: Support) -> Body:
+    """Take the surfaces of the mesh.
+
+    Args:
+        fields: The fields of a run.
+        support: Beam and support of the same run.
+    """
+    grid = pv.from_meshio(meshio.Mesh(fields.points, fields.cells))
+    grid.point_data[_ORIGINAL] = np.arange(grid.n_points)
+    skin = _surface(grid)
+    edges = skin.extract_feature_edges(
+        feature_angle=_EDGE,
+        boundary_edges=support.dimension == 2,
+        non_manifold_edges=False,
+        manifold_edges=False,
+    )
+    if support.dimension == 2:
+        outline = _part(edges, fields)
+        pairs = edges.lines.reshape(-1, 3)[:, 1:]
+        down, up = _facing(outline.points[pairs], _lines_normals(outline.rest[pairs], support), fields.points, support)
+        faces = pv.PolyData(
+            np.asarray(edges.points),
+            lines=np.array([(2, *pair) for pair in pairs[down | up]], dtype=int).reshape(-1),
+        )
+        faces.point_data[_ORIGINAL] = outline.points
+        numbers = outline.points[pairs]
+    else:
+        corners = np.asarray(skin.point_data[_ORIGINAL])[skin.regular_faces].astype(int)
+        cells = np.asarray(skin.cell_data[_CELL]).astype(int)
+        down, up = _facing(
+            corners, _normals(fields.points[corners], grid.cell_centers().points[cells]), fields.points, support
+        )
+        faces, skin = _pick(skin, down | up), _pick(skin, ~(down | up))
+        numbers = corners
+    base, gland = np.unique(numbers[down]), np.unique(numbers[up])
+    return Body(_part(skin, fields), _part(edges, fields), _part(faces, fields), base, gland)
+
+
+def _part(mesh: pv.PolyData, fields: Fields) -> Part:
+    numbers = np.asarray(mesh.point_data[_ORIGINAL] if mesh.n_points else []).astype(int)
+    rest = fields.points[numbers]
+    copy = mesh.copy()
+    copy.clear_data()
+    copy.points = rest.copy()
+    copy.point_data[PRESSURE] = np.zeros(numbers.size)
+    return Part(copy, numbers, rest)
+
+
+def _facing(
+    facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support: Support
+) -> tuple[np.ndarray, np.ndarray]:
+    """Which facets of the surface face base and gland, (facets,) each: flat and curved faces alike.
+
+    These are the facets within the support whose outward normal points down, below the middle of the section, and those
+    whose normal points up, above it.
+
+    Args:
+        facets: Numbers of their points, (facets, corners).
+        normals: Component in the bending direction of the outward unit normals, (facets,).
+        points: Of the mesh, (n, 3), m.
+        support: Beam and support.
+    """
+    near = _NEAR * (support.end - support.start)
+    held = points[facets, 0].max(axis=1, initial=-np.inf) <= support.start + support.length + near
+    height = points[facets, support.dimension - 1].mean(axis=1)
+    middle = 0.5 * (support.bottom + support.top)
+    return (
+        held & (normals < -_LEAST_FACING) & (height < middle),
+        held & (normals > _LEAST_FACING) & (height > middle),
+    )
+
+
+def _lines_normals(lines: np.ndarray, support: Support) -> np.ndarray:
+    """Component in the bending direction of the normals of the outline, away from the middle of the beam, (lines,).
+
+    Args:
+        lines: (lines, 2, 3), m.
+        support: Beam and support.
+    """
+    along = lines[:, 1] - lines[:, 0]
+    share = np.abs(along[:, 0]) / np.linalg.norm(along, axis=1)
+    return np.where(lines[:, :, 1].mean(axis=1) < 0.5 * (support.bottom + support.top), -share, share)
+
+
+def _normals(corners: np.ndarray, behind: np.ndarray) -> np.ndarray:
+    """Component in the bending direction of the normals of facets, outward from the middle of the cell behind each.
+
+    Args:
+        corners: (facets, corners, 3), m.
+        behind: (facets, 3), m.
+    """
+    normals = np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0])
+    outward = np.sign(np.einsum("fd,fd->f", corners.mean(axis=1) - behind, normals))
+    return np.asarray(outward * normals[:, 2] / np.linalg.norm(normals, axis=1))
+
+
+def _pick(surface: pv.PolyData, cells: np.ndarray) -> pv.PolyData:
+    chosen: Any = np.flatnonzero(cells)
+    return _surface(surface.extract_cells(chosen))
+
+
+def _surface(mesh: pv.DataSet) -> pv.PolyData:
+    """The outer surface; by VTK's filter, since pyvista's method warns of its default in some versions."""
+    outside = vtkDataSetSurfaceFilter()
+    outside.SetInputDataObject(mesh)
+    outside.PassThroughCellIdsOn()
+    outside.Update()
+    return pv.wrap(outside.GetOutput())

@@ -1,0 +1,67 @@
+"""How far the beam moves over all times: what scales and windows are chosen by."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gapbeam.postprocess.results.field_reader import Fields
+
+
+@dataclass(frozen=True)
+class Motion:
+    """Extremes over all times.
+
+    Attributes:
+        times: (k,), s.
+        tip: Mean displacement of the free end in the bending direction, (k,), m.
+        lowest: Smallest displacement in the bending direction of any point, at most 0, m.
+        highest: Largest, at least 0, m.
+        largest_near: Largest absolute displacement in the bending direction of the points near the support,
+            m.
+        largest_pressure: Pa.
+        strongest: Number of the frame with the largest contact pressure.
+    """
+
+    times: np.ndarray
+    tip: np.ndarray
+    lowest: float
+    highest: float
+    largest_near: float
+    largest_pressure: float
+    strongest: int
+
+
+def motion_of(fields: Fields, near: float) -> Motion:
+    """Go through all frames once.
+
+    Args:
+        fields: At least one frame.
+        near: x up to which points count as near the support, m.
+    """
+    x, bending = fields.points[:, 0], fields.dimension - 1
+    end, close = x > x.max() - 1e-6 * np.ptp(x), x <= near
+    rows = []
+    for frame in fields:
+        moved = frame.displacement[:, bending]
+        rows.append(
+            (
+                frame.time,
+                moved[end].mean(),
+                moved.min(),
+                moved.max(),
+                np.abs(moved[close]).max(),
+                frame.contact_pressure.max(),
+            )
+        )
+    times, tip, low, high, near_support, pressure = np.array(rows, dtype=float).T
+    return Motion(
+        times=times,
+        tip=tip,
+        lowest=min(0.0, float(low.min())),
+        highest=max(0.0, float(high.max())),
+        largest_near=float(near_support.max()),
+        largest_pressure=float(pressure.max()),
+        strongest=int(np.argmax(pressure)),
+    )

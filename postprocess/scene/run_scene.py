@@ -1,0 +1,108 @@
+"""The scene of one run: two views and a sheet, set up once for pictures and film."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+import numpy as np
+
+from gapbeam.postprocess.results.field_reader import Fields
+from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.scene.beam_surface import body_of
+from gapbeam.postprocess.scene.camera_view import View
+from gapbeam.postprocess.scene.camera_window import (
+    near_end,
+    scale_of_support,
+    scale_of_whole,
+    window_of_support,
+    window_of_whole,
+)
+from gapbeam.postprocess.scene.caption import caption_of
+from gapbeam.postprocess.scene.motion_range import motion_of
+from gapbeam.postprocess.scene.sheet import WHOLE, ZOOM, Sheet, pixels
+from gapbeam.postprocess.scene.support_surface import support_of
+from gapbeam.postprocess.scene.traces import traces_of
+
+Scale = Literal["auto"] | float
+
+# From the beam to the camera: nearly from the side, and for the support more from above and the free end.
+_FROM_WHOLE = (0.10, -1.0, 0.28)
+_FROM_SUPPORT = (0.45, -1.0, 0.38)
+
+_NEARLY = 0.95
+"""Of the largest recorded force: a field with less does not show the impact."""
+
+
+class Studio:
+    """Draws sheets of a run; to be closed."""
+
+    def __init__(
+        self, results: Results, fields: Fields, scale: Scale, size: tuple[int, int], frames_per_second: float
+    ) -> None:
+        """Set up.
+
+        Args:
+            results: Of the run.
+            fields: Its fields, open, with one frame at least.
+            scale: Factor of displacements and clearance in both views, or "auto": a round one for each.
+            size: Of the sheet, pixels.
+            frames_per_second: Of the film; 0 for no film.
+        """
+        self._fields = fields
+        support = support_of(fields.points, fields.dimension, results.case)
+        motion = motion_of(fields, near_end(support))
+        sizes = pixels(WHOLE, size), pixels(ZOOM, size)
+        factors = (
+            (scale_of_whole(motion, support, sizes[0]), scale_of_support(motion, support))
+            if scale == "auto"
+            else (float(scale), float(scale))
+        )
+        windows = (
+            window_of_whole(motion, support, factors[0], sizes[0]),
+            window_of_support(support, factors[1], sizes[1]),
+        )
+        body = body_of(fields, support)
+        self._views = [
+            View(body, support, windows[k], sizes[k], factors[k], motion.largest_pressure, direction)
+            for k, direction in enumerate((_FROM_WHOLE, _FROM_SUPPORT))
+        ]
+        self._motion, self._traces = motion, traces_of(results, motion.times, motion.tip)
+        caption = caption_of(
+            results.title,
+            factors,
+            support.clearance,
+            results.forcing_frequency,
+            motion.times,
+            frames_per_second,
+        )
+        pressures = fields.points, {"base": body.base, "gland": body.gland}, motion.largest_pressure
+        self._sheet = Sheet(size, support, pressures, self._traces, caption, windows)
+
+    def moments(self) -> dict[str, tuple[int, str]]:
+        """The frames worth a picture: number and remark by name."""
+        motion, forces = self._motion, self._traces.total_force(self._motion.times)
+        if forces is None:
+            strongest, remark = motion.strongest, "largest contact pressure of all fields"
+        else:
+            strongest = int(np.argmax(forces))
+            remark = f"largest contact force of all fields: {forces[strongest]:.4g} N on base and gland together"
+            time, force = self._traces.peak_force()
+            if forces[strongest] < _NEARLY * force:
+                remark += f"; between fields {force:.4g} N at {1e3 * time:.4g} ms"
+        farthest = int(np.argmax(np.abs(motion.tip)))
+        tip = f"{1e3 * motion.tip[farthest]:.4g} mm".replace("-", "−")
+        return {
+            "largest_contact_force": (strongest, remark),
+            "largest_displacement": (farthest, f"largest displacement of the free end of all fields: {tip}"),
+        }
+
+    def draw(self, index: int, remark: str = "") -> np.ndarray:
+        """Draw the sheet of one frame, (height, width, 3), 8 bits."""
+        frame = self._fields.frame(index)
+        whole, near = (view.picture(frame) for view in self._views)
+        return self._sheet.fill(frame, whole, near, remark)
+
+    def close(self) -> None:
+        """Let the graphics memory go."""
+        for view in self._views:
+            view.close()

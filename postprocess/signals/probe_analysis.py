@@ -1,0 +1,221 @@
+"""Everything that is computed from the history of one probe: peaks, spectra, harmonics, period."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass, field, replace
+from typing import Literal
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.signals.harmonics import Harmonic, harmonics
+from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, Section, periodicity, poincare_section
+from gapbeam.postprocess.signals.signal import (
+    Signal,
+    SignalError,
+    SignalWarning,
+    component_name,
+    probe_name,
+    probe_signal,
+)
+from gapbeam.postprocess.signals.signal_peaks import Peaks, PeriodPeaks, peaks, peaks_per_period
+from gapbeam.postprocess.signals.smoothing import POINTS, RATE, Sampling, smooth
+from gapbeam.postprocess.signals.spectra import Spectrum, Window, default_periods, spectrum
+
+Acceleration = Literal["absolute", "relative"]
+
+
+@dataclass(frozen=True)
+class Options:
+    """How signals are picked, smoothed and transformed.
+
+    Attributes:
+        probe: Name of the probe; None the first.
+        component: "x", "y" or "z"; None the bending direction.
+        acceleration: In the inertial frame or relative to the support.
+        rate: Sampling rate in Hz of the smoothed acceleration.
+        points: Points of its moving average.
+        sampling: "mean" over the sampling interval, or "pick" at its end.
+        periods: Forcing periods in the spectra; None the most of 12, 24, ... after the transient.
+        window: None: rectangular over whole periods, hann without forcing.
+        harmonics: Highest harmonic in the table.
+        tolerance: Of the periodicity, as a fraction of the range.
+    """
+
+    probe: str | None = None
+    component: str | None = None
+    acceleration: Acceleration = "absolute"
+    rate: float = RATE
+    points: int = POINTS
+    sampling: Sampling = "mean"
+    periods: int | None = None
+    window: Window | None = None
+    harmonics: int = 10
+    tolerance: float = TOLERANCE
+
+
+@dataclass(frozen=True)
+class SignalAnalysis:
+    """One signal and what was found in it; None where the record or the forcing does not allow it."""
+
+    signal: Signal
+    peaks: Peaks
+    per_period: PeriodPeaks | None
+    spectrum: Spectrum | None
+    harmonics: tuple[Harmonic, ...]
+
+
+@dataclass(frozen=True)
+class Analysis:
+    """What the history of one probe shows.
+
+    Attributes:
+        probe: Name of the probe; None for a run without.
+        component: Direction of the motion; None without probe.
+        forcing_frequency: Hz; None without a forcing period.
+        displacement: Relative to the support.
+        velocity: Relative to the support.
+        acceleration: As recorded: means over the history interval.
+        smoothed: The acceleration after the moving average.
+        periodicity: From displacement and velocity.
+        section: Their Poincaré section.
+        warnings: What to read with care, every text once.
+    """
+
+    probe: str | None
+    component: str | None
+    forcing_frequency: float | None
+    displacement: SignalAnalysis | None = None
+    velocity: SignalAnalysis | None = None
+    acceleration: SignalAnalysis | None = None
+    smoothed: SignalAnalysis | None = None
+    periodicity: Periodicity | None = None
+    section: Section | None = None
+    warnings: tuple[str, ...] = field(default=())
+
+    def settled_since(self, periods: int = 12) -> float:
+        """Return when the part begins that shows the response itself: its cycles, or its last forcing periods.
+
+        Args:
+            periods: Of the forcing, that are enough.
+
+        Returns:
+            Time in s; the start of the record where it has no Poincaré section.
+        """
+        assert self.displacement is not None
+        time = self.displacement.signal.time
+        start = float(time[0])
+        if self.section is None or self.forcing_frequency is None:
+            return start
+        start = max(start, float(time[-1]) - periods / self.forcing_frequency)
+        settled = self.periodicity.transient if self.periodicity is not None else None
+        return start if settled is None else max(start, settled)
+
+    @property
+    def signals(self) -> dict[str, SignalAnalysis]:
+        """The signals that could be analyzed, by name."""
+        found = {
+            "displacement": self.displacement,
+            "velocity": self.velocity,
+            "acceleration": self.acceleration,
+            "smoothed acceleration": self.smoothed,
+        }
+        return {name: one for name, one in found.items() if one is not None}
+
+
+def analyze(results: Results, options: Options | None = None, history: xr.Dataset | None = None) -> Analysis:
+    """Compute peaks, spectra, harmonics and period of the motion of a probe.
+
+    What a short record, or one without forcing or probes, cannot give is left out, and a warning says so.
+
+    Args:
+        results: Of a run, finished or not.
+        options: What to pick and how; see `Options`.
+        history: Records to take in place of those of the results, such as those of a period that is repeated.
+
+    Raises:
+        ResultsError: The results cannot be read.
+        SignalError: A probe or component that does not exist, or values that are not finite.
+    """
+    options = options or Options()
+    frequency, history = results.forcing_frequency, results.history if history is None else history
+    if options.probe is None and history.sizes.get("probe", 0) == 0:
+        return Analysis(None, None, frequency, warnings=("the run recorded no probe: no motion to analyze",))
+    probe, component = probe_name(history, options.probe), component_name(history, options.component)
+    displacement = probe_signal(history, "displacement", probe, component)
+    velocity = probe_signal(history, "velocity", probe, component)
+    notes: list[str] = []
+    if frequency is None:
+        notes.append("the forcing has no period: no harmonics, no Poincaré section")
+    if displacement.time.size < 2:
+        notes.append("one record only: no motion to analyze")
+        return Analysis(probe, component, frequency, warnings=tuple(notes))
+    acceleration = probe_signal(history, f"acceleration_{options.acceleration}", probe, component)
+    found, section = None, None
+    if frequency is not None:
+        try:
+            found = periodicity((displacement, velocity), frequency, options.tolerance)
+            section = poincare_section(displacement, velocity, frequency)
+        except SignalError as fault:
+            notes.append(str(fault))
+    if found is not None and found.transient is not None:
+        steady = found.transient
+    else:
+        if found is not None:
+            notes.append("no settled cycle: the amplitudes of the harmonics depend on the span")
+        steady = float(displacement.time[0] + 0.5 * np.ptp(displacement.time))
+    smoothed: Signal | None = None
+    with warnings.catch_warnings(record=True) as caught:
+        warnings.simplefilter("always", SignalWarning)
+        try:
+            smoothed = smooth(acceleration, options.rate, options.points, options.sampling)
+        except SignalError as fault:
+            notes.append(f"not smoothed: {fault}")
+        signals = (displacement, velocity, acceleration, smoothed)
+        options = replace(options, periods=options.periods or _common_periods(signals, frequency, steady))
+        parts = [None if signal is None else _analyzed(signal, frequency, steady, options, notes) for signal in signals]
+    notes += [str(one.message) for one in caught if issubclass(one.category, SignalWarning)]
+    return Analysis(
+        probe,
+        component,
+        frequency,
+        parts[0],
+        parts[1],
+        parts[2],
+        parts[3],
+        found,
+        section,
+        tuple(dict.fromkeys(notes)),
+    )
+
+
+def _common_periods(signals: tuple[Signal | None, ...], frequency: float | None, steady: float) -> int | None:
+    """One number of periods for all spectra, so that they can be compared; None where one has none."""
+    if frequency is None:
+        return None
+    try:
+        return min(default_periods(signal, frequency, steady) for signal in signals if signal is not None) or None
+    except SignalError:
+        return None
+
+
+def _analyzed(
+    signal: Signal, frequency: float | None, steady: float, options: Options, notes: list[str]
+) -> SignalAnalysis:
+    per_period: PeriodPeaks | None = None
+    lines: Spectrum | None = None
+    table: tuple[Harmonic, ...] = ()
+    if frequency is not None:
+        try:
+            per_period = peaks_per_period(signal, frequency)
+        except SignalError as fault:
+            notes.append(f"no peaks per period: {fault}")
+    try:
+        lines = spectrum(signal, frequency, options.periods, options.window, steady)
+        if frequency is not None:
+            table = harmonics(lines, options.harmonics)
+    except SignalError as fault:
+        notes.append(f"no spectrum: {fault}")
+    return SignalAnalysis(signal, peaks(signal), per_period, lines, table)

@@ -1,0 +1,187 @@
+"""A signal: values of one quantity over time, picked from the history of a run."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.solver.record_table import HISTORY
+
+FloatArray = np.ndarray
+
+# Records that hold the mean over the interval that ends at t.
+INTERVAL_MEANS = frozenset(record.name for record in HISTORY if "mean over the interval" in record.meaning)
+
+_UNEVEN = 1.0e-3
+
+
+class SignalError(ValueError):
+    """A signal that is not there, not finite, or cannot carry what is asked of it."""
+
+    exit_status = 2
+
+
+class SignalWarning(UserWarning):
+    """A signal from which a number was computed that should be read with care."""
+
+
+@dataclass(frozen=True)
+class Signal:
+    """Values of one quantity over time.
+
+    Attributes:
+        time: (n,), s, strictly increasing: the middle of the time that each value stands for.
+        values: (n,), finite, in `unit`.
+        unit: SI unit.
+        name: What it is, in one or two words.
+        width: Time in s over which each value is a mean; 0 for values at an instant.
+
+    Raises:
+        SignalError: Shapes that differ, no value, times that do not increase, or a value that is not finite.
+    """
+
+    time: FloatArray
+    values: FloatArray
+    unit: str
+    name: str
+    width: float = 0.0
+
+    def __post_init__(self) -> None:
+        if self.time.ndim != 1 or self.time.shape != self.values.shape:
+            raise SignalError(f"{self.name}: times {self.time.shape} and values {self.values.shape} differ in shape")
+        if self.time.size == 0:
+            raise SignalError(f"{self.name}: the record holds no value")
+        bad = ~np.isfinite(self.values) | ~np.isfinite(self.time)
+        if bad.any():
+            raise SignalError(
+                f"{self.name}: {int(bad.sum())} of {bad.size} values are not finite, "
+                f"the first at t = {self.time[np.argmax(bad)]:g} s"
+            )
+        if (np.diff(self.time) <= 0.0).any():
+            raise SignalError(f"{self.name}: the times of the record do not increase")
+
+    @property
+    def interval(self) -> float:
+        """Sampling interval in s; of a single mean, the time it is the mean of.
+
+        Raises:
+            SignalError: Fewer than two values, or the intervals differ by more than 0.1 %.
+        """
+        if self.time.size == 1 and self.width > 0.0:
+            return self.width
+        if self.time.size < 2:
+            raise SignalError(f"{self.name}: one value has no sampling interval; record more of them")
+        interval = float(self.time[-1] - self.time[0]) / (self.time.size - 1)
+        if np.abs(np.diff(self.time) - interval).max() > _UNEVEN * interval:
+            raise SignalError(f"{self.name}: the times of the record are not evenly spaced")
+        return interval
+
+    @property
+    def duration(self) -> float:
+        """Time in s that the values stand for: n sampling intervals."""
+        return self.time.size * self.interval
+
+    def since(self, start: float) -> Signal:
+        """The part from a time on.
+
+        Args:
+            start: s; a value less than a thousandth of an interval before it is kept.
+
+        Raises:
+            SignalError: Nothing is left.
+        """
+        slack = _UNEVEN * float(np.diff(self.time).min()) if self.time.size > 1 else 0.0
+        keep = self.time >= start - slack
+        return replace(self, time=self.time[keep], values=self.values[keep])
+
+    def between(self, start: float, end: float) -> Signal:
+        """The part from a time to another, s; where no value lies between them, the one nearest to the start."""
+        slack = _UNEVEN * (float(np.diff(self.time).min()) if self.time.size > 1 else 0.0)
+        keep = (self.time >= start - slack) & (self.time <= end + slack)
+        if not keep.any():
+            keep[np.argmin(np.abs(self.time - start))] = True
+        return replace(self, time=self.time[keep], values=self.values[keep])
+
+
+def probe_signal(history: xr.Dataset, quantity: str, probe: str | None = None, component: str | None = None) -> Signal:
+    """Pick one component of the motion of one probe.
+
+    A record of interval means (the accelerations) is placed at the middle of its intervals, and its first
+    entry, which no interval precedes, is left out. A last interval of other length is left out too.
+
+    Args:
+        history: The history of a run, `Results.history`.
+        quantity: "displacement", "velocity", "acceleration_relative" or "acceleration_absolute".
+        probe: Name of the probe; default the first.
+        component: "x", "y" or "z"; default the bending direction.
+
+    Raises:
+        SignalError: No such quantity, probe or component; too few or not finite values.
+    """
+    probe = probe_name(history, probe)
+    component = component_name(history, component)
+    if quantity not in history:
+        raise SignalError(f"the history holds no {quantity}")
+    variable = history[quantity].sel(probe=probe, component=component)
+    time = np.asarray(history["time"].values, dtype=float)
+    values = np.asarray(variable.values, dtype=float)
+    if time.size > 2 and abs(time[-1] - 2 * time[-2] + time[-3]) > _UNEVEN * (time[-2] - time[-3]):
+        time, values = time[:-1], values[:-1]
+    name = quantity.split("_", maxsplit=1)[0]
+    if quantity not in INTERVAL_MEANS:
+        return Signal(time, values, str(variable.attrs.get("units", "")), name)
+    if time.size < 2:
+        raise SignalError(f"{quantity}: a mean over intervals needs two records, there is one")
+    width = float(time[-1] - time[0]) / (time.size - 1)
+    middle = 0.5 * (time[1:] + time[:-1])
+    return Signal(middle, values[1:], str(variable.attrs.get("units", "")), name, width)
+
+
+def face_signal(history: xr.Dataset, quantity: str, face: str) -> Signal:
+    """Pick a record of a contact face.
+
+    Args:
+        history: The history of a run, `Results.history`.
+        quantity: "contact_force", "penetration", ...
+        face: "base" or "gland".
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    variable = history[quantity].sel(face=face)
+    return Signal(
+        np.asarray(history["time"].values, dtype=float),
+        np.asarray(variable.values, dtype=float),
+        str(variable.attrs.get("units", "")),
+        f"{quantity} at the {face}",
+    )
+
+
+def probe_name(history: xr.Dataset, probe: str | None = None) -> str:
+    """The probe asked for, or the first.
+
+    Raises:
+        SignalError: No probe at all, or none of that name.
+    """
+    probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
+    if not probes:
+        raise SignalError("the run recorded no probe; add [[probe]] to the case")
+    if probe is not None and probe not in probes:
+        raise SignalError(f"no probe named {probe!r}; there are {', '.join(probes)}")
+    return probes[0] if probe is None else probe
+
+
+def component_name(history: xr.Dataset, component: str | None = None) -> str:
+    """The component asked for, or the bending direction: y of two components, z of three.
+
+    Raises:
+        SignalError: None of that name.
+    """
+    components = [str(name) for name in history["component"].values] if "component" in history.coords else []
+    if not components:
+        raise SignalError("the history has no components")
+    if component is not None and component not in components:
+        raise SignalError(f"no component {component!r}; there are {', '.join(components)}")
+    return components[-1] if component is None else component

@@ -1,0 +1,154 @@
+"""The moving average that takes the collision response out of a signal, at a stated sampling rate.
+
+Li, Jin, Han, Cao and He (2013), section 4.2, smooth the measured acceleration by five points; their sampling
+rate is not printed. What n points do depends on the rate, so the rate is always part of the request here.
+"""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import replace
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import make_interp_spline
+
+from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
+
+Sampling = Literal["mean", "pick"]
+FloatArray = np.ndarray
+
+RATE = 2000.0
+POINTS = 5
+
+_EDGE = 1.0e-6
+_FOLDED = 0.01
+
+
+def smooth(signal: Signal, rate: float = RATE, points: int = POINTS, sampling: Sampling = "mean") -> Signal:
+    """Sample a signal at a rate, then average over n points, centered.
+
+    Args:
+        signal: Evenly sampled, at `rate` or faster.
+        rate: Sampling rate in Hz.
+        points: n, number of points averaged.
+        sampling: "mean": every sample is the mean over the sampling interval, so that the result is the mean
+            over n/rate seconds; "pick": every sample is the value at its instant, as of a converter without
+            filter.
+
+    Returns:
+        The smoothed signal at the sampling rate; shorter by n - 1 samples, each at the middle of its n.
+
+    Raises:
+        SignalError: The signal is too short or sampled more slowly than `rate`.
+    """
+    averaged = moving_average(resample(signal, rate, sampling), points)
+    return replace(averaged, name=f"smoothed {signal.name}")
+
+
+def resample(signal: Signal, rate: float = RATE, sampling: Sampling = "mean") -> Signal:
+    """Sample a signal at a lower rate.
+
+    "mean": sample j is the mean over j/rate <= t <= (j+1)/rate, placed at the middle: exact for the piecewise
+    constant (interval means) or piecewise linear (instants) signal that the record describes. "pick": the
+    value at the first time + j/rate, linear between the values of the record.
+
+    Args:
+        signal: Evenly sampled, at `rate` or faster.
+        rate: Sampling rate in Hz.
+        sampling: "mean" or "pick".
+
+    Raises:
+        SignalError: A rate that is not positive or above that of the signal, or no whole sampling interval.
+
+    Warns:
+        SignalWarning: Picked samples of a signal that holds more than 1 % of its rms above rate/2.
+    """
+    interval = signal.interval
+    if not rate > 0.0:
+        raise SignalError(f"sampling rate {rate:g} Hz: it must be positive")
+    if rate * interval > 1.0 + _EDGE:
+        raise SignalError(
+            f"{signal.name}: recorded at {1 / interval:g} Hz, it cannot be sampled at {rate:g} Hz; "
+            "lower the rate or set output.history_interval"
+        )
+    if sampling == "pick":
+        _warn_of_folding(signal, rate)
+        count = int(np.floor((signal.time[-1] - signal.time[0]) * rate + _EDGE)) + 1
+        time = signal.time[0] + np.arange(count) / rate
+        return replace(signal, time=time, values=np.interp(time, signal.time, signal.values))
+    held = abs(signal.width - interval) <= _EDGE * interval
+    start = signal.time[0] - (0.5 * interval if held else 0.0)
+    end = signal.time[-1] + (0.5 * interval if held else 0.0)
+    edges = np.arange(np.ceil(start * rate - _EDGE), np.floor(end * rate + _EDGE) + 1) / rate
+    if edges.size < 2:
+        raise SignalError(f"{signal.name}: {end - start:g} s are shorter than one sample at {rate:g} Hz")
+    integral = _integral_of_steps(signal, edges) if held else _integral_of_lines(signal, edges)
+    width = 1.0 / rate + (0.0 if held else signal.width)
+    return replace(signal, time=0.5 * (edges[1:] + edges[:-1]), values=np.diff(integral) * rate, width=width)
+
+
+def moving_average(signal: Signal, points: int = POINTS) -> Signal:
+    """Average over n consecutive values, placed at their middle: y_j = (x_j + ... + x_(j+n-1))/n.
+
+    Args:
+        signal: Evenly sampled.
+        points: n >= 1.
+
+    Raises:
+        SignalError: Fewer than n values, or n < 1.
+    """
+    if points < 1:
+        raise SignalError(f"a moving average over {points} points: at least one is needed")
+    if signal.time.size < points:
+        raise SignalError(f"{signal.name}: {signal.time.size} values are too few for {points} points")
+    if points == 1:
+        return signal
+    weights = np.full(points, 1.0 / points)
+    return replace(
+        signal,
+        time=np.convolve(signal.time, weights, mode="valid"),
+        values=np.convolve(signal.values, weights, mode="valid"),
+        width=signal.width + (points - 1) * signal.interval,
+    )
+
+
+def moving_average_response(frequency: FloatArray, rate: float = RATE, points: int = POINTS) -> FloatArray:
+    """Gain of the moving average, |sin(n pi f/fs) / (n sin(pi f/fs))|.
+
+    Args:
+        frequency: f in Hz, any shape.
+        rate: fs in Hz.
+        points: n.
+
+    Source: Smith, The Scientist and Engineer's Guide to Digital Signal Processing (1997), eq. 15-2.
+    """
+    whole = np.asarray(frequency, dtype=float) / rate
+    # sin(n x)/(n sin x) = sinc(n f/fs)/sinc(f/fs), with the removable zeros at multiples of fs taken out
+    offset = whole - np.round(whole)
+    return np.abs(np.sinc(points * offset) / np.sinc(offset))
+
+
+def _integral_of_steps(signal: Signal, at: FloatArray) -> FloatArray:
+    step = signal.interval
+    edges = signal.time[0] + (np.arange(signal.time.size + 1) - 0.5) * step
+    return np.asarray(np.interp(at, edges, np.concatenate([[0.0], np.cumsum(signal.values) * step])))
+
+
+def _integral_of_lines(signal: Signal, at: FloatArray) -> FloatArray:
+    integral = make_interp_spline(signal.time, signal.values, k=1).antiderivative()
+    return np.asarray(integral(np.clip(at, signal.time[0], signal.time[-1])))
+
+
+def _warn_of_folding(signal: Signal, rate: float) -> None:
+    transform = np.fft.rfft((signal.values - signal.values.mean()) * np.hanning(signal.values.size))
+    power = np.abs(transform) ** 2
+    above = np.fft.rfftfreq(signal.values.size, signal.interval) > 0.5 * rate
+    share = float(np.sqrt(power[above].sum() / power.sum())) if power.sum() > 0.0 else 0.0
+    if share > _FOLDED:
+        warnings.warn(
+            f"{signal.name}: picked at {rate:g} Hz, {100 * share:.0f} % of the rms lie above {rate / 2:g} Hz "
+            "and are folded into the band below; take the mean over the sampling interval, or a higher rate",
+            SignalWarning,
+            stacklevel=3,
+        )

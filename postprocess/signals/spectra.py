@@ -1,0 +1,191 @@
+"""Amplitude spectra over a whole number of forcing periods."""
+
+from __future__ import annotations
+
+import warnings
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+from scipy.interpolate import CubicSpline
+from scipy.signal import get_window
+
+from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
+
+Window = Literal["rectangular", "hann", "flattop", "blackman"]
+FloatArray = np.ndarray
+
+# Twelve periods hold a whole number of cycles of period 1, 2, 3, 4, 6 and 12.
+CYCLE = 12
+
+_WHOLE = 1.0e-6
+# Fraction of a period by which a span may be short: half a sampling interval at its ends.
+_SLACK = 0.02
+_TOP = 0.9
+_ALIASED = 0.01
+_SCIPY = {"rectangular": "boxcar"}
+
+
+@dataclass(frozen=True)
+class Spectrum:
+    """Amplitudes over frequency: a sine of amplitude A on a line shows A, with any window.
+
+    Attributes:
+        frequency: (k,), Hz, from 0 to half the sampling rate.
+        amplitude: (k,), >= 0, in `unit`; at 0 Hz the absolute mean.
+        phase: (k,), rad, of x = A sin(2 pi f t + phase), t as in the record.
+        mean: Mean over the span, in `unit`.
+        unit: Unit of the amplitudes.
+        window: Window that weighted the span.
+        periods: Whole forcing periods in the span; None where the forcing has no period.
+        start: s, where the span starts.
+        end: s, where it ends.
+        warnings: What to read with care.
+    """
+
+    frequency: FloatArray
+    amplitude: FloatArray
+    phase: FloatArray
+    mean: float
+    unit: str
+    window: str
+    periods: int | None
+    start: float
+    end: float
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def resolution(self) -> float:
+        """Spacing of the lines in Hz: one over the span."""
+        return 1.0 / (self.end - self.start)
+
+
+def spectrum(
+    signal: Signal,
+    forcing_frequency: float | None,
+    periods: int | None = None,
+    window: Window | None = None,
+    after: float = -np.inf,
+) -> Spectrum:
+    """Transform the last whole forcing periods of a signal.
+
+    A_k = 2 |sum_n w_n (x_n - mean) exp(-2 pi i k n/N)| / sum_n w_n   (half of it at half the sampling rate)
+
+    Args:
+        signal: Evenly sampled. Means over an interval h show lines times |sin(pi f h)/(pi f h)|.
+        forcing_frequency: Hz; None takes the whole record, without periods.
+        periods: How many of the last periods; by default `default_periods` of what follows `after`.
+        window: Default rectangular over whole periods, hann without.
+        after: s, where the transient ends; -inf where that is not known.
+
+    Raises:
+        SignalError: Fewer than one period or eight values, or more periods than there are.
+
+    Warns:
+        SignalWarning: Too short for subharmonics, periods that are no whole number of intervals, content near
+            half the sampling rate. The same texts are in `Spectrum.warnings`.
+
+    Source: Harris (1978), Proc. IEEE 66, 51, for the windows and their coherent gain.
+    """
+    notes: list[str] = []
+    if forcing_frequency is None:
+        span, count = signal, None
+        notes.append(f"{signal.name}: no forcing period; the span is no whole number of periods and lines leak")
+    else:
+        span, count = _whole_periods(signal, forcing_frequency, periods, after, notes)
+    size, interval = span.time.size, span.interval
+    if size < 8:
+        raise SignalError(f"{signal.name}: {size} values in the span are too few for a spectrum")
+    name = window or ("hann" if count is None else "rectangular")
+    weights = get_window(_SCIPY.get(name, name), size, fftbins=True)
+    mean = float(span.values.mean())
+    transform = np.fft.rfft(weights * (span.values - mean)) * (2.0 / weights.sum())
+    frequency = np.fft.rfftfreq(size, interval)
+    transform[0] = mean
+    if size % 2 == 0:
+        transform[-1] *= 0.5
+    amplitude = np.abs(transform)
+    phase = np.angle(transform * np.exp(-2j * np.pi * frequency * span.time[0]) * 1j)
+    _note_aliasing(signal, frequency, amplitude, notes)
+    for note in notes:
+        warnings.warn(note, SignalWarning, stacklevel=2)
+    return Spectrum(
+        frequency=frequency,
+        amplitude=amplitude,
+        phase=phase,
+        mean=mean,
+        unit=signal.unit,
+        window=name,
+        periods=count,
+        start=float(span.time[-1]) + 0.5 * interval - size * interval,
+        end=float(span.time[-1]) + 0.5 * interval,
+        warnings=tuple(notes),
+    )
+
+
+def whole_periods(signal: Signal, forcing_frequency: float) -> int:
+    """Count the whole forcing periods that a signal lasts."""
+    return int(np.floor(signal.duration * forcing_frequency + _WHOLE))
+
+
+def default_periods(signal: Signal, forcing_frequency: float, after: float = -np.inf) -> int:
+    """Choose the number of periods for a spectrum.
+
+    The most of 12, 24, 36, ... that follow `after`; where 12 do not, the most of 12, 6 or, failing that, all
+    whole periods of the whole signal.
+    """
+    settled, available = _since(signal, forcing_frequency, after), whole_periods(signal, forcing_frequency)
+    if settled >= CYCLE:
+        return settled // CYCLE * CYCLE
+    return next((count for count in (CYCLE, CYCLE // 2) if available >= count), available)
+
+
+def _whole_periods(
+    signal: Signal, forcing_frequency: float, periods: int | None, after: float, notes: list[str]
+) -> tuple[Signal, int]:
+    """Cut the last whole periods out, sampled a whole number of times."""
+    available = whole_periods(signal, forcing_frequency)
+    if available < 1 or (periods is not None and not 1 <= periods <= available):
+        raise SignalError(
+            f"{signal.name}: {signal.duration:g} s hold {available} whole forcing periods of "
+            f"{1 / forcing_frequency:g} s, asked for {periods or 'one at least'}"
+        )
+    periods = periods or default_periods(signal, forcing_frequency, after)
+    if periods > _since(signal, forcing_frequency, after):
+        notes.append(
+            f"{signal.name}: the last {periods} forcing periods begin before {after:.4g} s: "
+            "the spectrum holds some of the transient; run longer"
+        )
+    if periods % 6:
+        notes.append(f"{signal.name}: {periods} periods, no multiple of 6: subharmonics 1/2 or 1/3 fall between lines")
+    exact = periods / (forcing_frequency * signal.interval)
+    size = round(exact)
+    if abs(exact - size) <= _WHOLE * max(1.0, 1e-3 * size):
+        return Signal(signal.time[-size:], signal.values[-size:], signal.unit, signal.name, signal.width), periods
+    notes.append(
+        f"{signal.name}: {periods} forcing periods are {exact:.3f} sampling intervals; "
+        "interpolated by a cubic spline to a whole number (choose a step that divides the period)"
+    )
+    if size < 8:
+        raise SignalError(f"{signal.name}: {size} values in {periods} periods are too few for a spectrum")
+    step = periods / forcing_frequency / size
+    time = signal.time[-1] - step * np.arange(size - 1, -1, -1)
+    time = time + max(0.0, float(signal.time[0] - time[0]))
+    values = CubicSpline(signal.time, signal.values)(time)
+    return Signal(time, values, signal.unit, signal.name, signal.width), periods
+
+
+def _since(signal: Signal, forcing_frequency: float, after: float) -> int:
+    """Whole forcing periods of a signal since a time."""
+    left = signal.duration - max(0.0, after - float(signal.time[0]))
+    return min(int(np.floor(left * forcing_frequency + _SLACK)), whole_periods(signal, forcing_frequency))
+
+
+def _note_aliasing(signal: Signal, frequency: FloatArray, amplitude: FloatArray, notes: list[str]) -> None:
+    top = amplitude[frequency >= _TOP * frequency[-1]].max()
+    largest = amplitude[1:].max()
+    if largest > 0.0 and top > _ALIASED * largest:
+        notes.append(
+            f"{signal.name}: lines of {100 * top / largest:.2g} % of the largest near half the sampling rate "
+            f"({frequency[-1]:g} Hz): content above it is folded in; sample more often"
+        )

@@ -1,0 +1,176 @@
+"""The figures of a forced response over windows of whole periods: one number each, with its scatter.
+
+A window is 12 forcing periods long, which hold whole cycles of 1, 2, 3, 4, 6 and 12 periods; a response with another
+cycle gets the next multiple of it. A settled response has the same figures in every window, to its residual; one that
+never repeats has a mean and a scatter, which is all that can be compared.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.postprocess.signals.period_windows import Windows, settled_windows
+from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, left_to_change
+from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
+from gapbeam.postprocess.signals.smoothing import smooth
+
+FloatArray = np.ndarray
+
+HARMONICS = 5
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One figure of a response, window by window.
+
+    Attributes:
+        unit: SI unit.
+        values: (k,), one a window.
+        unsettled: By how much it may still change while the transient of its response fades; 0 where nobody asked.
+    """
+
+    unit: str
+    values: FloatArray
+    unsettled: float = 0.0
+
+    @property
+    def mean(self) -> float:
+        """Mean over the windows."""
+        return float(self.values.mean())
+
+    @property
+    def scatter(self) -> float:
+        """Standard deviation of the windows about their mean; 0 with a single window."""
+        return float(self.values.std(ddof=1)) if self.values.size > 1 else 0.0
+
+    @property
+    def uncertainty(self) -> float:
+        """Standard error of the mean; 0 with a single window, which says nothing about it."""
+        return self.scatter / float(np.sqrt(self.values.size))
+
+
+@dataclass(frozen=True)
+class Steady:
+    """A forced response after its transient.
+
+    Attributes:
+        frequency: Of the forcing, Hz.
+        cycle: Its period, and how well it repeats.
+        periods: Forcing periods in a window.
+        windows: Number of windows k.
+        start: s, where the first window begins.
+        end: s, where the last one ends.
+        quantities: Figures by name: "<probe> displacement" and so on, see `steady`.
+        harmonics: Of the displacement, by probe: complex amplitudes A exp(i phase) of A sin(2 pi n f t + phase) for
+            n = 1 ... 5, (k, 5), m.
+        notes: What to read with care.
+    """
+
+    frequency: float
+    cycle: Periodicity
+    periods: int
+    windows: int
+    start: float
+    end: float
+    quantities: dict[str, Quantity]
+    harmonics: dict[str, FloatArray]
+    notes: tuple[str, ...] = ()
+
+    @property
+    def settled(self) -> bool:
+        """Whether the response repeats."""
+        return self.cycle.period is not None
+
+    @property
+    def creeps(self) -> bool:
+        """Whether it repeats within the tolerance, but is still on its way."""
+        return self.cycle.period is None and self.cycle.residual <= self.cycle.tolerance
+
+    @property
+    def word(self) -> str:
+        """The kind of response in a word or two."""
+        return self.cycle.word
+
+
+def steady(
+    history: xr.Dataset,
+    frequency: float,
+    after: float | None = None,
+    tolerance: float = TOLERANCE,
+) -> Steady:
+    """Compute the figures of a response over its last windows.
+
+    For every probe, in the bending direction: peak to peak of the absolute acceleration as recorded ("acceleration")
+    and of its 2.5 ms mean ("smoothed acceleration"), of the displacement ("displacement"), and the amplitudes of the
+    harmonics 1 to 5 of the displacement ("harmonic 1" ...; those of the relative acceleration are (2 pi n f)^2 times
+    as large). For every face: the largest contact force on record ("peak force") and the impulse in a forcing period
+    ("impulse").
+
+    Args:
+        history: The records of a run.
+        frequency: Of the forcing, Hz.
+        after: s, where the transient ends; by default where the cycle begins or, without one, half the record is over.
+        tolerance: Of the periodicity, as a fraction of the range.
+
+    Raises:
+        SignalError: No probe, fewer than four forcing periods or four values in one, or values that are not finite.
+    """
+    cycle, windows, notes = settled_windows(history, frequency, after, tolerance)
+    quantities, amplitudes, faults = figures_over(history, frequency, windows.periods, windows.count)
+    if cycle.period is not None:
+        for name, signal in _amplitude_signals(history, quantities):
+            left = left_to_change(signal, frequency, cycle.period)
+            quantities[name] = replace(quantities[name], unsettled=left)
+    return Steady(
+        frequency, cycle, windows.periods, windows.count, windows.start, windows.end, quantities, amplitudes,
+        tuple(dict.fromkeys([*notes, *faults])),
+    )  # fmt: skip
+
+
+def _amplitude_signals(history: xr.Dataset, names: Iterable[str]) -> Iterator[tuple[str, Signal]]:
+    """Yield displacement and smoothed acceleration of every probe, each with the name of its figure."""
+    for probe in (str(name) for name in history["probe"].values):
+        yield f"{probe} displacement", probe_signal(history, "displacement", probe)
+        if f"{probe} smoothed acceleration" in names:
+            yield f"{probe} smoothed acceleration", smooth(probe_signal(history, "acceleration_absolute", probe))
+
+
+def figures_over(
+    history: xr.Dataset, frequency: float, periods: int, count: int = 1
+) -> tuple[dict[str, Quantity], dict[str, FloatArray], list[str]]:
+    """Return figures, harmonics and notes, as in `Steady`, over the last windows of a record, settled or not.
+
+    Args:
+        history: The records of a run.
+        frequency: Of the forcing, Hz.
+        periods: Forcing periods in a window.
+        count: Number of windows.
+
+    Raises:
+        SignalError: A window without values, or fewer values in a forcing period than the harmonics need.
+    """
+    probes = [str(name) for name in history["probe"].values]
+    quantities: dict[str, Quantity] = {}
+    amplitudes: dict[str, FloatArray] = {}
+    notes: list[str] = []
+    span = Windows(frequency, periods, count, float(history["time"].values[-1]))
+    for probe in probes:
+        displacement = probe_signal(history, "displacement", probe)
+        acceleration = probe_signal(history, "acceleration_absolute", probe)
+        quantities[f"{probe} displacement"] = Quantity("m", span.ranges(displacement))
+        quantities[f"{probe} acceleration"] = Quantity("m/s^2", span.ranges(acceleration))
+        try:
+            quantities[f"{probe} smoothed acceleration"] = Quantity("m/s^2", span.ranges(smooth(acceleration)))
+        except SignalError as fault:
+            notes.append(f"not smoothed: {fault}")
+        amplitudes[probe] = span.harmonics(displacement, HARMONICS)
+        for order in range(1, HARMONICS + 1):
+            quantities[f"{probe} harmonic {order}"] = Quantity("m", np.abs(amplitudes[probe][:, order - 1]))
+    for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
+        quantities[f"{face} peak force"] = Quantity("N", span.largest(face_signal(history, "contact_force", face)))
+        quantities[f"{face} impulse"] = Quantity("N s", span.increments(face_signal(history, "impulse", face)))
+    return quantities, amplitudes, notes

@@ -1,1 +1,0 @@
-"""What a case can ask for: a static seat, a transient."""

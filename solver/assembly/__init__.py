@@ -1,0 +1,1 @@
+"""Finite element forms of the body: stiffness, mass, loads and probes."""

@@ -1,0 +1,189 @@
+"""From tagged faces to the contact operator G, H, T, w, g0.
+
+Contact points are the quadrature points of the facets of base and gland. The faces are met along the bending
+axis: the base lies below the lowest point of its face, the gland `clearance` above the highest point of its
+face, so faces that are not flat start with their own gaps. Weights are areas projected on the bending axis. Friction
+acts across it, along the other axes.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
+from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, stress_rows, trace_bounds
+from gapbeam.solver.supports.support import Support
+from gapbeam.solver.system.operators import Array, Indices, Interface, Springs
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+NO_ENTRY = 1.0e-12  # basis functions that are zero but for round-off
+
+
+@dataclass(frozen=True)
+class NitscheContact:
+    """A contact operator that contains stress, and what comes with it.
+
+    Attributes:
+        operator: G_N, H_N, w, g0.
+        gamma: Nitsche's parameter at each point, (m,), Pa/m.
+        correction: What is added to K.
+    """
+
+    operator: ContactOperator
+    gamma: Array
+    correction: Springs
+
+
+def contact_operator(
+    space: Any,
+    faces: Mapping[str, Indices],
+    clearance: float,
+    width: float,
+    rule: PointRule,
+    friction: bool = False,
+) -> ContactOperator:
+    """Build G, w and g0 for base (below, gap u) and gland (above, gap clearance - u).
+
+    Args:
+        space: Blocked vector Lagrange space.
+        faces: Local facets of "base" and "gland".
+        clearance: m, of any sign.
+        width: Factor of the weights in 2D, 1 in 3D, m.
+        rule: Where the contact points of a facet lie.
+        friction: Whether T is needed: the interface then holds all components of the nodes on the faces.
+
+    Collective.
+    """
+    axis, block = space.mesh.geometry.dim - 1, space.dofmap.index_map_bs
+    points, _ = _points(space, faces, width, rule)
+    used = np.abs(points.merged.values) > NO_ENTRY
+    numbers = points.merged.nodes * block
+    held = np.arange(block) if friction else np.array([axis])
+    touched = [(numbers[rows][used[rows]][:, None] + held).reshape(-1) for rows in points.rows]
+    interface, slots = dof_interface(space, touched, block)
+    row, local = np.nonzero(used)
+    columns = slots(numbers[row, local] + axis)
+    gap = (points.signs[:, None] * points.merged.values)[row, local]
+    operator = points.operator(interface, csr_matrix((gap, (row, columns)), (len(used), interface.size)), clearance)
+    if not friction:
+        return operator
+    along = np.arange(axis)
+    places = (axis * row[:, None] + along).reshape(-1), slots((numbers[row, local][:, None] + along).reshape(-1))
+    entries = np.repeat(points.merged.values[row, local], axis)
+    return replace(operator, tangents=csr_matrix((entries, places), (axis * len(used), interface.size)))
+
+
+def nitsche_operator(
+    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, rule: PointRule, settings: Nitsche
+) -> NitscheContact:
+    """Build G_N, H_N, w, g0, gamma and the correction of K; arguments as in `contact_operator`. Collective."""
+    dimension, block = space.mesh.geometry.dim, space.dofmap.index_map_bs
+    points, local_points = _points(space, faces, width, rule)
+    bounds = trace_bounds(space, local_points, settings)
+    gamma = settings.factor * np.array([bounds[int(cell)] for cell in points.merged.cells])
+    numbers = points.merged.nodes[:, :, None] * block + np.arange(dimension)
+    interface, slots = dof_interface(space, [numbers[rows].reshape(-1) for rows in points.rows], block)
+    count = numbers[0].size
+    rows, columns = np.repeat(np.arange(len(numbers)), count), slots(numbers.reshape(-1))
+    shape = (len(numbers), interface.size)
+    gap = np.zeros(numbers.shape)
+    gap[..., -1] = points.signs[:, None] * points.merged.values
+    geometry = csr_matrix((gap.reshape(-1), (rows, columns)), shape)
+    geometry.eliminate_zeros()
+    stress = csr_matrix((stress_rows(points.merged, settings.lame).reshape(-1), (rows, columns)), shape)
+    scaled = csr_matrix(stress.multiply((1.0 / gamma)[:, None]))
+    force = None if settings.theta == 1.0 else csr_matrix(geometry + settings.theta * scaled)
+    operator = points.operator(interface, csr_matrix(geometry + scaled), clearance, force, geometry)
+    added = correction(stress, points.merged.weights, gamma, settings.theta)
+    return NitscheContact(operator, gamma, Springs(interface, added))
+
+
+@dataclass(frozen=True)
+class _Points:
+    """The points of all faces, one face after the other: the rows of each face, and its side s at each point."""
+
+    merged: FacePoints
+    names: tuple[str, ...]
+    rows: list[slice]
+    signs: Array
+
+    def operator(
+        self,
+        interface: Interface,
+        gap_matrix: csr_matrix,
+        clearance: float,
+        force_matrix: csr_matrix | None = None,
+        geometry_matrix: csr_matrix | None = None,
+    ) -> ContactOperator:
+        height = self.merged.positions[:, gap_axis(self.merged)]
+        support = Support.named(self.names, float(self.merged.weights.sum()), clearance)
+        gaps = np.empty(len(height))
+        for face, rows in zip(support.faces, self.rows, strict=True):
+            gaps[rows] = face.gaps(height[rows], clearance)
+        return ContactOperator(
+            interface=interface,
+            gap_matrix=gap_matrix,
+            weights=self.merged.weights,
+            initial_gap=gaps,
+            faces=np.concatenate([np.full(rows.stop - rows.start, face) for face, rows in enumerate(self.rows)]),
+            support=support,
+            positions=self.merged.positions,
+            force_matrix=force_matrix,
+            geometry_matrix=geometry_matrix,
+        )
+
+
+def gap_axis(points: FacePoints) -> int:
+    """Return the bending axis: the last one."""
+    return points.gradients.shape[2] - 1
+
+
+def _points(
+    space: Any, faces: Mapping[str, Indices], width: float, rule: PointRule
+) -> tuple[_Points, dict[str, FacePoints]]:
+    """Return the points of all ranks, and those of this rank by face. Collective."""
+    mine = {name: face_points(space, facets, rule, width) for name, facets in faces.items()}
+    gathered = [gather_points(space.mesh.comm, points, merged=rule.nodal) for points in mine.values()]
+    ends = np.cumsum([len(points.weights) for points in gathered])
+    rows = [slice(int(end) - len(points.weights), int(end)) for end, points in zip(ends, gathered, strict=True)]
+    sides = Support.named(tuple(mine), 0.0, 0.0).sides
+    signs = np.concatenate([np.full(r.stop - r.start, side) for side, r in zip(sides, rows, strict=True)])
+    return _Points(FacePoints.join(gathered), tuple(mine), rows, signs), mine
+
+
+def dof_interface(space: Any, numbers: list[Indices], block: int) -> tuple[Interface, Callable[[Indices], Indices]]:
+    """Return the interface DOFs in the order along the beam, face by face, and their slots by global number."""
+    coordinates = _node_coordinates(space)
+    order: dict[int, None] = {}
+    for face in numbers:
+        wanted = np.unique(face)
+        order.update(dict.fromkeys(int(dof) for dof in wanted[along_beam(coordinates(wanted // block))]))
+    listed = np.array(list(order), dtype=np.int64)
+    first, end = (block * bound for bound in space.dofmap.index_map.local_range)
+    mine = np.flatnonzero((listed >= first) & (listed < end))
+    by_number = np.argsort(listed)
+
+    def slots(wanted: Indices) -> Indices:
+        return np.asarray(by_number[np.searchsorted(listed, wanted, sorter=by_number)])
+
+    return Interface(size=len(listed), owned=listed[mine] - first, slots=mine), slots
+
+
+def _node_coordinates(space: Any) -> Callable[[Indices], Array]:
+    """Return a function from global node numbers to coordinates, the same on all ranks. Collective."""
+    comm, index_map = space.mesh.comm, space.dofmap.index_map
+    first, end = index_map.local_range
+    local = space.tabulate_dof_coordinates()[: index_map.size_local]
+
+    def look_up(nodes: Indices) -> Array:
+        found = np.zeros((len(nodes), 3))
+        mine = (nodes >= first) & (nodes < end)
+        found[mine] = local[nodes[mine] - first]
+        return np.asarray(comm.allreduce(found))
+
+    return look_up

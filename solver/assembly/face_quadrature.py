@@ -1,0 +1,232 @@
+"""Quadrature points on the contact faces, with the basis functions there."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any
+
+import basix
+import numpy as np
+from mpi4py import MPI
+
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
+from gapbeam.solver.system.operators import Array, Indices
+
+STEEPEST = 1.0e-6  # component of the unit normal along the bending axis, of faces that can be met along it
+
+
+@dataclass(frozen=True)
+class PointRule:
+    """Where the contact points of a facet lie.
+
+    Attributes:
+        degree: Of the quadrature; of the nodes if nodal.
+        nodal: The points are nodes of a Lagrange space, with the areas that a uniform pressure gives them: all nodes
+            but the corners of quadratic triangles, whose areas are 0.
+    """
+
+    degree: int
+    nodal: bool = False
+
+
+@dataclass(frozen=True)
+class FacePoints:
+    """Quadrature points of the facets of one face.
+
+    Attributes:
+        nodes: Global numbers of the nodes of the cell of each point, (m, k).
+        values: Basis functions of these nodes at the point, (m, k).
+        weights: Projected areas, (m,), m^2 (m times the width in 2D).
+        positions: (m, 3), m.
+        gradients: Gradients of the basis functions at the point, (m, k, dimension), 1/m.
+        normals: Normal of the face over its component along the bending axis, (m, dimension): that axis if it is flat.
+        cells: Number of the cell of each point among all cells of all ranks, (m,).
+    """
+
+    nodes: Indices
+    values: Array
+    weights: Array
+    positions: Array
+    gradients: Array
+    normals: Array
+    cells: Indices
+
+    @classmethod
+    def join(cls, parts: Sequence[FacePoints]) -> FacePoints:
+        """Return the points of several parts, one after the other."""
+        return cls(
+            **{field.name: np.concatenate([getattr(part, field.name) for part in parts]) for field in fields(cls)}
+        )
+
+    def taken(self, rows: Indices) -> FacePoints:
+        """Return some of the points."""
+        return FacePoints(**{field.name: getattr(self, field.name)[rows] for field in fields(FacePoints)})
+
+
+@dataclass(frozen=True)
+class _Rule:
+    """What all facets at one place of the reference cell have in common.
+
+    Attributes:
+        basis: Basis functions at the points, (q, k).
+        derivatives: Their derivatives on the reference cell, (dimension, q, k).
+        shape: Shape functions of the geometry, (q, c).
+        shape_derivatives: Their derivatives on the reference cell, (dimension, q, c).
+        tangents: Tangents of the facet on the reference cell, (t, dimension).
+        factors: Quadrature weights, (q,).
+    """
+
+    basis: Array
+    derivatives: Array
+    shape: Array
+    shape_derivatives: Array
+    tangents: Array
+    factors: Array
+
+
+def face_points(space: Any, facets: Indices, rule: PointRule, width: float) -> FacePoints:
+    """Tabulate a scalar or blocked Lagrange space at the quadrature points of facets of this rank.
+
+    The faces are met along the bending axis (the last one), so weights are areas projected on it, and points where
+    the face is parallel to it are left out.
+
+    Args:
+        space: The space; its nodes (blocks) are meant, not its components.
+        facets: Local numbers of exterior facets.
+        rule: Where the points of a facet lie.
+        width: Factor of the weights.
+
+    Not collective; facets of ghost cells are left out, so every facet counts on one rank only.
+    """
+    mesh = space.mesh
+    topology, dimension = mesh.topology, mesh.topology.dim
+    topology.create_connectivity(dimension - 1, dimension)
+    topology.create_connectivity(dimension, dimension - 1)
+    facet_to_cell = topology.connectivity(dimension - 1, dimension)
+    cell_to_facet = topology.connectivity(dimension, dimension - 1)
+    owned_cells = topology.index_map(dimension).size_local
+    rules = _rules(space, rule)
+    coordinates, cell_coordinates = mesh.geometry.x, coordinate_dofs(mesh)
+    count = rules[0].basis.shape[1]
+    first_cell = topology.index_map(dimension).local_range[0]
+    parts = [
+        FacePoints(
+            np.empty((0, count), dtype=np.int64),
+            np.empty((0, count)),
+            np.empty(0),
+            np.empty((0, 3)),
+            np.empty((0, count, dimension)),
+            np.empty((0, dimension)),
+            np.empty(0, dtype=np.int64),
+        )
+    ]
+    for facet in facets:
+        cell = facet_to_cell.links(facet)[0]
+        if cell >= owned_cells:
+            continue
+        here = rules[int(np.flatnonzero(cell_to_facet.links(cell) == facet)[0])]
+        corners = coordinates[cell_coordinates[cell]]
+        cell_nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
+        jacobian = np.einsum("dqc,cx->qdx", here.shape_derivatives, corners[:, :dimension])
+        normals = _normals(np.einsum("td,qdx->tqx", here.tangents, jacobian))
+        met = np.abs(normals[:, -1]) > STEEPEST * np.linalg.norm(normals, axis=1)
+        points = FacePoints(
+            np.broadcast_to(cell_nodes, here.basis.shape).astype(np.int64),
+            here.basis,
+            here.factors * width * np.abs(normals[:, -1]),
+            here.shape @ corners,
+            np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), here.derivatives),
+            normals / np.where(met, normals[:, -1], 1.0)[:, None],
+            np.full(len(here.factors), first_cell + cell),
+        )
+        parts.append(points if np.all(met) else points.taken(np.flatnonzero(met)))
+    return FacePoints.join(parts)
+
+
+def gather_points(comm: MPI.Comm, points: FacePoints, merged: bool = False) -> FacePoints:
+    """Return the points of all ranks, ordered along the beam and across it.
+
+    Args:
+        comm: The ranks.
+        points: Those of this rank.
+        merged: Make one of the points at the same node, with the sum of their weights: for points at nodes.
+
+    Collective.
+    """
+    points = FacePoints.join(comm.allgather(points))
+    points = points.taken(along_beam(points.positions))
+    if not merged:
+        return points
+    rows, weights = at_nodes(points)
+    return replace(points.taken(rows), weights=weights)
+
+
+def at_nodes(points: FacePoints) -> tuple[Indices, Array]:
+    """Return one of the points at each node, and the sum of the weights there; for points at nodes of their space."""
+    # by number: rounded places of the same node can differ between two cells
+    own = np.take_along_axis(points.nodes, np.argmax(points.values, axis=1)[:, None], axis=1)[:, 0]
+    _, first, which = np.unique(own, return_index=True, return_inverse=True)
+    weights = np.bincount(which, weights=points.weights)
+    order = np.argsort(first)
+    return first[order], np.asarray(weights[order], dtype=float)
+
+
+def _rounded(positions: Array) -> Array:
+    span = float(np.ptp(positions[:, 0])) if len(positions) else 1.0
+    return np.asarray(np.round(positions / max(span, 1e-300) * 1e7))
+
+
+def along_beam(positions: Array) -> Indices:
+    """Return the order by x, then y, then z, insensitive to round-off."""
+    rounded = _rounded(positions)
+    return np.asarray(np.lexsort((rounded[:, 2], rounded[:, 1], rounded[:, 0])), dtype=np.int64)
+
+
+def _normals(tangents: Array) -> Array:
+    """Return the normal of what tangents (t, q, dimension) span, (q, dimension), as long as it is long or large."""
+    if len(tangents) == 1:
+        return np.stack([-tangents[0, :, 1], tangents[0, :, 0]], axis=1)
+    return np.asarray(np.cross(tangents[0], tangents[1]))
+
+
+def _rules(space: Any, rule: PointRule) -> list[_Rule]:
+    """Return one rule for each facet of the reference cell."""
+    mesh = space.mesh
+    dimension = mesh.topology.dim
+    cell_type = getattr(basix.CellType, mesh.topology.cell_name())
+    element = lagrange(cell_type, space.element.basix_element.degree)
+    geometry = lagrange(cell_type, geometry_order(mesh))
+    rules = []
+    for facet in basix.topology(cell_type)[dimension - 1]:
+        corners = basix.geometry(cell_type)[facet]
+        facet_type = _FACETS[dimension, len(corners)]
+        place = _nodal_rule if rule.nodal else basix.make_quadrature
+        points, factors = place(facet_type, rule.degree)
+        tangents = corners[1:dimension] - corners[0]
+        on_cell = corners[0] + points @ tangents
+        basis, shape = element.tabulate(1, on_cell)[..., 0], geometry.tabulate(1, on_cell)[..., 0]
+        rules.append(_Rule(basis[0], basis[1:], shape[0], shape[1:], tangents, factors))
+    return rules
+
+
+_FACETS = {
+    (2, 2): basix.CellType.interval,
+    (3, 3): basix.CellType.triangle,
+    (3, 4): basix.CellType.quadrilateral,
+}
+
+
+def _nodal_rule(facet_type: Any, degree: int) -> tuple[Array, Array]:
+    """Return the nodes of a facet that carry a uniform pressure, and their weights: Gauss-Lobatto's on edges."""
+    if facet_type != basix.CellType.triangle:
+        points, weights = basix.make_quadrature(facet_type, 2 * degree - 1, basix.QuadratureType.gll)
+        return np.asarray(points), np.asarray(weights)
+    corners = np.array([[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]])
+    return (corners if degree == 1 else 0.5 * (corners + np.roll(corners, -1, axis=0))), np.full(3, 1.0 / 6.0)
+
+
+def lagrange(cell_type: Any, degree: int) -> Any:
+    """Return the scalar Lagrange element that DOLFINx uses."""
+    variant = basix.LagrangeVariant.gll_warped
+    return basix.create_element(basix.ElementFamily.P, cell_type, degree, variant, dtype=np.float64)

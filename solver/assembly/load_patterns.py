@@ -1,0 +1,37 @@
+"""The forces of loads on a finite element space per unit factor, by where they act.
+
+* A force at a point: f = N(x_p)^T e.
+* A uniform acceleration of all mass, such as gravity: f = M e, with the consistent mass matrix.
+* An acceleration of the support: the equations are solved in its frame, where f = -M e.
+"""
+
+from __future__ import annotations
+
+from typing import Any, assert_never
+
+import numpy as np
+
+from gapbeam.solver.assembly.point_rows import point_row
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.loads.load_directions import axis_point, load_direction
+from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
+from gapbeam.solver.system.operators import Array, Operators
+
+
+def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, ...]:
+    """Return the forces of each load per unit factor on a vector space, (n,), N. Collective."""
+    dimension = space.mesh.geometry.dim
+    return tuple(_pattern(load, dimension, space, operators) for load in case.load)
+
+
+def _pattern(load: Load, dimension: int, space: Any, operators: Operators) -> Array:
+    """Return the forces of one load; `load_direction` has the sign of the inertia in a moving frame."""
+    direction = load_direction(load, dimension)
+    match load.place:
+        case PointForce(point):
+            return point_row(space, axis_point(point), f"[[load]] {load.name}").force(direction, operators.size)
+        case BodyForce() | SupportAcceleration():
+            return operators.apply_mass(np.tile(direction, operators.size // dimension))
+        case unknown:
+            assert_never(unknown)

@@ -1,0 +1,87 @@
+"""Displacement and its gradient at points spread over the surface of a mesh, as rows on the DOFs.
+
+The largest strains and rotations of a bent beam lie at its surface. One point in the middle of a facet, of about two
+hundred facets along the beam, shows how large they get at the cost of short rows.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dolfinx.mesh import compute_midpoints, exterior_facet_indices
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.assembly.contact_assembly import dof_interface
+from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
+from gapbeam.solver.system.operators import Array, Indices, Interface
+
+MOST_POINTS = 192
+MOST_ON_FACES = 32  # of base and gland together
+IN_THE_MIDDLE = PointRule(1)
+
+
+@dataclass(frozen=True)
+class SurfaceRows:
+    """Rows that give displacement and gradient at k points, from the DOFs that they depend on.
+
+    Attributes:
+        interface: These DOFs.
+        places: The points, (k, 3), m.
+        on_faces: How many of them lie on base and gland; they come first.
+        displacement: (k d, interface.size), component by component of each point.
+        gradient: (k d d, interface.size), du_i / dx_j, j running first.
+    """
+
+    interface: Interface
+    places: Array
+    on_faces: int
+    displacement: csr_matrix
+    gradient: csr_matrix
+
+
+def surface_rows(space: Any, faces: Indices) -> SurfaceRows:
+    """Return the rows of a mesh.
+
+    Args:
+        space: Blocked vector Lagrange space.
+        faces: Local facets of base and gland.
+
+    Collective.
+    """
+    mesh = space.mesh
+    dimension = mesh.topology.dim
+    mesh.topology.create_connectivity(dimension - 1, dimension)
+    outside = np.asarray(exterior_facet_indices(mesh.topology), dtype=np.int32)
+    chosen = [_spread(mesh, faces, MOST_ON_FACES), _spread(mesh, np.setdiff1d(outside, faces), MOST_POINTS)]
+    parts = [gather_points(mesh.comm, face_points(space, facets, IN_THE_MIDDLE, 1.0)) for facets in chosen]
+    points = FacePoints.join(parts)
+    block, count = space.dofmap.index_map_bs, len(points.weights)
+    columns = points.nodes[:, :, None] * block + np.arange(block)
+    interface, slots = dof_interface(space, [columns.reshape(-1)], block)
+    placed = slots(columns.reshape(-1)).reshape(columns.shape)
+    values = np.repeat(points.values[:, :, None], block, axis=2)
+    rows = np.broadcast_to((np.arange(count)[:, None] * block + np.arange(block))[:, None, :], placed.shape)
+    displacement = csr_matrix(
+        (values.reshape(-1), (rows.reshape(-1), placed.reshape(-1))), (count * block, interface.size)
+    )
+    slopes = np.broadcast_to(points.gradients[:, :, None, :], (*placed.shape, block))
+    turned = rows[..., None] * block + np.arange(block)
+    gradient = csr_matrix(
+        (slopes.reshape(-1), (turned.reshape(-1), np.repeat(placed.reshape(-1), block))),
+        (count * block * block, interface.size),
+    )
+    return SurfaceRows(interface, points.positions, len(parts[0].weights), displacement, gradient)
+
+
+def _spread(mesh: Any, facets: Indices, most: int) -> Indices:
+    """Return at most so many facets of all ranks, spread along the mesh, those of this rank. Collective."""
+    middles = compute_midpoints(mesh, mesh.topology.dim - 1, np.asarray(facets, dtype=np.int32))
+    gathered = mesh.comm.allgather(np.asarray(middles).reshape(-1, 3))
+    first = sum(len(part) for part in gathered[: mesh.comm.rank])
+    order = along_beam(np.concatenate(gathered))
+    step = -(-len(order) // most) | 1  # odd, so that facets above each other are not passed by
+    kept = order[::step]
+    mine = kept[(kept >= first) & (kept < first + len(facets))] - first
+    return np.asarray(facets)[np.sort(mine)]

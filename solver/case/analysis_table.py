@@ -1,0 +1,71 @@
+"""The table [analysis]: what a run looks for."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import Field
+
+from gapbeam.solver.table import Number, Positive, Table, Whole
+
+
+class Transient(Table):
+    """A march from the seat, or from the undeformed pose, to time.end."""
+
+    type: Literal["transient"] = Field(default="transient", description="kind of analysis")
+    start: Literal["seat", "undeformed"] = Field(
+        default="seat",
+        description="state at t = 0, at rest: the static seat, or the undeformed pose, flat on the base, from which "
+        "the static loads let it fall, as multibody programs start",
+    )
+
+
+class Continuation(Table):
+    """A curve of periodic responses, followed from the value of the case in both directions."""
+
+    key: str = Field(
+        min_length=1,
+        max_length=100,
+        description="what varies: support.clearance, contact.stiffness, contact.damping, load.NAME.amplitude, "
+        "load.NAME.frequency, which is that of all loads, or of an exciter load.NAME.mass, .stiffness, .damping, "
+        ".preload",
+        examples=["load.shaker.frequency"],
+    )
+    low: Number = Field(description="least value, in the unit of the key", examples=[15.0])
+    high: Number = Field(description="largest value, in the unit of the key", examples=[25.0])
+    first_step: Positive = Field(
+        default=0.01, lt=1, description="first arc length, relative to the range and the size of the response, no unit"
+    )
+    longest_step: Positive = Field(default=0.1, lt=1, description="longest arc length, likewise, no unit")
+    max_points: Whole = Field(default=300, ge=1, le=100000, description="largest number of points in each direction")
+
+
+class Periodic(Table):
+    """A periodic response by shooting or harmonic balance, with its stability, or a curve of them."""
+
+    type: Literal["periodic"] = Field(description="kind of analysis")
+    method: Literal["shooting", "harmonic-balance"] = Field(
+        default="shooting", description="Newton's method on the period map, or on the harmonics"
+    )
+    periods: Whole = Field(
+        default=1, ge=1, le=100, description="forcing periods in a period of the response; 3 finds a period-3 response"
+    )
+    start: Literal["march", "seat"] = Field(
+        default="march", description="where the search starts: at the end of a march to time.end, or at the seat"
+    )
+    tolerance: Positive = Field(
+        default=1.0e-8, lt=1, description="largest change of the state over a period, relative, no unit"
+    )
+    max_iterations: Whole = Field(default=30, ge=1, le=1000, description="largest number of Newton iterations")
+    harmonics: Whole = Field(
+        default=40, ge=1, le=1000, description="harmonic-balance: number of harmonics of the period of the response"
+    )
+    samples_per_harmonic: Whole = Field(
+        default=64, ge=5, le=1000, description="harmonic-balance: samples in a period over the number of harmonics"
+    )
+    continuation: Continuation | None = Field(
+        default=None, description="what to vary, a table; default none: one response"
+    )
+
+
+Analysis = Annotated[Transient | Periodic, Field(discriminator="type")]

@@ -1,0 +1,174 @@
+"""The case file as frozen pydantic models: what a run is asked to do.
+
+SI units throughout, frequencies in Hz. The beam axis is x, with x = 0 at the supported end; the bending
+direction is y in 2D and z in 3D; the beam rests on the base (below) under the gland (above).
+
+Reading, overriding and the reporting of faults are in `reading.case_reader`; contradictions between tables are
+found by `gapbeam.solver.case.checks.all_checks`.
+"""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from gapbeam.solver.case.analysis_table import Analysis, Transient
+from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.model_table import FullModel, ModelTable
+from gapbeam.solver.case.solver_table import SolverTable
+from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.loads.load_choice import NO_LOADS, Load
+from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole, named
+
+
+class Beam(Table):
+    """The outer dimensions of the beam."""
+
+    length: Positive = Field(description="length along x, m", examples=[0.51])
+    thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])
+    width: Positive = Field(
+        description="size across the bending plane, also in 2D: forces are whole forces, m", examples=[0.02]
+    )
+
+
+class Material(Table):
+    """Isotropic linear elasticity."""
+
+    young_modulus: Positive = Field(description="Young's modulus, Pa", examples=[2.1e11])
+    poisson_ratio: Number = Field(gt=-1.0, lt=0.5, description="Poisson ratio, no unit", examples=[0.3])
+    density: Positive = Field(description="mass density, kg/m^3", examples=[7919.0])
+    yield_stress: Positive | None = Field(
+        default=None,
+        description="stress beyond which a run warns that the material is not elastic, Pa; default none",
+        examples=[3.55e8],
+    )
+
+
+class Damping(Table):
+    """Rayleigh damping C = mass M + stiffness K, by two frequencies and ratios or by its coefficients."""
+
+    frequencies: tuple[Positive, Positive] | None = Field(
+        default=None, description="two frequencies, Hz", examples=[[40.0, 300.0]]
+    )
+    ratios: tuple[NonNegative, NonNegative] | None = Field(
+        default=None,
+        description="fractions of critical damping at the two frequencies, no unit",
+        examples=[[0.01, 0.01]],
+    )
+    mass: NonNegative | None = Field(default=None, description="coefficient of the mass matrix, 1/s", examples=[4.4])
+    stiffness: NonNegative | None = Field(
+        default=None, description="coefficient of the stiffness matrix, s", examples=[9.4e-6]
+    )
+
+
+class Support(Table):
+    """The support region 0 <= x <= length between base and gland."""
+
+    length: Positive = Field(description="length of the supported part from x = 0, m", examples=[0.05])
+    clearance: Number = Field(
+        description="pad thickness minus beam thickness, negative for an interference fit, m",
+        examples=[0.107e-3],
+    )
+
+
+class Restraint(Table):
+    """The weak tangential springs, spread over both contact faces, that keep the beam from sliding away."""
+
+    axial: Positive = Field(default=1.0e3, description="total stiffness along x, N/m")
+    lateral: Positive = Field(default=1.0e3, description="total stiffness across the bending plane (3D), N/m")
+
+
+class Mesh(Table):
+    """What gmsh builds, or a mesh file with the named physical groups body, base and gland."""
+
+    dimension: Literal[2, 3] = Field(default=2, description="2 for a slice in the bending plane, 3 for the solid beam")
+    plane: Literal["stress", "strain"] = Field(default="stress", description="2D assumption")
+    cell: Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"] | None = Field(
+        default=None, description="cell shape; default quadrilateral in 2D, hexahedron in 3D"
+    )
+    degree: Literal[1, 2] = Field(default=2, description="polynomial degree of the displacement")
+    size: Positive | None = Field(default=None, description="cell size far from the support, m; default thickness")
+    support_size: Positive | None = Field(
+        default=None, description="cell size along x in the support, m; default thickness/3"
+    )
+    edge_size: Positive | None = Field(
+        default=None, description="cell size at the edge of the base, m; default support_size/2"
+    )
+    cells_through_thickness: Whole | None = Field(
+        default=None, ge=1, le=200, description="number of cells in the bending direction; default 4"
+    )
+    cells_across_width: Whole | None = Field(
+        default=None, ge=1, le=200, description="number of cells across the bending plane in 3D; default 4"
+    )
+    file: str | None = Field(
+        default=None,
+        min_length=1,
+        description="a gmsh .msh file to use instead, its path relative to the case file",
+    )
+
+
+class Probe(Table):
+    """A point whose motion is recorded."""
+
+    name: Name = Field(description="name in results, different for every probe", examples=["tip"])
+    point: Number | Vector = Field(
+        description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.51]
+    )
+
+
+class Gates(Table):
+    """Limits on the energy that the algorithm creates or loses, relative to that exchanged so far, and on memory."""
+
+    impact_loss: NonNegative = Field(default=0.008, description="largest algorithmic loss in one impact, no unit")
+    impact_growth: NonNegative = Field(default=0.0025, description="largest algorithmic growth in one impact, no unit")
+    total_growth: Positive = Field(default=0.05, description="cumulative growth that ends the run, no unit")
+    total_loss: Positive = Field(
+        default=0.1, description="largest algorithmic loss in the whole run that ends with status 0, no unit"
+    )
+    accept_energy_loss: Switch = Field(default=False, description="end with status 0 in spite of such a loss")
+    accept_energy_growth: Switch = Field(default=False, description="go on, and end with status 0, in spite of growth")
+    accept_lack_of_memory: Switch = Field(
+        default=False, description="run a model that is expected to need more memory than is free"
+    )
+
+
+class Output(Table):
+    """What is written, and how often."""
+
+    history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
+    fields_interval: Positive | None = Field(default=None, description="time between XDMF fields, s; default end/100")
+    checkpoint_interval: NonNegative = Field(
+        default=300.0, description="wall time between checkpoints, from which a run resumes, s; 0: none"
+    )
+    wall_time: Positive | None = Field(
+        default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
+    )
+    errors: Literal["companions", "none"] = Field(
+        default="companions",
+        description="how a finished run estimates the errors of its figures: from cheap companions with another step, "
+        "mesh and basis, or not at all",
+    )
+
+
+class Case(Table):
+    """A whole case."""
+
+    title: str = Field("", max_length=200, description="one line that says what the case shows")
+    beam: Beam
+    material: Material
+    damping: Damping = Damping()
+    support: Support
+    restraint: Restraint = Restraint()
+    mesh: Mesh = Mesh()
+    model: Annotated[ModelTable, BeforeValidator(named)] = Field(
+        default=FullModel(), description="fidelity level: a name, or a table with the type and its keys"
+    )
+    contact: Contact = Contact()
+    load: tuple[Load, ...] = Field(default=NO_LOADS, description="loads acting together")
+    probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")
+    time: Time
+    analysis: Analysis = Transient()
+    solver: SolverTable = SolverTable()
+    gates: Gates = Gates()
+    output: Output = Output()

@@ -1,0 +1,1 @@
+"""Contradictions between the tables of a case, and warnings."""

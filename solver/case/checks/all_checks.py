@@ -1,0 +1,219 @@
+"""Contradictions between the tables of a case, each found by a function that takes the tables it needs."""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+
+from gapbeam.solver.case.case import (
+    Case,
+    Damping,
+    Gates,
+)
+from gapbeam.solver.case.checks.contact_checks import (
+    contact_carries_the_beam,
+    contact_is_shallow,
+    explicit_scheme_fits_the_contact,
+    friction_fits_the_formulation,
+    friction_is_implicit,
+    impulses_are_unilateral,
+    impulses_need_mass,
+    law_fits_the_formulation,
+    law_fits_the_rest,
+    scheme_fits_the_formulation,
+)
+from gapbeam.solver.case.checks.contact_point_checks import (
+    patches_have_points,
+    patches_keep_apart,
+    points_hold_the_beam,
+    points_lie_on_the_faces,
+    points_need_a_penalty,
+)
+from gapbeam.solver.case.checks.factor_checks import iterations_can_solve
+from gapbeam.solver.case.checks.geometry_checks import (
+    cells_fit_the_beam,
+    cells_fit_the_dimension,
+    clearance_is_small,
+    mesh_file_says_it_all,
+    support_is_part_of_the_beam,
+)
+from gapbeam.solver.case.checks.load_checks import (
+    attached_masses_sit_on_mass,
+    loads_are_sound,
+    loads_fit_the_run,
+    static_force_names_differ,
+)
+from gapbeam.solver.case.checks.model_checks import (
+    beam_is_prismatic,
+    contact_fits_the_model,
+    implicit_schemes_march_the_model,
+    loads_bend_the_beam,
+)
+from gapbeam.solver.case.checks.periodic_checks import (
+    balance_has_a_law,
+    curve_is_in_reach,
+    forcing_is_periodic,
+    march_reaches_the_amplitude,
+    model_is_dense,
+    period_map_is_smooth,
+    shooting_has_whole_steps,
+)
+from gapbeam.solver.case.checks.place_checks import (
+    directions_point_somewhere,
+    load_names_differ,
+    loads_have_a_node,
+    loads_lie_in_the_beam,
+    points_keep_apart,
+    probe_names_differ,
+    probes_have_a_node,
+    probes_lie_in_the_beam,
+)
+from gapbeam.solver.case.checks.time_checks import (
+    adaptive_steps_resolve_a_contact,
+    interest_covers_the_forcing,
+    outputs_fall_on_steps,
+    run_has_steps,
+    step_follows_the_forcing,
+)
+from gapbeam.solver.case.reading.known_keys import numbered
+from gapbeam.solver.faults import Fault, Key
+
+
+def contradictions(tables: Mapping[str, object]) -> list[Fault]:
+    """Return the faults found by all checks whose tables are there.
+
+    Args:
+        tables: The tables without faults of their own, by name; loads and probes as {number: entry}.
+    """
+    faults: dict[tuple[Key, str], Fault] = {}  # a key that clashes with several others is reported once
+    for check in CHECKS:
+        names = inspect.signature(check).parameters
+        if set(names) <= set(tables):
+            for fault in check(**{name: tables[name] for name in names}):
+                faults.setdefault((fault.key, fault.found), fault)
+    return list(faults.values())
+
+
+def contradictions_in(case: Case) -> list[Fault]:
+    """Return the contradictions of a case that was made in Python."""
+    return contradictions(numbered(dict(case)))
+
+
+def damping_is_given_once(damping: Damping) -> Iterator[Fault]:
+    """Rayleigh damping is given by frequencies and ratios, or by its two coefficients, and never by half."""
+    pairs = (("frequencies", "ratios"), ("mass", "stiffness"))
+    given = [name for pair in pairs for name in pair if getattr(damping, name) is not None]
+    ways = [[name for name in pair if name in given] for pair in pairs]
+    if all(ways):
+        yield Fault(
+            ("damping", given[-1]),
+            f"{', '.join(given)}: damping given in two ways",
+            "frequencies and ratios, or mass and stiffness",
+            "remove one of the two pairs",
+            tuple(("damping", name) for name in given[:-1]),
+        )
+        return
+    for pair, way in zip(pairs, ways, strict=True):
+        if len(way) == 1:
+            missing = pair[1 - pair.index(way[0])]
+            zero = f"; {missing} = 0.0 if there is none" if missing in pairs[1] else ""
+            yield Fault(
+                ("damping", way[0]),
+                f"{way[0]} without {missing}",
+                f"both {pair[0]} and {pair[1]}",
+                f"add {missing}{zero}",
+            )
+
+
+def damping_is_positive(damping: Damping) -> Iterator[Fault]:
+    """Two different frequencies, and ratios for which neither coefficient is negative."""
+    if damping.frequencies is None or damping.ratios is None:
+        return
+    (low, low_ratio), (high, high_ratio) = sorted(zip(damping.frequencies, damping.ratios, strict=True))
+    if low == high:
+        yield Fault(
+            ("damping", "frequencies"),
+            f"{low:g} Hz twice",
+            "two different frequencies",
+            "one below and one above the frequencies of interest",
+        )
+        return
+    least, most = low_ratio * low / high, low_ratio * high / low
+    if not least * (1 - 1e-9) <= high_ratio <= most * (1 + 1e-9):
+        coefficient = "mass" if high_ratio > most else "stiffness"
+        yield Fault(
+            ("damping", "ratios"),
+            f"{low_ratio:g} at {low:g} Hz and {high_ratio:g} at {high:g} Hz: {coefficient} becomes negative",
+            f"a ratio from {least:.4g} to {most:.4g} at {high:g} Hz, for {low_ratio:g} at {low:g} Hz",
+            "bring the ratios closer together, or the frequencies further apart",
+            (("damping", "frequencies"),),
+        )
+
+
+def gates_are_in_order(gates: Gates) -> Iterator[Fault]:
+    """What one impact may do does not end the run at once."""
+    if gates.total_growth < gates.impact_growth:
+        yield Fault(
+            ("gates", "total_growth"),
+            f"{gates.total_growth:g}, less than impact_growth, {gates.impact_growth:g}",
+            "at least impact_growth: one impact may not end the run while it keeps its own limit",
+            f"total_growth = {max(0.05, 20 * gates.impact_growth):g}",
+            (("gates", "impact_growth"),),
+        )
+
+
+CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
+    support_is_part_of_the_beam,
+    clearance_is_small,
+    damping_is_given_once,
+    damping_is_positive,
+    cells_fit_the_dimension,
+    cells_fit_the_beam,
+    mesh_file_says_it_all,
+    loads_lie_in_the_beam,
+    loads_have_a_node,
+    directions_point_somewhere,
+    attached_masses_sit_on_mass,
+    load_names_differ,
+    static_force_names_differ,
+    probes_lie_in_the_beam,
+    probes_have_a_node,
+    probe_names_differ,
+    points_keep_apart,
+    run_has_steps,
+    step_follows_the_forcing,
+    interest_covers_the_forcing,
+    outputs_fall_on_steps,
+    contact_is_shallow,
+    law_fits_the_formulation,
+    law_fits_the_rest,
+    impulses_are_unilateral,
+    adaptive_steps_resolve_a_contact,
+    scheme_fits_the_formulation,
+    explicit_scheme_fits_the_contact,
+    impulses_need_mass,
+    friction_fits_the_formulation,
+    friction_is_implicit,
+    contact_carries_the_beam,
+    points_need_a_penalty,
+    patches_have_points,
+    points_lie_on_the_faces,
+    points_hold_the_beam,
+    patches_keep_apart,
+    contact_fits_the_model,
+    implicit_schemes_march_the_model,
+    loads_bend_the_beam,
+    beam_is_prismatic,
+    iterations_can_solve,
+    gates_are_in_order,
+    forcing_is_periodic,
+    period_map_is_smooth,
+    shooting_has_whole_steps,
+    model_is_dense,
+    balance_has_a_law,
+    march_reaches_the_amplitude,
+    curve_is_in_reach,
+    loads_are_sound,
+    loads_fit_the_run,
+)
+"""All checks; the names of their parameters are those of the tables they take."""

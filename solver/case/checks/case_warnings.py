@@ -1,0 +1,230 @@
+"""What is allowed in a case but probably not meant, or costs more or shows less than one would think."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator, Sequence
+
+import numpy as np
+
+from gapbeam.solver.case.case import Case, Restraint
+from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
+from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
+from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.loads.load_choice import Load
+
+USUAL = (
+    ("beam", "length", 1e-3, 100.0, "m, not mm"),
+    ("beam", "thickness", 1e-5, 10.0, "m, not mm"),
+    ("beam", "width", 1e-5, 10.0, "m, not mm"),
+    ("material", "young_modulus", 1e5, 2e12, "Pa, not GPa: steel has 2.1e11"),
+    ("material", "density", 10.0, 25e3, "kg/m^3: steel has 7850"),
+)
+"""Table, key, least and most that is usual, unit."""
+
+FEWEST_ELEMENTS = 5  # of a beam in its support
+MOST_UNKNOWNS = 1e6
+MOST_STEPS = 1e7
+MOST_FIELDS = 1e4
+
+
+def warnings(case: Case) -> list[str]:
+    """Return what is worth a second look in a case without faults, one line each."""
+    return [line for look in LOOKS for line in look(case)]
+
+
+def beam_elements(case: Case) -> Iterator[str]:
+    """Yield beam elements too long for the support."""
+    if not isinstance(case.model, BeamModel):
+        return
+    in_support = case.model.elements * case.support.length / case.beam.length
+    if in_support < FEWEST_ELEMENTS:
+        enough = math.ceil(FEWEST_ELEMENTS * case.beam.length / case.support.length)
+        yield (
+            f"[model] elements = {case.model.elements} leaves {in_support:.2g} of them to the support, too few for "
+            f"where the beam is pressed; try elements = {enough}"
+        )
+
+
+def unusual_values(case: Case) -> Iterator[str]:
+    """Yield values that look like another unit."""
+    for table, key, least, most, unit in USUAL:
+        value = getattr(getattr(case, table), key)
+        if not least <= value <= most:
+            yield f"[{table}] {key} = {value:g} is unusual; the unit is {unit}"
+    yield from _of_loads(case, lambda load: load.unusual_values())
+
+
+def _of_loads(case: Case, look: Callable[[Load], Iterator[str]]) -> Iterator[str]:
+    """Yield what each load finds itself, with its place in the case file."""
+    for number, load in enumerate(case.load, 1):
+        for line in look(load):
+            yield f'[[load]] number {number} (name "{load.name}") {line}'
+
+
+def shape(case: Case) -> Iterator[str]:
+    """Yield a beam that is not slender, and a clearance that is not small."""
+    beam, support = case.beam, case.support
+    if beam.thickness > beam.length / 5:
+        yield f"[beam] thickness = {beam.thickness:g} is over a fifth of the length: this is hardly a beam"
+    tilt = math.degrees(math.atan2(support.clearance, support.length))
+    if support.clearance > 0.1 * beam.thickness or tilt > 3:
+        yield (
+            f"[support] clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
+            "the equations are those of small rotations, and the unit is m, not mm"
+        )
+    if support.clearance < -0.01 * beam.thickness:
+        strain = -support.clearance / beam.thickness
+        yield f"[support] clearance = {support.clearance:g} squeezes the beam by {100 * strain:.2g} %"
+
+
+def motion(case: Case) -> Iterator[str]:
+    """Yield a case in which nothing moves, holds, fades or is looked at."""
+    falls = getattr(case.analysis, "start", None) == "undeformed"
+    if all(load.static for load in case.load) and not falls:
+        yield "no load but gravity: the beam stays on its seat, nothing sets it in motion"
+    if weight_pressure(case) == 0 and case.support.clearance >= 0:
+        yield "no gravity: nothing seats the beam on the base before it moves"
+    damping, dampers = case.damping, [added.damping for load in case.load if (added := load.attachment) is not None]
+    given = [*(damping.ratios or ()), damping.mass, damping.stiffness, *dampers]
+    if not any(given) and not case.contact.dissipates:
+        yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
+    if not case.probe:
+        yield "no [[probe]]: no motion of any point is recorded"
+
+
+def start(case: Case) -> Iterator[str]:
+    """Yield loads that start with a jump, that never reach their amplitude, or whose record does not suit the run."""
+    yield from _of_loads(case, lambda load: load.unusual_in_run(case.time.end))
+
+
+def steps(case: Case) -> Iterator[str]:
+    """Yield steps that are coarse for the forcing or for bending, that are many, or that miss the end."""
+    time = case.time
+    if time.step == "auto":
+        return
+    periods = {f"load {load.name}": 1 / load.forcing_frequency for load in case.load if load.forcing_frequency}
+    periods["first bending mode"] = 1 / overhang_frequency(case)
+    if time.frequency:
+        periods["time.frequency"] = 1 / time.frequency
+    for name, period in periods.items():
+        if time.step > period / 20:
+            count = period / time.step
+            yield f"[time] step = {time.step:g}: {count:.3g} steps in a period of the {name}, and 50 are good"
+    for line in (line for load in case.load for line in load.unusual_steps(time.step)):
+        yield f"[time] step = {time.step:g}: {line}"
+    count = time.end / time.step
+    if count > MOST_STEPS:
+        yield f"[time] {count:.3g} steps until the end: this takes long"
+    if abs(count - round(count)) > MULTIPLE_TOLERANCE:
+        yield f"[time] end = {time.end:g} is not a whole number of steps; the run ends within a step of it"
+
+
+def scheme(case: Case) -> Iterator[str]:
+    """Yield schemes that create energy at impacts or are stable only with tiny steps."""
+    for words in case.time.scheme.warnings():
+        yield f"[time.scheme] {words}"
+
+
+def contact(case: Case) -> Iterator[str]:
+    """Yield a contact that is soft for its clearance, or keys of it without effect."""
+    support, law = case.support, case.contact
+    depth = 0.0
+    if law.stiffness != "auto":
+        share = case.beam.width * support.length / len(law.points) if law.points else 1.0
+        depth = float((share * weight_pressure(case) / law.stiffness) ** (1.0 / law.law.spring_exponent))
+    if depth > 0.1 * support.clearance > 0:
+        yield (
+            f"[contact] stiffness = {law.stiffness}: the weight presses the beam {depth:.2g} m into it, "
+            "more than a tenth of the clearance"
+        )
+    if law.tension == "adhesive" and not law.dissipates:
+        yield '[contact] tension = "adhesive" has no effect without damping'
+    if law.quadrature_degree is not None and law.quadrature_degree < 2 * case.mesh.degree:
+        yield f"[contact] quadrature_degree = {law.quadrature_degree} is low: {2 * case.mesh.degree} or more"
+    patch, cell = contact_patch(case).value, case.mesh.support_size or case.beam.thickness / 3
+    if law.points and case.mesh.file is None and patch < cell:
+        yield (
+            f"[contact] points: patches of {patch:.3g} m are smaller than the cells of {cell:.3g} m, which then decide "
+            f"how far the body gives way; mesh.support_size = {0.5 * patch:.3g} is fine enough"
+        )
+    if law.points and case.mesh.dimension == 3 and not holds_rolling(law.points):
+        yield (
+            "[contact] points lie on one line: only the weak lateral restraint holds the beam against rolling; "
+            "corners hold it, [x, y] at both sides"
+        )
+    if law.touch_depth != "auto" and 0 < support.clearance < 10 * law.touch_depth:
+        yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
+    if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
+        yield "[restraint] lateral has no effect in 2D"
+
+
+def holds_rolling(points: Sequence[float | tuple[float, float]]) -> bool:
+    """Return whether points of a face do not all lie on one line; a patch over the width acts at y = 0."""
+    places = np.array([point if isinstance(point, tuple) else (point, 0.0) for point in points])
+    return bool(np.linalg.matrix_rank(places - places[0]) == 2)
+
+
+def weight_pressure(case: Case) -> float:
+    """Return the weight of the beam spread over the base, Pa."""
+    beam, support = case.beam, case.support
+    gravity = max((load.weight_acceleration for load in case.load), default=0.0)
+    return case.material.density * gravity * beam.thickness * beam.length / support.length
+
+
+def output(case: Case) -> Iterator[str]:
+    """Yield outputs that are too coarse to show the forcing, or too many to keep."""
+    for name in ("history_interval", "fields_interval"):
+        interval = getattr(case.output, name)
+        if interval is not None and interval > case.time.end * (1 + MULTIPLE_TOLERANCE):
+            yield f"[output] {name} = {interval:g} is longer than the run: only its start and end are written"
+    step = 0.0 if case.time.step == "auto" else case.time.step
+    interval = case.output.history_interval or step
+    for load in case.load:
+        frequency = load.forcing_frequency
+        if frequency is not None and interval > 0.1 / frequency >= step:
+            yield (
+                f"[output] history_interval = {interval:g} keeps {1 / frequency / interval:.3g} records "
+                f"in a period of the load {load.name}; its waveform is lost"
+            )
+    fields = case.time.end / case.output.fields_interval if case.output.fields_interval else 0
+    if fields > MOST_FIELDS:
+        yield f"[output] fields_interval = {case.output.fields_interval:g} writes {fields:.3g} fields to disk"
+
+
+def mesh(case: Case) -> Iterator[str]:
+    """Yield meshes that come out otherwise than asked for, or too large for a small machine."""
+    points = [point for load in case.load if (point := load.place.point) is not None]
+    points += [probe.point for probe in case.probe]
+    if any(not isinstance(point, tuple) or not any(point[1:]) for point in points):
+        for key in ("cells_through_thickness", "cells_across_width"):
+            if (getattr(case.mesh, key) or 0) % 2 == 1:
+                yield f"[mesh] {key} is odd: a point on the axis makes it another number"
+    unknowns = estimated_unknowns(case)
+    if unknowns > MOST_UNKNOWNS and case.mesh.file is None:
+        yield f"[mesh] about {unknowns:.1g} unknowns, and 15 GB of memory for every million of them"
+
+
+def estimated_unknowns(case: Case) -> float:
+    """Return roughly how many unknowns the built mesh has."""
+    beam, wanted = case.beam, case.mesh
+    far = wanted.size or beam.thickness
+    near = wanted.support_size or beam.thickness / 3
+    along = case.support.length / near + (beam.length - case.support.length) / far
+    nodes = (wanted.degree * along + 1) * (wanted.degree * (wanted.cells_through_thickness or 4) + 1)
+    across = wanted.degree * (wanted.cells_across_width or 4) + 1
+    return 2 * nodes if wanted.dimension == 2 else 3 * nodes * across
+
+
+LOOKS: tuple[Callable[[Case], Iterator[str]], ...] = (
+    unusual_values,
+    beam_elements,
+    shape,
+    motion,
+    start,
+    steps,
+    scheme,
+    contact,
+    output,
+    mesh,
+)

@@ -1,0 +1,218 @@
+"""Contradictions between a search for periodic responses and the rest of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+
+from gapbeam.solver.case.analysis_table import Periodic, Transient
+from gapbeam.solver.case.case import Support
+from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.model_table import FullModel, ModelTable
+from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.contact.laws.law_choice import LAWS
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.integrators.scheme_choice import scheme_names
+from gapbeam.solver.wording.short_words import either
+
+Analysis = Transient | Periodic
+TYPE: Key = ("analysis", "type")
+NOT_NEGATIVE = ("contact.stiffness", "contact.damping")
+VARIED = ("support.clearance", *NOT_NEGATIVE)
+
+
+def forcing_is_periodic(analysis: Analysis, load: Loads) -> Iterator[Fault]:
+    """A periodic response has one forcing frequency."""
+    if not isinstance(analysis, Periodic):
+        return
+    for number, entry in load.items():
+        if not entry.repeats:
+            yield Fault(
+                TYPE,
+                f'"periodic", with the {entry.type.replace("_", " ")} "{entry.name}"',
+                "harmonic loads of one frequency: no period is sought in a load that never repeats",
+                'type = "transient" marches whatever the loads are',
+                (("load", number, "type"),),
+            )
+            return
+    found_in = {number: entry.forcing_frequency for number, entry in load.items()}
+    frequencies = {number: frequency for number, frequency in found_in.items() if frequency is not None}
+    known = sorted(set(frequencies.values()))
+    if len(known) == 1:
+        return
+    found = f"loads of {', '.join(f'{value:g} Hz' for value in known)}" if known else "no harmonic load"
+    yield Fault(
+        TYPE,
+        f'"periodic", with {found}',
+        "harmonic loads of one frequency",
+        'type = "transient" marches whatever the loads are',
+        tuple(("load", number, "frequency") for number in frequencies),
+    )
+
+
+def period_map_is_smooth(analysis: Analysis, contact: Contact) -> Iterator[Fault]:
+    """The search needs contact that depends on the state alone, and knows its derivative."""
+    if not isinstance(analysis, Periodic):
+        return
+    if contact.rubs is not None:
+        yield Fault(
+            ("contact", "friction"),
+            f"a coefficient of {contact.rubs.coefficient:g}, in the search for a periodic response",
+            "no friction: its derivative is not followed",
+            'leave friction out, or analysis.type = "transient"',
+            (TYPE,),
+        )
+    if contact.law.by_touch_speed:
+        of_state = " or ".join(name for name, table in LAWS.items() if not table.by_touch_speed)
+        yield Fault(
+            ("contact", "law"),
+            f"{contact.law.type}, whose damping follows from the speed at touch, in the search for a periodic response",
+            f"{of_state}: contact that depends on the state alone",
+            'law = "kelvin-voigt" with contact.damping',
+            (TYPE,),
+        )
+    if contact.formulation.left_by_multipliers is not None:
+        yield Fault(
+            ("contact", "formulation"),
+            f"{contact.formulation.type}, in the search for a periodic response",
+            "penalty, unilateral or nitsche: the derivative of multipliers is not followed",
+            'formulation = "penalty"',
+            (TYPE,),
+        )
+
+
+def shooting_has_whole_steps(analysis: Analysis, time: Time) -> Iterator[Fault]:
+    """Shooting marches periods in equal steps of a midpoint rule."""
+    if not isinstance(analysis, Periodic) or analysis.method != "shooting":
+        return
+    if not time.scheme.has_period_map:
+        yield Fault(
+            ("time", "scheme"),
+            f"{time.scheme.type}, with analysis.method shooting",
+            f"{either(scheme_names('has_period_map'))}: the map over a period is linearized for these",
+            'scheme = "discrete-gradient"',
+            (TYPE,),
+        )
+    if time.adaptive:
+        yield Fault(
+            ("time", "adaptive"),
+            "true, with analysis.method shooting",
+            "false: a period has the same steps in every iteration",
+            "adaptive = false, and a smaller time.step",
+            (TYPE,),
+        )
+
+
+def model_is_dense(analysis: Analysis, model: ModelTable) -> Iterator[Fault]:
+    """Harmonic balance and curves work on models of few DOFs."""
+    if not isinstance(analysis, Periodic) or not isinstance(model, FullModel):
+        return
+    if analysis.method == "harmonic-balance" or analysis.continuation is not None:
+        what = "harmonic balance" if analysis.method == "harmonic-balance" else "a curve"
+        related: Key = ("analysis", "method" if analysis.method == "harmonic-balance" else "continuation")
+        yield Fault(
+            ("model", "type"),
+            f"full, with {what}",
+            "reduced, beam or rigid: a model of few degrees of freedom",
+            'model.type = "reduced"',
+            (related,),
+        )
+
+
+def balance_has_a_law(analysis: Analysis, contact: Contact) -> Iterator[Fault]:
+    """Harmonic balance needs a law with finite slopes, and mass everywhere."""
+    if not isinstance(analysis, Periodic) or analysis.method != "harmonic-balance":
+        return
+    method: Key = ("analysis", "method")
+    if not contact.formulation.follows_the_law:
+        expected = "penalty: the harmonics of contact forces follow from a law"
+        yield Fault(
+            ("contact", "formulation"), contact.formulation.type, expected, 'formulation = "penalty"', (method,)
+        )
+    if contact.mass == "redistributed":
+        expected = "consistent: harmonic balance works in modes, which massless nodes do not have"
+        yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (method,))
+
+
+def march_reaches_the_amplitude(analysis: Analysis, time: Time, load: Loads) -> Iterator[Fault]:
+    """The march that a search starts from reaches the steady forcing."""
+    if not isinstance(analysis, Periodic) or analysis.start != "march":
+        return
+    for number, entry in load.items():
+        if entry.repeats and entry.rise_time > time.end:
+            yield Fault(
+                ("time", "end"),
+                f"{time.end:g} s, within the ramp of {entry.rise_time:g} s of a load",
+                f"at least {entry.rise_time:g} s: the search starts from what the full amplitude has brought about",
+                f"end = {2 * entry.rise_time:g}",
+                (("load", number, "ramp"),),
+            )
+
+
+def curve_is_in_reach(analysis: Analysis, support: Support, contact: Contact, load: Loads) -> Iterator[Fault]:
+    """What varies along a curve is a number of the case, which lies in the range."""
+    if not isinstance(analysis, Periodic) or analysis.continuation is None:
+        return
+    curve, table = analysis.continuation, ("analysis", "continuation")
+    if analysis.method != "shooting":
+        yield Fault(
+            ("analysis", "method"),
+            f"{analysis.method}, with [analysis.continuation]",
+            "shooting: curves are followed by it",
+            'method = "shooting"',
+            (table,),
+        )
+    value = value_of(curve.key, {"support": support, "contact": contact}, load)
+    if value is None:
+        known = ("support.clearance", "contact.stiffness or contact.damping where it is a number", *_of_loads(load))
+        yield Fault((*table, "key"), curve.key, either(known), "loads are called by their names")
+        return
+    if not curve.low < curve.high:
+        yield Fault(
+            (*table, "high"), f"{curve.high:g}", f"more than low, {curve.low:g}", "swap them?", ((*table, "low"),)
+        )
+    elif not curve.low <= value <= curve.high:
+        yield Fault(
+            (*table, "low"),
+            f"a range from {curve.low:g} to {curve.high:g}",
+            f"a range that holds the value of the case, {curve.key} = {value:g}: the curve starts there",
+            f"low = {min(curve.low, value):g}, high = {max(curve.high, value):g}",
+            ((*table, "high"),),
+        )
+    elif curve.low <= 0.0 and _limit(curve.key, load) == "gt":
+        yield Fault((*table, "low"), f"{curve.low:g}, of {curve.key}", "a value above 0", f"low = {0.1 * value:g}")
+    elif curve.low < 0.0 and (curve.key in NOT_NEGATIVE or _limit(curve.key, load) == "ge"):
+        yield Fault((*table, "low"), f"{curve.low:g}, of {curve.key}", "0 or more", "low = 0.0")
+
+
+def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | None:
+    """Return the value of what a curve may vary, None where it may not: for keys that a case is remade for cheaply.
+
+    Args:
+        key: "support.clearance", "contact.stiffness", "contact.damping", or "load.NAME.KEY" with one of the keys that a
+            load lets vary, such as its frequency and amplitude.
+        tables: The tables support and contact, by name.
+        load: The loads.
+    """
+    if key in _of_loads(load):
+        _, name, field = key.split(".")
+        return float(next(getattr(entry, field) for entry in load.values() if entry.name == name))
+    table, _, field = key.partition(".")
+    if key not in VARIED:
+        return None
+    value = getattr(tables[table], field)
+    return float(value) if isinstance(value, float | int) else None
+
+
+def _limit(key: str, load: Loads) -> str:
+    """Return "gt" for a key of a load that is above 0, "ge" for one that is not negative, "" for others."""
+    _, name, field = key.split(".") if key in _of_loads(load) else ("", "", "")
+    rules = [rule for entry in load.values() if entry.name == name for rule in type(entry).model_fields[field].metadata]
+    return next((word for word in ("gt", "ge") for rule in rules if getattr(rule, word, None) == 0), "")
+
+
+def _of_loads(load: Loads) -> list[str]:
+    known = []
+    for entry in load.values():
+        known += [f"load.{entry.name}.{field}" for field in entry.curve_units]
+    return known

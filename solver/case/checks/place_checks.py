@@ -1,0 +1,173 @@
+"""Contradictions in the loads and probes of a case: their points, directions and names."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import pairwise
+from operator import itemgetter
+
+from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
+from gapbeam.solver.case.case import Beam, Mesh, Probe, Support
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.table import Vector
+
+Loads = Mapping[int, Load]
+"""Loads by their number in the case file, from 0, without those that have faults of their own."""
+Probes = Mapping[int, Probe]
+
+
+def loads_lie_in_the_beam(beam: Beam, mesh: Mesh, load: Loads) -> Iterator[Fault]:
+    """Forces act at points of the beam."""
+    for number, entry in load.items():
+        if (point := entry.place.point) is not None:
+            yield from _outside(("load", number, "point"), point, beam, mesh)
+
+
+def probes_lie_in_the_beam(beam: Beam, mesh: Mesh, probe: Probes) -> Iterator[Fault]:
+    """Probes look at points of the beam."""
+    for number, entry in probe.items():
+        yield from _outside(("probe", number, "point"), entry.point, beam, mesh)
+
+
+def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
+    """Say where a point leaves the beam, whose axis is y = 0 in 2D and y = z = 0 in 3D."""
+    coordinates = point if isinstance(point, tuple) else (point,)
+    if len(coordinates) not in (1, mesh.dimension):
+        names = ("x", "y", "z")[: mesh.dimension]
+        yield Fault(
+            key,
+            f"{len(coordinates)} coordinates",
+            f"x alone, or [{', '.join(names)}] in {mesh.dimension}D",
+            f"point = {coordinates[0]:g} for a point on the axis",
+            (("mesh", "dimension"),),
+        )
+        return
+    limits = [("x", "length", 0.0, beam.length)]
+    # A mesh file may lie elsewhere across the axis than the meshes that are built here.
+    if mesh.file is None:
+        sides = ("thickness",) if mesh.dimension == 2 else ("width", "thickness")
+        limits += [
+            (x, side, -getattr(beam, side) / 2, getattr(beam, side) / 2) for x, side in zip("yz", sides, strict=False)
+        ]
+    for value, (name, side, least, most) in zip(coordinates, limits, strict=False):
+        margin = 1e-9 * beam.length
+        if least - margin <= value <= most + margin:
+            continue
+        hint = "coordinates are in m"
+        if name != "x":
+            hint = f"{name} = 0 is the axis of the beam, not its face; {hint}"
+        elif least < value / 1000 <= most:
+            hint = f"is it in mm? In m it is {value / 1000:g}"
+        found, expected = f"{name} = {value:g} m, outside the beam", f"{name} from {least:g} to {most:g} m"
+        yield Fault(key, found, expected, hint, (("beam", side),))
+
+
+def points_keep_apart(beam: Beam, support: Support, mesh: Mesh, load: Loads, probe: Probes) -> Iterator[Fault]:
+    """Points along the beam coincide or leave room for a cell; so do the ends of beam and support."""
+    places: list[tuple[float, Key, str]] = [
+        (0.0, ("support",), "the supported end"),
+        (support.length, ("support", "length"), "the end of the support"),
+        (beam.length, ("beam", "length"), "the free end"),
+    ]
+    points = [("load", number, entry.place.point) for number, entry in load.items()]
+    points += [("probe", number, entry.point) for number, entry in probe.items()]
+    for array, number, point in points:
+        if point is not None:
+            x = point[0] if isinstance(point, tuple) else point
+            places.append((x, (array, number, "point"), f"[[{array}]] number {number + 1}"))
+    closest = CLOSEST * beam.thickness
+    for (one, key, name), (other, next_key, next_name) in pairwise(sorted(places, key=itemgetter(0))):
+        if mesh.file is None and SNAP * beam.thickness < other - one < closest:
+            yield Fault(
+                max(key, next_key, key=len),
+                f"{name} and {next_name} are {other - one:.2g} m apart along x",
+                f"the same x, or at least {closest:.2g} m between them: cells end at both",
+                f"point = {other:.12g} or point = {one:.12g} for both",
+            )
+
+
+def loads_have_a_node(mesh: Mesh, load: Loads) -> Iterator[Fault]:
+    """A force on the axis acts at a node."""
+    for number, entry in load.items():
+        if (point := entry.place.point) is not None:
+            yield from _between_nodes(("load", number, "point"), point, mesh)
+
+
+def probes_have_a_node(mesh: Mesh, probe: Probes) -> Iterator[Fault]:
+    """A probe on the axis looks at a node."""
+    for number, entry in probe.items():
+        yield from _between_nodes(("probe", number, "point"), entry.point, mesh)
+
+
+def _between_nodes(key: Key, point: float | Vector, mesh: Mesh) -> Iterator[Fault]:
+    """Say where a point on the axis falls between the nodes of an odd number of linear cells."""
+    on_axis = not isinstance(point, tuple) or not any(point[1:])
+    if mesh.degree == 2 or mesh.file is not None or not on_axis:
+        return
+    for name in ("cells_through_thickness", "cells_across_width"):
+        cells = getattr(mesh, name)
+        if cells is not None and cells % 2 == 1:
+            yield Fault(
+                ("mesh", name),
+                f"{cells} cells of degree 1, and a point on the axis: there is no node",
+                "an even number of cells, or degree = 2",
+                f"{name} = {cells + 1}",
+                (key, ("mesh", "degree")),
+            )
+
+
+def directions_point_somewhere(mesh: Mesh, load: Loads) -> Iterator[Fault]:
+    """A direction has as many components as the mesh has dimensions, and they are not all zero."""
+    for number, entry in load.items():
+        key = ("load", number, "direction")
+        if entry.direction is None:
+            continue
+        up = "[0.0, 1.0]" if mesh.dimension == 2 else "[0.0, 0.0, 1.0]"
+        if len(entry.direction) != mesh.dimension:
+            yield Fault(
+                key,
+                f"{len(entry.direction)} components with dimension = {mesh.dimension}",
+                f"{mesh.dimension} components",
+                f"direction = {up} is upward",
+                (("mesh", "dimension"),),
+            )
+        elif not any(entry.direction):
+            yield Fault(key, "a vector of length 0", "a vector of any other length", f"direction = {up} is upward")
+
+
+def load_names_differ(load: Loads) -> Iterator[Fault]:
+    """Loads are distinguished by their names, and some, such as gravity, by being the only one of their type."""
+    for number, entry in load.items():
+        before = [(first, one) for first, one in load.items() if first < number]
+        alike = [first for first, one in before if entry.alone and one.type == entry.type]
+        namesakes = [first for first, one in before if one.name == entry.name]
+        if alike:
+            yield Fault(
+                ("load", number, "type"),
+                f"{entry.type}, twice",
+                f"one load of type {entry.type}",
+                "remove one of them",
+                (("load", alike[0], "name"),),
+            )
+        elif namesakes:
+            yield _same_name(("load", number, "name"), entry.name, (("load", namesakes[0], "name"),))
+
+
+def probe_names_differ(probe: Probes) -> Iterator[Fault]:
+    """Probes are distinguished by their names."""
+    taken: dict[str, int] = {}
+    for number, entry in probe.items():
+        first = taken.setdefault(entry.name, number)
+        if first != number:
+            yield _same_name(("probe", number, "name"), entry.name, (("probe", first, "name"),))
+
+
+def _same_name(key: Key, name: str, related: tuple[Key, ...]) -> Fault:
+    return Fault(
+        key,
+        f'"{name}", which is also the name of number {int(related[0][1]) + 1}',
+        f"a different name for every {key[0]}",
+        f'name = "{name[:38]}_{int(key[1]) + 1}"',
+        related,
+    )

@@ -1,0 +1,96 @@
+"""Contradictions in time: step, span, forcing and records."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gapbeam.solver.case.case import Output
+from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.faults import Fault
+
+MOST_STEPS = 1e9
+MULTIPLE_TOLERANCE = 1e-6
+"""How far an interval may be from a whole number of steps, in steps."""
+
+
+def run_has_steps(time: Time) -> Iterator[Fault]:
+    """A run has at least one step, and not more than can ever be marched."""
+    if time.step == "auto":
+        return
+    steps = time.end / time.step
+    if steps < 1 - MULTIPLE_TOLERANCE:
+        yield Fault(
+            ("time", "step"),
+            f"{time.step:g} s, longer than the whole run",
+            f"at most end, {time.end:g} s, and much less to be of use",
+            "are step and end swapped, or in ms?",
+            (("time", "end"),),
+        )
+    elif steps > MOST_STEPS:
+        yield Fault(
+            ("time", "step"),
+            f"{time.step:g} s, which makes {steps:.3g} steps until {time.end:g} s",
+            f"at most {MOST_STEPS:g} steps",
+            f"a step of {time.end / 1e5:g} s makes 100000 steps",
+            (("time", "end"),),
+        )
+
+
+def step_follows_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
+    """The step is far shorter than the period of every load."""
+    if time.step == "auto":
+        return
+    for number, entry in load.items():
+        frequency = entry.forcing_frequency
+        if frequency is not None and time.step >= 0.5 / frequency:
+            yield Fault(
+                ("time", "step"),
+                f"{time.step:g} s, with a load of {frequency:g} Hz",
+                f"far less than half its period of {1 / frequency:g} s; 50 steps per period are good",
+                f"step = {0.02 / frequency:.3g}",
+                (("load", number, "frequency"),),
+            )
+
+
+def interest_covers_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
+    """The highest frequency of interest is not below that of a load."""
+    for number, entry in load.items():
+        frequency = entry.forcing_frequency
+        if time.frequency and frequency is not None and frequency > time.frequency:
+            yield Fault(
+                ("time", "frequency"),
+                f"{time.frequency:g} Hz, with a load of {frequency:g} Hz",
+                "at least the frequency of every load",
+                f"frequency = {5 * frequency:g}, or leave it out",
+                (("load", number, "frequency"),),
+            )
+
+
+def outputs_fall_on_steps(time: Time, output: Output) -> Iterator[Fault]:
+    """Output intervals are whole numbers of steps."""
+    if time.step == "auto":
+        return
+    for name in ("history_interval", "fields_interval"):
+        interval = getattr(output, name)
+        if interval is None:
+            continue
+        ratio = interval / time.step
+        steps = max(1, round(ratio)) if ratio < 1e15 else 1
+        key, related = ("output", name), (("time", "step"),)
+        if abs(ratio - steps) > MULTIPLE_TOLERANCE:
+            few = f"{ratio:.6g} steps of {time.step:g} s"
+            nearest = f"{name} = {float(f'{steps * time.step:.12g}')!r}"
+            yield Fault(key, f"{interval:g} s, {few}", "a whole number of steps, at least 1", nearest, related)
+
+
+def adaptive_steps_resolve_a_contact(time: Time) -> Iterator[Fault]:
+    """Adaptive steps resolve how a contact goes on; impulses take no time."""
+    if time.adaptive and time.scheme.impulses:
+        yield Fault(
+            ("time", "adaptive"),
+            f"true, with the scheme {time.scheme.type}",
+            "false: impulses have no duration that steps could resolve",
+            "adaptive = false, or another scheme",
+            (("time", "scheme"),),
+        )

@@ -1,0 +1,279 @@
+"""Defaults that are computed, each with the reason that is printed beside it."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from itertools import pairwise
+from math import log, pi, sqrt
+from typing import assert_never
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.contact_table import Friction
+from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
+
+WANTED_RATIO = 0.01  # penetration over clearance
+IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
+SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
+DEEPEST_TOUCH = 1.0e-8  # m
+TOUCH_RATIO = 1.0e-4  # of the clearance
+PATCH_SHARE = 0.1  # of the length of the support
+SLIP_SHARE = 0.01  # of the speed of sliding
+SLOWEST_SLIP = 1.0e-6  # m/s
+CLAMPED_ROOTS = (1.8751040687119611, 4.694091132974174)  # of 1 + cos x cosh x
+FREE_ROOTS = (4.730040744862704, 7.853204624095838)  # of 1 - cos x cosh x
+
+
+@dataclass(frozen=True)
+class Default:
+    """A computed value: key, value, unit, why, and what half and double of it would change."""
+
+    key: str
+    value: float
+    unit: str
+    reason: str
+    consequence: str = ""
+
+
+def overhang_frequency(case: Case, mode: int = 1) -> float:
+    """Return the bending frequency 1 or 2 of the overhang clamped at the support, Hz (Euler-Bernoulli).
+
+    A stub that is shorter than the beam is thick does not bend. Then the longest span between contact points is taken,
+    pinned at both ends, or, without contact points, the whole beam, free at both ends.
+    """
+    length, roots, _ = _bending(case)
+    radius = case.beam.thickness / sqrt(12.0)
+    speed = sqrt(case.material.young_modulus / case.material.density)
+    return roots[mode - 1] ** 2 * radius * speed / (2.0 * pi * length * length)
+
+
+def bending_words(case: Case) -> str:
+    """Return which part of the beam `overhang_frequency` is that of."""
+    return _bending(case)[2]
+
+
+def _bending(case: Case) -> tuple[float, tuple[float, float], str]:
+    """Return the length that bends, m, the roots of its two lowest modes, and what it is in words."""
+    beam, points = case.beam, case.contact.points or ()
+    free = beam.length - case.support.length
+    if free >= beam.thickness:
+        return free, CLAMPED_ROOTS, "clamped overhang"
+    places = sorted({float(point if isinstance(point, float | int) else point[0]) for point in points})
+    span = max((after - before for before, after in pairwise(places)), default=0.0)
+    if span >= beam.thickness:
+        return span, (pi, 2.0 * pi), f"pinned span of {span:g} m"
+    return beam.length, FREE_ROOTS, "free beam"
+
+
+def support_reaction(case: Case) -> float:
+    """Return the force couple at the support by statics of the rigid beam under all load amplitudes, N.
+
+    Every load is turned into its moment about the edge of the base, divided by the support length.
+    """
+    beam, edge = case.beam, case.support.length
+    mass = case.material.density * beam.length * beam.thickness * beam.width
+    lever = abs(0.5 * beam.length - edge)
+    moment = 0.0
+    for load in case.load:
+        match load.place:
+            case PointForce(point):
+                x = point if isinstance(point, float | int) else point[0]
+                added = load.static_force
+                force = load.peak + (abs(added.force) if added is not None else 0.0)
+                moment += force * abs(float(x) - edge)
+            case BodyForce() | SupportAcceleration():
+                moment += mass * load.peak * lever
+            case unknown:
+                assert_never(unknown)
+    return moment / edge
+
+
+def stiffness_unit(case: Case) -> str:
+    """Return the unit of a contact stiffness per area: Pa/m^n."""
+    exponent = case.contact.law.spring_exponent
+    return "Pa/m" if exponent == 1.0 else f"Pa/m^{exponent:g}"
+
+
+def contact_stiffness(case: Case, cell_length: float, face: float) -> Default:
+    """Return the penalty stiffness, given or computed: per area, or of each of `contact.points`.
+
+    That of a point is the share of the face that falls to it: the stiffness per area times the area of the face over
+    the number of points.
+
+    Args:
+        case: The case.
+        cell_length: Length h of the facets of the contact faces along the beam, m.
+        face: Area of a face, m^2.
+    """
+    contact = case.contact
+    if contact.stiffness != "auto":
+        return Default("contact.stiffness", contact.stiffness, contact.stiffness_unit, "given in the case")
+    chosen = _stiffness_per_area(case, cell_length)
+    if contact.points is None:
+        return chosen
+    count = len(contact.points)
+    reason = f"{chosen.value:.3g} Pa/m on a face of {face:.3g} m^2 over {count} points; {chosen.reason}"
+    consequence = "half: contacts 1.4 times longer; double: 1.4 times shorter; the patch gives way besides"
+    return replace(
+        chosen, value=chosen.value * face / count, unit=contact.stiffness_unit, reason=reason, consequence=consequence
+    )
+
+
+def _stiffness_per_area(case: Case, cell_length: float) -> Default:
+    """Return the computed penalty stiffness per area.
+
+    eps = max(100 p / |clearance|, 5 E / h), at most 100 E / h, for schemes that do not create energy and for massless
+    contact nodes in the explicit one; 0.05 and 1 stand in the places of 5 and 100 for the others. Here p is ten
+    times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness for an
+    interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact stiff
+    beside the body.
+
+    Args:
+        case: The case.
+        cell_length: Length h of the facets of the contact faces along the beam, m.
+    """
+    formulation = case.contact.formulation
+    body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"
+    body = case.material.young_modulus / cell_length
+    computed = formulation.computed_stiffness
+    if computed is not None:
+        reason = f"{computed.share:g} E/h: {computed.reason} ({body_words})"
+        return Default("contact.stiffness", computed.share * body, "Pa/m", reason, computed.consequence)
+    pressure = IMPACT * support_reaction(case) / (case.beam.width * cell_length)
+    clearance = abs(case.support.clearance)
+    if case.support.clearance < 0.0:
+        pressure += case.material.young_modulus * clearance / case.beam.thickness
+    wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
+    trusted = case.time.scheme.contact_range_on(case.contact.mass == "redistributed")
+    limit, least = trusted.stiffest * body, trusted.softest * body
+    value = min(max(wanted, least), limit)
+    if value == limit:
+        why = f"{limit / body:g} E/h: the stiffest that the scheme {case.time.scheme.type} is trusted with"
+    elif value == wanted:
+        why = f"penetration of {WANTED_RATIO:.0%} of the clearance under an impact pressure of {pressure:.3g} Pa"
+    else:
+        why = f"{least / body:g} E/h: stiff beside the body, and stiffer than a penetration of {WANTED_RATIO:.0%} needs"
+    softer, stiffer = ("", "")
+    if clearance > 0.0:
+        ratio = pressure / (value * clearance)
+        softer, stiffer = (f"penetration {share:.2g} % of the clearance, " for share in (200.0 * ratio, 50.0 * ratio))
+    consequence = f"half: {softer}contacts 1.4 times longer; double: {stiffer}contacts 1.4 times shorter"
+    return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})", consequence)
+
+
+def contact_patch(case: Case) -> Default:
+    """Return the size of the patches of `contact.points`, given or a tenth of the length of the support, m.
+
+    The body gives way under a patch over the whole width by 2 ln 2 / (pi E width) more for every halving (Flamant's
+    half-plane), and under a patch of a point [x, y] in inverse proportion to its size (Boussinesq's half-space).
+    """
+    size = case.contact.patch
+    if size != "auto":
+        return Default("contact.patch", size, "m", "given in the case")
+    reason = "a tenth of support.length; under a force on a node the body gives way without bound as cells shrink"
+    more = 2.0 * log(2.0) / (pi * case.material.young_modulus * case.beam.width)
+    consequence = f"half: the body gives way {more:.2g} m/N more under each resultant; double: as much less"
+    if any(isinstance(point, tuple) for point in case.contact.points or ()):
+        consequence = "half: the body gives way about twice as much close to each resultant; double: half as much"
+    return Default("contact.patch", PATCH_SHARE * case.support.length, "m", reason, consequence)
+
+
+def contact_damping(case: Case, stiffness: float) -> Default | None:
+    """Return the damping that the law asks for in the place of contact.damping; None: it asks for none.
+
+    It may follow from the mass of the supported part of the beam: density times thickness per area, or the whole mass
+    over the number of `contact.points`.
+
+    Args:
+        case: The case.
+        stiffness: K of the contact, Pa/m, or N/m of a point.
+    """
+    contact = case.contact
+    mass, unit = case.material.density * case.beam.thickness, "kg/m^2"
+    if contact.points is not None:
+        mass, unit = mass * case.beam.width * case.support.length / len(contact.points), "kg a point"
+    units = (unit, contact.stiffness_unit)
+    computed = contact.law.computed_damping(stiffness, mass, contact.tension == "adhesive", units)
+    if computed is None:
+        return None
+    return Default("contact.damping", computed.value, contact.damping_unit, computed.reason, computed.consequence)
+
+
+def tangent_stiffness(case: Case, face_stiffness: float) -> float:
+    """Return the slope n S d^(n-1) of the force S d^n of a face where it carries the static reaction, N/m.
+
+    Args:
+        case: The case.
+        face_stiffness: S of all points of a face together, N/m^n; S itself for n = 1 or without loads.
+    """
+    exponent, force = case.contact.law.spring_exponent, support_reaction(case)
+    if exponent == 1.0 or force == 0.0:
+        return face_stiffness
+    depth = (force / face_stiffness) ** (1.0 / exponent)
+    return float(exponent * force / depth)
+
+
+def slip_velocity(case: Case, friction: Friction) -> Default:
+    """Return v0 of the regularized friction, given or computed.
+
+    v0 = 0.01 omega (h/2) |c| / a: a hundredth of the speed at which the faces slide, half a thickness h off the axis,
+    when the beam rocks by the angle c / a, clearance over support length, at the highest frequency of its loads; at
+    least 1e-6 m/s.
+
+    Args:
+        case: The case.
+        friction: Its table.
+    """
+    name, unit = "contact.friction.slip_velocity", "m/s"
+    if friction.slip_velocity != "auto":
+        return Default(name, friction.slip_velocity, unit, "given in the case")
+    frequencies = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
+    frequency = max(frequencies, default=overhang_frequency(case))
+    angle = abs(case.support.clearance) / case.support.length
+    sliding = pi * frequency * case.beam.thickness * angle
+    value = max(SLIP_SHARE * sliding, SLOWEST_SLIP)
+    if value > SLOWEST_SLIP:
+        reason = f"{SLIP_SHARE:.0%} of the {sliding:.3g} m/s at which the faces slide, rocking at {frequency:.4g} Hz"
+    else:
+        reason = f"the least: rocking at {frequency:.4g} Hz slides the faces at {sliding:.3g} m/s only"
+    consequence = "half: what sticks creeps half as fast, the solve is harder; double: it creeps twice as fast"
+    return Default(name, value, unit, reason, consequence)
+
+
+def touch_depth(case: Case) -> float:
+    """Return the depth over which the damped law is switched on, m: given, or at most 1e-4 of the clearance."""
+    if case.contact.touch_depth != "auto":
+        return case.contact.touch_depth
+    clearance = abs(case.support.clearance)
+    return min(DEEPEST_TOUCH, TOUCH_RATIO * clearance) if clearance > 0.0 else DEEPEST_TOUCH
+
+
+def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) -> float:
+    """Return the springs of the search for the static seat, Pa/m.
+
+    Well below contact and body, so that it contracts fast; and soft enough that the weight moves the beam through
+    its clearance in a few iterations.
+
+    Args:
+        case: The case.
+        stiffness: Of the contact, Pa/m.
+        cell_length: h of the contact faces, m.
+        area: Of both faces, m^2.
+    """
+    softest = SEAT_SOFTNESS * min(stiffness, case.material.young_modulus / cell_length)
+    mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
+    weight = mass * sum(load.weight_acceleration for load in case.load)
+    travel = max(case.support.clearance, 0.0)
+    return min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
+
+
+def rayleigh(case: Case) -> tuple[float, float]:
+    """Return the coefficients (of M in 1/s, of K in s) of Rayleigh damping.
+
+    zeta(w) = (mass / w + stiffness w) / 2 at two frequencies, or as given.
+    """
+    damping = case.damping
+    if damping.frequencies is None or damping.ratios is None:
+        return damping.mass or 0.0, damping.stiffness or 0.0
+    (first, second), (low, high) = ((2.0 * pi * f for f in damping.frequencies), damping.ratios)
+    scale = 2.0 / (second * second - first * first)
+    return scale * first * second * (low * second - high * first), scale * (high * second - low * first)

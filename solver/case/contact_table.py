@@ -1,0 +1,99 @@
+"""The table [contact]: formulation, law and their figures."""
+
+from __future__ import annotations
+
+from typing import Annotated, Literal
+
+from pydantic import BeforeValidator, Field
+
+from gapbeam.solver.contact.formulations.formulation_choice import Formulation
+from gapbeam.solver.contact.formulations.penalty import Penalty
+from gapbeam.solver.contact.laws.kelvin_voigt import KelvinVoigt
+from gapbeam.solver.contact.laws.law_choice import Law
+from gapbeam.solver.table import NonNegative, Number, Positive, Table, Whole, named
+
+
+class Friction(Table):
+    """Coulomb friction on base and gland, with a velocity over which it sets in."""
+
+    coefficient: Number = Field(ge=0, le=100, description="coefficient of friction mu, no unit", examples=[0.2])
+    slip_velocity: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="velocity v0 at which the friction has 71 % of its limit, m/s; "
+        "auto: 1 % of what the faces slide at when the beam rocks through its clearance",
+    )
+
+
+class Contact(Table):
+    """Unilateral contact at base and gland."""
+
+    formulation: Annotated[Formulation, BeforeValidator(named)] = Field(
+        default=Penalty(), description="how the gap enters the equations: a name, or a table with the type and its keys"
+    )
+    law: Annotated[Law, BeforeValidator(named)] = Field(
+        default=KelvinVoigt(), description="pressure over penetration: a name, or a table with the type and its keys"
+    )
+    stiffness: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="penalty stiffness K per area (of each of contact.points in N/m; Pa/m^n or N/m^n in laws with an "
+        "exponent n), Pa/m; auto: from the load, the clearance and the modulus",
+    )
+    damping: NonNegative = Field(
+        default=0.0,
+        description="damping of the law kelvin-voigt per area (of each of contact.points in N s/m), Pa s/m",
+    )
+    points: tuple[Number | tuple[Number, Number], ...] | None = Field(
+        default=None,
+        max_length=1000,
+        description="places of resultant springs, the same at base and gland, each x (over the whole width) or [x, y] "
+        "(3D), m; default contact all over the faces",
+        examples=[[0.0, 0.05]],
+    )
+    patch: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="size along x, and across for [x, y], of the patch that each of contact.points is spread over, "
+        "m; auto: a tenth of support.length",
+    )
+    tension: Literal["clipped", "adhesive"] = Field(
+        default="clipped",
+        description="may the damper pull the face while it separates? clipped never, adhesive yes",
+    )
+    mass: Literal["consistent", "redistributed"] = Field(
+        default="consistent",
+        description="mass of the contact nodes; redistributed: moved into the body, which leaves them massless",
+    )
+    friction: Friction | None = Field(
+        default=None, description="Coulomb friction on both faces, a table; default none: no friction"
+    )
+    quadrature_degree: Whole | None = Field(
+        default=None,
+        ge=1,
+        le=20,
+        description="quadrature degree on the contact faces; default 2*mesh.degree + 2",
+    )
+    touch_depth: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="depth over which the damped law is switched on (Newmark and generalized-alpha), m; "
+        "auto: 1e-8, at most 1e-4 of the clearance",
+    )
+
+    @property
+    def stiffness_unit(self) -> str:
+        """Unit of `stiffness`."""
+        exponent = self.law.spring_exponent
+        return ("Pa/m" if self.points is None else "N/m") + ("" if exponent == 1.0 else f"^{exponent:g}")
+
+    @property
+    def damping_unit(self) -> str:
+        """Unit of `damping`, of the contact and of its law."""
+        return "Pa s/m" if self.points is None else "N s/m"
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether contact takes energy out of the motion: by its damping or that of its law."""
+        return self.damping > 0.0 or self.law.dissipates
+
+    @property
+    def rubs(self) -> Friction | None:
+        """The friction that acts: none without the table, or with a coefficient of 0."""
+        return self.friction if self.friction is not None and self.friction.coefficient > 0.0 else None

@@ -1,0 +1,194 @@
+"""From a case file and its overrides to a `Case`, or to one error with every fault in it."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numpy as np
+from pydantic import BaseModel
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.checks.all_checks import contradictions
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.json_schema import schema
+from gapbeam.solver.case.reading.key_faults import MOST_FAULTS, check_types
+from gapbeam.solver.case.reading.known_keys import label
+from gapbeam.solver.case.reading.line_numbers import key_lines, line_of
+from gapbeam.solver.case.reading.magnitudes import beyond_reason
+from gapbeam.solver.case.reading.overrides import Overrides, override
+from gapbeam.solver.case.reading.size_limits import beyond_bounds
+from gapbeam.solver.case.reading.toml_text import parse, read_text
+from gapbeam.solver.case.record_checksums import with_checksums
+from gapbeam.solver.faults import CaseError, Fault, Key
+from gapbeam.solver.wording.short_words import printable
+
+__all__ = ["CaseError", "Fault", "case_to_toml", "read_case", "read_tables", "schema", "warnings"]
+
+Root = TypeVar("Root", bound=BaseModel)
+
+
+def read_case(path: Path | str, overrides: Overrides = ()) -> Case:
+    """Read a case file.
+
+    Args:
+        path: The case file.
+        overrides: Values that replace those of the file: {"support.clearance": 0.2e-3}, or texts
+            "support.clearance=0.2e-3"; loads and probes by name or number, "load.shaker.amplitude=5".
+
+    Returns:
+        The case; the paths of mesh files and records, relative to the case file, are absolute in it.
+
+    Raises:
+        CaseError: The file cannot be read, or the case has faults: all of them.
+    """
+    text = read_text(Path(path))
+    return _case(parse(text, str(path)), text, Path(path), overrides)
+
+
+def read_case_text(text: str, overrides: Overrides = (), name: str = "case") -> Case:
+    """Read the text of a case file; paths in it are relative to the current folder.
+
+    Args:
+        text: TOML.
+        overrides: As in `read_case`.
+        name: What the case is called in messages.
+
+    Raises:
+        CaseError: As in `read_case`.
+    """
+    return _case(parse(text, name), text, Path(name), overrides)
+
+
+def read_case_tables(tables: Mapping[str, object], overrides: Overrides = (), name: str = "case") -> Case:
+    """Read a case from its tables; paths in them are relative to the current folder.
+
+    Args:
+        tables: {"title": ..., "beam": {...}, "load": [{...}]}; numbers of NumPy, tuples and paths may stand in them.
+        overrides: As in `read_case`.
+        name: What the case is called in messages.
+
+    Raises:
+        CaseError: As in `read_case`.
+    """
+    return _case({str(key): _plain(value) for key, value in tables.items()}, "", Path(name), overrides)
+
+
+def _plain(value: Any) -> Any:
+    """Return a value as TOML would give it; what TOML does not know stays for the checks of types."""
+    if isinstance(value, Mapping):
+        return {str(key): _plain(inner) for key, inner in value.items() if inner is not None}
+    if isinstance(value, list | tuple):
+        return [_plain(inner) for inner in value]
+    if isinstance(value, Path):
+        return str(value)
+    return value.tolist() if isinstance(value, np.generic | np.ndarray) else value
+
+
+def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> Case:
+    """Return the case of the tables of a file, or raise all of their faults."""
+    typed, faults = override(data, overrides)
+    _refuse_endless(data, path)
+    _find_files(data, path)
+    tables, wrong = check_types(data)
+    known = {fault.key for fault in wrong}
+    wrong += [fault for fault in beyond_reason(data) if fault.key not in known]
+    wrong += contradictions(tables)
+    if wrong:
+        faults += Places(path, data, key_lines(text), typed).put_in_order(wrong)
+    if faults:
+        raise CaseError(str(path), faults[:MOST_FAULTS])
+    return with_checksums(Case.model_validate(data))
+
+
+def read_tables(
+    path: Path | str, root: type[Root], check: Callable[[Mapping[str, Any]], Sequence[Fault]] = lambda _: ()
+) -> Root:
+    """Read another file of tables, with faults reported as those of case files are.
+
+    Args:
+        path: The file.
+        root: Model of the whole file.
+        check: Returns the contradictions in its tables as far as they are intact, arrays of tables as
+            {number: entry}.
+
+    Raises:
+        CaseError: The file cannot be read or has faults: all of them.
+    """
+    path = Path(path)
+    text = read_text(path)
+    data = parse(text, str(path))
+    _refuse_endless(data, path)
+    tables, wrong = check_types(data, root)
+    wrong += check(tables)
+    if wrong:
+        raise CaseError(str(path), Places(path, data, key_lines(text), {}, root).put_in_order(wrong))
+    return root.model_validate(data)
+
+
+def _refuse_endless(data: Mapping[str, Any], path: Path) -> None:
+    """Refuse a file that would take long to check."""
+    faults = beyond_bounds(data, str(path))
+    if faults:
+        raise CaseError(str(path), faults[:MOST_FAULTS])
+
+
+def _find_files(data: dict[str, Any], path: Path) -> None:
+    """Make the paths of mesh files and records absolute."""
+    loads = data.get("load")
+    for table in (data.get("mesh"), *(loads if isinstance(loads, list) else ())):
+        if isinstance(table, dict) and isinstance(table.get("file"), str) and table["file"]:
+            table["file"] = os.path.normpath(path.absolute().parent / table["file"])
+
+
+@dataclass(frozen=True)
+class Places:
+    """Where the keys of a case stand: on which line of the file, or on the command line."""
+
+    path: Path
+    data: dict[str, Any]
+    lines: dict[Key, int]
+    typed: dict[Key, str]
+    root: type[BaseModel] = Case
+
+    def put_in_order(self, faults: Sequence[Fault]) -> list[Fault]:
+        """Return faults with their places, those from the command line first."""
+        return sorted((self.put(fault) for fault in faults), key=self.order)
+
+    def order(self, fault: Fault) -> int:
+        """Return the line of a fault, 0 for one from the command line."""
+        return 0 if self._typed(fault.key) else line_of(fault.key, self.lines) or 0
+
+    def put(self, fault: Fault) -> Fault:
+        """Return the fault with its place in words, and with every override that takes part in it."""
+        own = self._typed(fault.key)
+        line = line_of(fault.key, self.lines)
+        beside = "" if own else self._needs_type(fault.key)
+        if beside:
+            named = ".".join(map(str, fault.key))
+            fault = replace(fault, hint=re.sub(r'^add type = "(.*)"$', rf"add `overrides=` {named}=\1", fault.hint))
+        if own:
+            place = f"`overrides=` {printable(own)}"
+        elif beside:
+            place = f"`overrides=` {printable(beside)}: {label(fault.key, self.data, self.root)}"
+        else:
+            place = f"{self.path}{f':{line}' if line else ''}: {label(fault.key, self.data, self.root)}"
+        others = dict.fromkeys(self._typed(key) for key in fault.related)
+        places = [place, *(f"`overrides=` {printable(name)}" for name in others if name and name != own)]
+        return replace(fault, where=" with ".join(places))
+
+    def _needs_type(self, key: Key) -> str:
+        """Return the override that made a table whose type is missing."""
+        made = key[-1:] == ("type",) and key[:-1] not in self.lines
+        return next((name for other, name in self.typed.items() if made and other[: len(key) - 1] == key[:-1]), "")
+
+    def _typed(self, key: Key) -> str:
+        """Return the override of a key, of a table around it, or of a key in it where the file lacks it."""
+        around = [self.typed[key[:size]] for size in range(len(key), 0, -1) if key[:size] in self.typed]
+        below = [name for other, name in self.typed.items() if key not in self.lines and other[: len(key)] == key]
+        return next(iter([*around, *below]), "")

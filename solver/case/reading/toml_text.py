@@ -1,0 +1,181 @@
+"""From the bytes of a case file to its tables, with a fault that helps where that fails."""
+
+from __future__ import annotations
+
+import os
+import re
+import tomllib
+from pathlib import Path
+from typing import Any
+
+from gapbeam.solver.faults import CaseError, Fault
+from gapbeam.solver.record_table import KEY_OF_MANY_PARTS
+from gapbeam.solver.wording.near_names import near
+from gapbeam.solver.wording.short_words import either, printable
+
+LARGEST = 1_000_000
+"""The largest case file that is read, bytes."""
+NO_CASES = ("pyproject.toml",)
+LONGEST_LINE = 300
+
+EXPECTED = (
+    ("overwrite a value", "every key at most once in its table"),
+    ("twice", "every table at most once; only [[load]] and [[probe]] may be repeated"),
+    ("immutable namespace", "every table written in one place"),
+    ("Expected '='", "key = value"),
+    ("Invalid statement", "key = value, a table [name], or a comment that starts with #"),
+    ("Invalid value", 'a value: a number, "text" in quotes, true, false or a list [1.0, 2.0]'),
+    ("after a statement", "nothing behind the value but a comment that starts with #"),
+    ("Unclosed array", "a ] at the end of the list"),
+    ("Unclosed inline table", "a } at the end of the table"),
+    ("Unterminated string", "a quote at the end of the text"),
+    ("Expected ']", "a table [name] or an entry [[name]] closed by as many brackets as it was opened"),
+    ("Illegal character '\\n'", "a quote at the end of the text, on the same line"),
+    ('Expected "', "a quote at the end of the text"),
+    ("key part", "a key of letters, digits, _ and -"),
+    ("backslash", "text in 'single quotes' where it holds a backslash"),
+    ("Unescaped '\\\\'", "text in 'single quotes' where it holds a backslash"),
+)
+"""What tomllib says, and what it would have liked."""
+
+HINTS = (
+    (r"[“”„‘’]", 'straight quotes: "text"'),
+    (r"[−–—]", "a plain minus sign: -"),
+    (r"^\s*(//|;|%|/\*|!)", "# at the start of a comment"),
+    (r"^\s*\[\[[^\]]*\][^\]]*$", "two brackets at both ends: [[name]]"),
+    (r"^\s*\[[^\[\]=]*$", "a closing bracket: [name]"),
+    (r"^\s*\[[^\[\]]*\]\]", "as many brackets before the name as behind it"),
+    (r"^\s*\[\s*\]", "a name between the brackets"),
+    (r"==", "a single ="),
+    (r"=.*//", "# instead of // before a comment"),
+    (r"=\s*\(", "square brackets around a list: [1.0, 2.0]"),
+    (r"=\s*\[[^\],]*[^\],\s]\s+[^\],\s]", "a comma between the items of a list"),
+    (r"^\s*[A-Za-z_]\w*( +\w+)+\s*=", "_ instead of blanks in the key"),
+    (r"[;,]$", "nothing at the end of the line"),
+    (r"^\s*[\w.-]+\s*:", "= instead of :"),
+    (r"^[^=#]*[^\s=#][^=#]*$", "an = between key and value"),
+    (r"=\s*(#|$)", "a value behind the ="),
+    (r"=\s*(True|False|TRUE|FALSE)\b", "true and false in small letters"),
+    (r"=\s*[+-]?\d+,\d", "a decimal point: 0.1 instead of 0,1"),
+    (r"=\s*[+-]?\.\d", "a digit before the decimal point: 0.5 instead of .5"),
+    (r"=\s*[+-]?\d+\.(?!\d)", "a digit behind the decimal point: 2.0 instead of 2."),
+    (r"=\s*[+-]?0\d", "a number without zeros in front"),
+    (r"=\s*[+-]?[\d._]+\s*([*/^]|\*\*)", "the result itself: a case file does not calculate"),
+    (
+        r"=\s*[+-]?[\d._]+([eE][+-]?\d+)?\s*[A-Za-zµμ%°]",
+        "the number alone: all values are in SI units, Hz and degrees",
+    ),
+    (r"=\s*[A-Za-z_]", 'text in quotes: "text"'),
+    (r"\\", "'single quotes' around text that holds a backslash"),
+)
+"""A pattern in the line where tomllib stopped, and what to try."""
+
+
+def read_text(path: Path) -> str:
+    """Return the text of a case file.
+
+    Raises:
+        CaseError: no such file, not a file, too large, not text.
+    """
+    try:
+        if path.is_dir():
+            raise _unreadable(path, "a folder", "the path of a case file", _cases_in(path))
+        if not path.exists():
+            raise _unreadable(path, "no such file", "the path of a case file", _similar(path))
+        if not path.is_file():
+            raise _unreadable(path, "a device or pipe", "the path of a case file")
+        size = path.stat().st_size
+        # the kernel's files have no size, and some of them wait for something to say
+        with os.fdopen(os.open(path, os.O_RDONLY | os.O_NONBLOCK), "rb") as file:
+            content = file.read(LARGEST + 1) or b""
+        if max(size, len(content)) > LARGEST:
+            raise _unreadable(
+                path,
+                f"{max(size, len(content))} bytes or more",
+                f"a case file, of at most {LARGEST} bytes",
+                "is it a mesh or a result?",
+            )
+    except (OSError, ValueError) as error:
+        reason = getattr(error, "strerror", None) or str(error)
+        raise _unreadable(path, f"a file that cannot be read: {reason}", "a case file that may be read") from error
+    try:
+        return content.decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        line = content.count(b"\n", 0, error.start) + 1
+        found = f"the byte 0x{content[error.start]:02x}, which is not UTF-8"
+        binary = b"\0" in content
+        hint = "is it a mesh, a result or UTF-16 text?" if binary else "save it as UTF-8 text in the editor"
+        raise _unreadable(path, found, "a text file in UTF-8", hint, f":{line}") from error
+
+
+def parse(text: str, source: str) -> dict[str, Any]:
+    """Return the tables of a case file.
+
+    Raises:
+        CaseError: The text is not TOML.
+    """
+    try:
+        return read_toml(text)
+    except tomllib.TOMLDecodeError as error:
+        raise CaseError(source, [_syntax_fault(text, source, str(error))]) from error
+    except (RecursionError, MemoryError) as error:
+        fault = Fault((), "lists or tables nested too deep", "at most a list in a table", where=source)
+        raise CaseError(source, [fault]) from error
+    except ValueError as error:  # a number with thousands of digits
+        fault = Fault((), "a whole number of thousands of digits", "a number of a few digits", where=source)
+        raise CaseError(source, [fault]) from error
+
+
+def read_toml(text: str) -> dict[str, Any]:
+    """Return what a text in TOML holds.
+
+    Raises:
+        ValueError: It is not TOML, or holds a number of thousands of digits.
+        RecursionError: Lists or tables are nested too deep, by brackets or by dots: tomllib takes memory as
+            the square of the parts of a key.
+    """
+    if KEY_OF_MANY_PARTS.search(text):
+        raise RecursionError
+    return tomllib.loads(text)
+
+
+def _syntax_fault(text: str, source: str, message: str) -> Fault:
+    lines = text.replace("\r\n", "\n").split("\n")
+    place = re.search(r"\(at line (\d+), column (\d+)\)", message)
+    number, column = (int(place[1]), int(place[2])) if place else (_last(lines, r"\S") or 1, 0)
+    if "Unclosed array" in message:  # noticed later than it was opened
+        number, column = _last(lines[:number], r"=\s*\[[^\]]*$") or number, 0
+    line = lines[number - 1].strip()
+    expected = next((words for part, words in EXPECTED if part in message), "")
+    if not expected:
+        expected = f"a line of TOML; the reader says: {re.sub(r' *[(]at .*[)]$', '', message)}"
+    hint = next((words for pattern, words in HINTS if re.search(pattern, line[:LONGEST_LINE])), "")
+    if "twice" in message or "overwrite" in message:
+        head = line[:LONGEST_LINE].partition("=")[0].strip()
+        other = _last(lines[: number - 1], rf"^\s*{re.escape(head)}\s*(=|#|$)")
+        hint = f"keep one of lines {other} and {number}" if other else "keep one of them"
+    where = f"{source}:{number}: line {number}" + (f", column {column}" if column else "")
+    return Fault((), printable(line, 100) or "an empty line", expected, hint, where=where)
+
+
+def _last(lines: list[str], pattern: str) -> int | None:
+    """Return the number of the last line that holds a pattern."""
+    return next((n for n in range(len(lines), 0, -1) if re.search(pattern, lines[n - 1][:LONGEST_LINE])), None)
+
+
+def _unreadable(path: Path, found: str, expected: str, hint: str = "", line: str = "") -> CaseError:
+    return CaseError(str(path), [Fault((), found, expected, hint, where=f"{path}{line}")])
+
+
+def _similar(path: Path) -> str:
+    """Return a hint at the case file that was probably meant."""
+    if not path.parent.is_dir():
+        return f"there is no folder {path.parent} either; the current folder is {Path.cwd()}"
+    names = [file.name for file in path.parent.glob("*.toml") if file.name not in NO_CASES]
+    close = near(path.name, names) or near(f"{path.name}.toml", names)
+    return f"did you mean {path.parent / close}?" if close else _cases_in(path.parent)
+
+
+def _cases_in(folder: Path) -> str:
+    names = sorted(str(file) for file in folder.glob("*.toml") if file.name not in NO_CASES)[:8]
+    return f"one of its case files: {either(names)}" if names else f"there is no case file in {folder}"

@@ -1,1 +1,0 @@
-"""Reading, checking and writing case files; the models themselves are in `solver.case`."""

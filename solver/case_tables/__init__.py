@@ -1,1 +1,0 @@
-"""Tables of the case file that are large enough for a file of their own."""

@@ -1,1 +1,0 @@
-"""Checkpoints of a march, and how it goes on from one."""

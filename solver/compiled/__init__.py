@@ -1,1 +1,0 @@
-"""Time loops of dense systems, compiled: no Python in a step."""

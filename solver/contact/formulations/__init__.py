@@ -1,0 +1,1 @@
+"""Contact formulations that change the contact operator: Nitsche and contact points."""

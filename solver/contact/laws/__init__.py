@@ -1,0 +1,1 @@
+"""Pointwise contact laws: springs, dampers, restitution and Coulomb friction."""

@@ -1,0 +1,83 @@
+"""What the table of a contact law says about the law: its traits, with the values that most laws have."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import ClassVar, NamedTuple
+
+from gapbeam.solver.contact.formulations.chosen_formulation import ChosenFormulation
+from gapbeam.solver.contact.laws.damper import Damper
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.table import Table
+
+
+class ComputedDamping(NamedTuple):
+    """A damping that a law asks for: c, why, and what half and double of it would change."""
+
+    value: float
+    reason: str
+    consequence: str
+
+
+class ChosenLaw(Table):
+    """Table of a contact law in a case file.
+
+    Attributes:
+        type: Name of the law.
+        jumps: c(d) is not 0 at touch: `ContactLaw.endpoint` switches such a damper on over a depth.
+        exact: Exact formulations go by this law, without its damper.
+        takes_damping: The coefficient is contact.damping; the others bring their own.
+        by_touch_speed: The coefficient follows from the speed at touch of each point, as touch_product / speed.
+    """
+
+    type: str
+
+    jumps: ClassVar[bool] = False
+    exact: ClassVar[bool] = False
+    takes_damping: ClassVar[bool] = False
+    by_touch_speed: ClassVar[bool] = False
+
+    @property
+    def spring_exponent(self) -> float:
+        """The exponent n of the spring K d^n."""
+        return 1.0
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether the law takes energy out of the motion, contact.damping aside."""
+        raise NotImplementedError
+
+    @property
+    def touch_product(self) -> float | None:
+        """The product of coefficient and speed at touch; None: the coefficient is given."""
+        return None
+
+    def damper(self, damping: float, areas: float | Array) -> Damper:
+        """Return the damper, per area.
+
+        Args:
+            damping: contact.damping, given or computed.
+            areas: Areas that resultants at points are spread over, (m,), m^2: coefficients of a force are divided by
+                them. 1: they are per area already.
+        """
+        raise NotImplementedError
+
+    def computed_damping(
+        self, stiffness: float, mass: float, adhesive: bool, units: tuple[str, str]
+    ) -> ComputedDamping | None:
+        """Return the damping that the law asks for in the place of contact.damping; None: it asks for none.
+
+        Args:
+            stiffness: K of the contact, Pa/m, or N/m of a point.
+            mass: Mass of the supported part of the beam that it carries, kg/m^2, or kg of a point.
+            adhesive: Whether the damper may pull.
+            units: Units of the mass and of the stiffness, for the words.
+        """
+        del stiffness, mass, adhesive, units
+        return None
+
+    def contradictions(self, formulation: ChosenFormulation, damping: float) -> Iterator[Fault]:
+        """Yield what contradicts the formulation of the contact or contact.damping."""
+        del formulation, damping
+        yield from ()

@@ -1,0 +1,192 @@
+"""A contact law, per area: an elastic pressure, a damped one, and whether they may pull.
+
+With the penetration d = -g, the closed law is
+
+    p = e(d) + c(d) d'   for d > 0,   p = 0 otherwise,
+
+clipped at p >= 0 unless the face may pull (`adhesive`). Each time scheme asks for the law in the form that it can
+trust; clipped, all forms are non-decreasing in the penetration at the end of the step, so that the step has one
+solution. The formulas stand in `point_law`, for one point; they serve both marches.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.contact.laws.damper import NO_DAMPER, Damper, per_area
+from gapbeam.solver.contact.laws.law_arrays import fill_damping, fill_endpoint, fill_stage, fill_touch_factors
+from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS, UNDAMPED
+from gapbeam.solver.contact.laws.law_forms import IMPLICIT, MEAN
+from gapbeam.solver.contact.laws.point_law import LawNumbers, LawTable, StepNumbers
+from gapbeam.solver.contact.laws.springs import Spring, at_points, rows_of
+from gapbeam.solver.system.operators import Array
+
+
+class StagePressure(NamedTuple):
+    """A law evaluated at m points: pressure (Pa), its slope in the penetration (Pa/m), and its elastic part (Pa)."""
+
+    pressure: Array
+    slope: Array
+    elastic: Array
+
+
+@dataclass(frozen=True)
+class ContactLaw:
+    """Spring, damper and clipping.
+
+    Attributes:
+        spring: e(d).
+        damper: c(d).
+        adhesive: True: the damper pulls while the face separates; False: p is clipped at zero.
+        touch_depth: Depth over which `endpoint` switches a damper that jumps at touch on, m.
+        touch_product: p = chi v0 of a damper whose coefficient chi follows from the speed v0 at touch of each point;
+            None: the coefficient is given.
+        stores_energy: False where the scheme puts impulses in the place of the spring.
+        friction: Traction along the face; None: none.
+        augmented: Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used.
+
+    Raises:
+        ValueError: The damper is that of no law.
+    """
+
+    spring: Spring
+    damper: Damper = NO_DAMPER
+    adhesive: bool = False
+    touch_depth: float = 1.0e-8
+    touch_product: float | None = None
+    augmented: float | None = None
+    stores_energy: bool = True
+    friction: CoulombFriction | None = None
+
+    def __post_init__(self) -> None:
+        """Refuse what has no formula."""
+        if self.damper.law not in FORMULAS:
+            raise ValueError(f"no damping formula of a law {self.damper.law!r}; there are {', '.join(FORMULAS)}")
+
+    @property
+    def stiffness(self) -> float:
+        """K of the spring; the largest where points differ."""
+        return float(np.max(self.spring.stiffness))
+
+    def touched_at(self, speed: Array | None) -> ContactLaw:
+        """Return the law for contacts that began at these speeds, (m,), m/s; itself where that makes no difference."""
+        if self.touch_product is None or speed is None:
+            return self
+        factor = np.empty(len(speed))
+        fill_touch_factors(float(self.touch_product), np.ascontiguousarray(speed), factor)
+        return replace(self, damper=replace(self.damper, coefficient=factor))
+
+    def potential(self, depth: Array) -> Array:
+        """Return psi(d), J/m^2."""
+        return self.spring.potential(depth) if self.stores_energy else np.zeros_like(depth)
+
+    def damping(self, depth: Array) -> Array:
+        """Return c(d), Pa s/m."""
+        rows = rows_of(depth)
+        found = np.empty_like(rows)
+        fill_damping(self.table(rows.shape[1]), rows, found)
+        return found.reshape(depth.shape)
+
+    def static(self, depth: Array) -> StagePressure:
+        """Return p = e(d): the law at rest."""
+        pressure, slope = self.spring.pressure_and_slope(depth)
+        return StagePressure(pressure, slope, pressure)
+
+    def discrete_gradient(self, old: Array, new: Array, dt: float) -> StagePressure:
+        """Return the mean pressure over a step whose elastic part does exactly the work psi(d1) - psi(d0).
+
+        p = (psi(d1) - psi(d0)) / (d1 - d0) + (C(d1) - C(d0)) / dt,  C' = c.
+
+        Args:
+            old: d0 at the start of the step, (..., m), m.
+            new: d1 at its end, (..., m), m.
+            dt: Step, s.
+
+        Source: Simo and Tarnow (1992); Gonzalez (1996) for the discrete gradient of a scalar potential.
+        """
+        return self._over_step(MEAN, old, new, dt)
+
+    def implicit(self, old: Array, new: Array, dt: float) -> StagePressure:
+        """Return the pressure with the elastic part at the end of the step, p = e(d1) + (C(d1) - C(d0)) / dt."""
+        return self._over_step(IMPLICIT, old, new, dt)
+
+    def endpoint(self, depth: Array, rate: Array, rate_slope: float) -> StagePressure:
+        """Return the law at one instant, p = chi(d) <e(d) + c(d) d'>, of `point_law.endpoint_pressure`.
+
+        Args:
+            depth: d, (m,), m.
+            rate: d', (m,), m/s.
+            rate_slope: Derivative of d' with respect to d in the scheme, 1/s.
+        """
+        rows = rows_of(depth)
+        found = np.empty((3, *rows.shape))
+        fill_endpoint(self.table(rows.shape[1]), rows, rows_of(rate), float(rate_slope), found)
+        return StagePressure(*found.reshape(3, *depth.shape))
+
+    def table(self, size: int) -> LawTable:
+        """Return the law as numbers and arrays for m = `size` points, without friction and multipliers."""
+        return LawTable(self.numbers, at_points(self.spring.stiffness, size), at_points(self.damper.coefficient, size))
+
+    @cached_property
+    def numbers(self) -> LawNumbers:
+        """What is the same at all points; a damper without a coefficient is left out."""
+        damped = self.touch_product is not None or bool(np.any(self.damper.coefficient))
+        return LawNumbers(
+            float(self.spring.exponent),
+            FORMULAS[self.damper.law] if damped else UNDAMPED,
+            self.damper.padded,
+            LAWS[self.damper.law].jumps,
+            bool(self.adhesive),
+            float(self.touch_depth),
+            float(self.touch_product or 0.0),
+        )
+
+    def _over_step(self, form: int, old: Array, new: Array, dt: float) -> StagePressure:
+        rows = rows_of(new)
+        found = np.empty((3, *rows.shape))
+        fill_stage(StepNumbers(form, float(dt), 0.0, 0.0), self.table(rows.shape[1]), rows_of(old), rows, found)
+        return StagePressure(*found.reshape(3, *new.shape))
+
+
+def kelvin_voigt(
+    stiffness: float, damping: float = 0.0, adhesive: bool = False, touch_depth: float = 1.0e-8
+) -> ContactLaw:
+    """Return p = eps d + c d', with eps in Pa/m and c in Pa s/m."""
+    return ContactLaw(Spring(stiffness), Damper("kelvin-voigt", damping), adhesive, touch_depth)
+
+
+def make_law(
+    chosen: ChosenLaw,
+    stiffness: float | Array,
+    touch_depth: float,
+    damping: float = 0.0,
+    areas: float | Array = 1.0,
+    adhesive: bool = False,
+    augmented: float | None = None,
+) -> ContactLaw:
+    """Return the contact law, per area, of a table of a case file.
+
+    Args:
+        chosen: The table.
+        stiffness: K of the case or its computed value, or gamma of Nitsche's method at each point, (m,).
+        touch_depth: Depth over which `ContactLaw.endpoint` switches a damper that jumps on, m.
+        damping: contact.damping, given or computed.
+        areas: Areas that resultants at points are spread over, (m,), m^2: K in N/m^n and c in N s/m are divided by
+            them. 1: K and c are per area already.
+        adhesive: Whether the damper may pull.
+        augmented: As in `ContactLaw`.
+    """
+    return ContactLaw(
+        Spring(per_area(stiffness, areas), chosen.spring_exponent),
+        chosen.damper(damping, areas),
+        adhesive,
+        touch_depth,
+        chosen.touch_product,
+        augmented,
+    )

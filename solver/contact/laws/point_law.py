@@ -1,0 +1,158 @@
+"""A contact law at one point: spring, damper and clipping in the form that a scheme asks for.
+
+With the penetration d = -g, the closed law is p = e(d) + c(d) d' for d > 0, p = 0 otherwise, clipped at p >= 0 unless
+the face may pull.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gapbeam.solver.contact.laws.damper import DampedPoint, Parameters
+from gapbeam.solver.contact.laws.law_choice import UNDAMPED, damping
+from gapbeam.solver.contact.laws.law_forms import ENDPOINT, MEAN
+from gapbeam.solver.contact.laws.springs import spring_mean, spring_pressure, spring_slope
+from gapbeam.solver.jit import compiled_in_order
+from gapbeam.solver.system.operators import Array
+
+SLOWEST_TOUCH = 1.0e-4  # m/s; slower touches are damped as if they came with this speed
+
+
+class LawNumbers(NamedTuple):
+    """The part of a contact law that is the same at all points.
+
+    Attributes:
+        exponent: n.
+        formula: Number of the damping formula, of `law_choice`.
+        parameters: Parameters of that formula.
+        jumps: Whether the damper jumps at touch.
+        adhesive: Whether the damper may pull.
+        touch_depth: Depth over which a damper that jumps is switched on, m.
+        touch_product: p = chi v0 where chi follows from the touch speed; 0: chi is given.
+    """
+
+    exponent: float
+    formula: int
+    parameters: Parameters
+    jumps: bool
+    adhesive: bool
+    touch_depth: float
+    touch_product: float
+
+
+class LawTable(NamedTuple):
+    """A contact law as numbers.
+
+    Attributes:
+        numbers: What is the same at all points.
+        stiffness: K of each point, (m,).
+        coefficient: Coefficient of the damper at each point, (m,).
+    """
+
+    numbers: LawNumbers
+    stiffness: Array
+    coefficient: Array
+
+
+class StepNumbers(NamedTuple):
+    """What a scheme makes of the law.
+
+    Attributes:
+        form: MEAN, IMPLICIT or ENDPOINT.
+        dt: Step, s.
+        old_share: Share of the pressure before in the balance, ENDPOINT.
+        rate_slope: Derivative of d' with respect to d, ENDPOINT, 1/s.
+    """
+
+    form: int
+    dt: float
+    old_share: float
+    rate_slope: float
+
+
+class Point(NamedTuple):
+    """A contact point in a step.
+
+    Attributes:
+        stiffness: K.
+        coefficient: Of the damper.
+        old_depth: Penetration at the start of the step, m.
+        old_pressure: Pressure that acted last, Pa.
+        guess_depth: Penetration of the predictor, ENDPOINT, m.
+        guess_rate: Its rate, m/s.
+    """
+
+    stiffness: float
+    coefficient: float
+    old_depth: float
+    old_pressure: float
+    guess_depth: float
+    guess_rate: float
+
+
+@compiled_in_order
+def touch_factor(product: float, speed: float) -> float:
+    """Return chi = p / v0 of a contact that began at a speed."""
+    return product / max(speed, SLOWEST_TOUCH)
+
+
+@compiled_in_order
+def damping_at(law: LawNumbers, stiffness: float, coefficient: float, depth: float) -> tuple[float, float, float]:
+    """Return c(d), its slope and its integral C(d) at a point."""
+    return damping(law.formula, DampedPoint(stiffness, law.exponent, coefficient, law.parameters), depth)
+
+
+@compiled_in_order
+def stage_pressure(step: StepNumbers, law: LawNumbers, point: Point, depth: float) -> tuple[float, float, float]:
+    """Return pressure, slope and elastic part in the balance of a step that ends at a depth."""
+    if step.form == ENDPOINT:
+        rate = point.guess_rate + step.rate_slope * (depth - point.guess_depth)
+        pressure, slope, elastic = endpoint_pressure(
+            law, point.stiffness, point.coefficient, depth, rate, step.rate_slope
+        )
+        share = step.old_share
+        return (1.0 - share) * pressure + share * point.old_pressure, (1.0 - share) * slope, elastic
+    old = point.old_depth
+    if old <= 0.0 and depth <= 0.0:
+        return 0.0, 0.0, 0.0
+    stiffness, exponent = point.stiffness, law.exponent
+    if step.form == MEAN:
+        elastic, slope = spring_mean(stiffness, exponent, old, depth)
+    else:
+        elastic = spring_pressure(stiffness, exponent, depth)
+        slope = spring_slope(stiffness, exponent, depth)
+    if law.formula == UNDAMPED:
+        return elastic, slope, elastic
+    value, _, integral = damping_at(law, stiffness, point.coefficient, depth)
+    pressure = elastic + (integral - damping_at(law, stiffness, point.coefficient, old)[2]) / step.dt
+    slope += value / step.dt
+    if not law.adhesive and pressure <= 0.0:
+        return 0.0, 0.0, elastic
+    return pressure, slope, elastic
+
+
+@compiled_in_order
+def endpoint_pressure(
+    law: LawNumbers, stiffness: float, coefficient: float, depth: float, rate: float, rate_slope: float
+) -> tuple[float, float, float]:
+    """Return pressure, slope and elastic part of the law at one instant, p = chi(d) <e(d) + c(d) d'>.
+
+    For a damper that jumps at touch, chi rises linearly from 0 to 1 over a depth: that keeps the clipped law
+    non-decreasing in d. For others chi = 1.
+    """
+    if depth <= 0.0:
+        return 0.0, 0.0, 0.0
+    elastic = spring_pressure(stiffness, law.exponent, depth)
+    slope = spring_slope(stiffness, law.exponent, depth)
+    if law.formula == UNDAMPED:
+        return elastic, slope, elastic
+    value, value_slope, _ = damping_at(law, stiffness, coefficient, depth)
+    bracket = elastic + value * rate
+    slope = max(slope + value * rate_slope + value_slope * rate, 0.0)
+    if not law.adhesive and bracket <= 0.0:
+        bracket, slope = 0.0, 0.0
+    if not law.jumps:
+        return bracket, slope, elastic
+    share = min(depth / law.touch_depth, 1.0)
+    share_slope = 1.0 / law.touch_depth if depth < law.touch_depth else 0.0
+    return share * bracket, share * slope + share_slope * bracket, elastic

@@ -1,0 +1,148 @@
+"""The elastic part of a contact law, per area: p = K d^n for d > 0.
+
+The formulas stand here once, at one point; `Spring` applies them to arrays, and kernels call them.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import prod
+
+import numpy as np
+
+from gapbeam.solver.jit import compiled_in_order, entry
+from gapbeam.solver.system.operators import Array
+
+FAR_APART = 1.0e-3  # of the depth: beyond it the difference quotient of the potential is exact enough
+_NODES, _TWICE = np.polynomial.legendre.leggauss(4)
+_SHARES, _WEIGHTS = np.asarray(0.5 * (1.0 + _NODES)), np.asarray(0.5 * _TWICE)
+
+
+@dataclass(frozen=True)
+class Spring:
+    """K > 0 (Pa/m^n) and n >= 1.
+
+    Attributes:
+        stiffness: K, Pa/m^n, one number or one per point, (m,).
+        exponent: n; 1 is linear, 1.5 that of Hertz.
+    """
+
+    stiffness: float | Array
+    exponent: float = 1.0
+
+    def pressure(self, depth: Array) -> Array:
+        """Return K <d>^n, Pa; depths of any shape (..., m)."""
+        return self.pressure_and_slope(depth)[0]
+
+    def slope(self, depth: Array) -> Array:
+        """Return n K d^(n-1) where closed, else 0, Pa/m."""
+        return self.pressure_and_slope(depth)[1]
+
+    def pressure_and_slope(self, depth: Array) -> tuple[Array, Array]:
+        """Return K <d>^n, Pa, and n K d^(n-1) where closed, else 0, Pa/m."""
+        rows = rows_of(depth)
+        pressure, slope = np.empty_like(rows), np.empty_like(rows)
+        _fill_elastic(at_points(self.stiffness, rows.shape[1]), float(self.exponent), rows, pressure, slope)
+        return pressure.reshape(depth.shape), slope.reshape(depth.shape)
+
+    def potential(self, depth: Array) -> Array:
+        """Return psi = K <d>^(n+1) / (n+1), J/m^2."""
+        rows = rows_of(depth)
+        potential = np.empty_like(rows)
+        _fill_potential(at_points(self.stiffness, rows.shape[1]), float(self.exponent), rows, potential)
+        return potential.reshape(depth.shape)
+
+    def mean(self, old: Array, new: Array) -> tuple[Array, Array]:
+        """Return the discrete gradient (psi(d1) - psi(d0)) / (d1 - d0) and its slope in d1."""
+        before, after = rows_of(old), rows_of(new)
+        mean, slope = np.empty_like(after), np.empty_like(after)
+        _fill_mean(at_points(self.stiffness, after.shape[1]), float(self.exponent), before, after, mean, slope)
+        return mean.reshape(new.shape), slope.reshape(new.shape)
+
+
+def rows_of(depth: Array) -> Array:
+    """Return depths (..., m) as rows, (r, m)."""
+    *rows, size = depth.shape
+    return np.ascontiguousarray(depth, dtype=float).reshape(prod(rows), size)
+
+
+def at_points(value: float | Array, size: int) -> Array:
+    """Return a value of all points, or one of each, as (m,) for m = `size` points."""
+    return np.zeros(size) + value
+
+
+@compiled_in_order
+def spring_pressure(stiffness: float, exponent: float, depth: float) -> float:
+    """Return K <d>^n."""
+    if depth <= 0.0:
+        return 0.0
+    return stiffness * (depth if exponent == 1.0 else depth**exponent)
+
+
+@compiled_in_order
+def spring_slope(stiffness: float, exponent: float, depth: float) -> float:
+    """Return n K <d>^(n-1), 0 for d <= 0."""
+    if depth <= 0.0:
+        return 0.0
+    return stiffness if exponent == 1.0 else exponent * stiffness * depth ** (exponent - 1.0)
+
+
+@compiled_in_order
+def spring_potential(stiffness: float, exponent: float, depth: float) -> float:
+    """Return K <d>^(n+1) / (n+1)."""
+    if depth <= 0.0:
+        return 0.0
+    power = exponent + 1.0
+    return stiffness / power * (depth * depth if exponent == 1.0 else depth**power)
+
+
+@compiled_in_order
+def spring_mean(stiffness: float, exponent: float, old: float, new: float) -> tuple[float, float]:
+    """Return the discrete gradient of the potential between two depths, and its slope in the second.
+
+    Both are written without cancellation: exactly for n = 1, by Gauss-Legendre quadrature of K d^n between two close
+    depths otherwise. Ratios come first: squares of tiny depths would underflow.
+    """
+    if old <= 0.0 and new <= 0.0:
+        return 0.0, 0.0
+    if exponent == 1.0:
+        half = 0.5 * stiffness
+        if old > 0.0 and new > 0.0:
+            return half * (new + old), half
+        if new > 0.0:
+            share = new / (new - old)
+            return half * (new * share), half * share * ((new - 2.0 * old) / (new - old))
+        share = old / (old - new)
+        return half * (old * share), half * (share * share)
+    apart = new - old
+    if abs(apart) <= FAR_APART * max(abs(old), abs(new)):
+        mean, slope = 0.0, 0.0
+        for share, weight in zip(_SHARES, _WEIGHTS):  # noqa: B905 - compiled code knows no strict
+            between = old + share * apart
+            mean += weight * spring_pressure(stiffness, exponent, between)
+            slope += weight * share * spring_slope(stiffness, exponent, between)
+        return mean, slope
+    mean = (spring_potential(stiffness, exponent, new) - spring_potential(stiffness, exponent, old)) / apart
+    return mean, max((spring_pressure(stiffness, exponent, new) - mean) / apart, 0.0)
+
+
+@entry
+def _fill_elastic(stiffness: Array, exponent: float, depth: Array, pressure: Array, slope: Array) -> None:
+    for row in range(depth.shape[0]):
+        for i in range(depth.shape[1]):
+            pressure[row, i] = spring_pressure(stiffness[i], exponent, depth[row, i])
+            slope[row, i] = spring_slope(stiffness[i], exponent, depth[row, i])
+
+
+@entry
+def _fill_potential(stiffness: Array, exponent: float, depth: Array, potential: Array) -> None:
+    for row in range(depth.shape[0]):
+        for i in range(depth.shape[1]):
+            potential[row, i] = spring_potential(stiffness[i], exponent, depth[row, i])
+
+
+@entry
+def _fill_mean(stiffness: Array, exponent: float, old: Array, new: Array, mean: Array, slope: Array) -> None:
+    for row in range(new.shape[0]):
+        for i in range(new.shape[1]):
+            mean[row, i], slope[row, i] = spring_mean(stiffness[i], exponent, old[row, i], new[row, i])

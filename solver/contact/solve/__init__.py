@@ -1,0 +1,1 @@
+"""The contact problem of one step: condensation, Newton iteration and friction."""

@@ -1,0 +1,295 @@
+"""Exact condensation of a linear step onto the contact points.
+
+With A = c_m M + c_k K + c_d sum_j c_j b_j b_j^T (dashpots) factored once, the step A x = r + H^T f has
+x = A^-1 r + A^-1 H^T f, and the gap needs only the Delassus operator D = G A^-1 H^T (m x m). Full accuracy, one
+back-substitution per step. Friction adds T^T h to the right side, and T A^-1 [H^T T^T] to what a step needs.
+
+A^-1 is kept on columns that span H^T and T^T: the interface DOFs, or the contact points where these are fewer. Where
+memory has no room for the columns, or few steps are taken, only their part on the interface is computed and kept, for
+a fraction of what the columns take (`linear_algebra.inverse_entries`): a step takes a second back-substitution.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+from scipy.linalg import LinAlgError, cho_factor, cho_solve, lu_factor, lu_solve, solve
+from scipy.sparse import csr_matrix, hstack, identity
+
+from gapbeam.solver.system.operators import Array, Factor, Indices, Springs
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+
+
+@dataclass(frozen=True)
+class Response:
+    """What point forces do.
+
+    Attributes:
+        gaps: D f = G A^-1 H^T f, (m,), m.
+        whole: A^-1 H^T f, (n,), where that is known.
+    """
+
+    gaps: Array
+    whole: Array | None = None
+
+    def further(self, length: float, other: Response) -> Response:
+        """Return this response and a share of another one."""
+        whole = None if self.whole is None or other.whole is None else self.whole + length * other.whole
+        return Response(self.gaps + length * other.gaps, whole)
+
+
+class CondensedOperator:
+    """A = c_m M + c_k K + c_d dashpots (+ springs), factored, with its Delassus operator.
+
+    Collective to make and to use.
+
+    Args:
+        system: The system.
+        mass: c_m.
+        stiffness: c_k.
+        dashpots: c_d.
+        springs: Added to A.
+        factor: What solves with A, where it is there already.
+        factored_in: Wall time that it took then, s.
+        seldom: Whether it is used a few times only, and quickly made rather than quick.
+
+    Attributes:
+        mass: c_m.
+        stiffness: c_k.
+        dashpots: c_d times the dashpots of the system; None: it has none.
+        symmetric: Whether D = G A^-1 H^T is: where H = G.
+        iterative: Whether A is solved with by iterations: no.
+        diagonal: That of D, (m,).
+        largest_compliance: Its largest entry.
+        seconds: Wall time of the factorization and of the Delassus operator.
+    """
+
+    iterative = False
+
+    def __init__(
+        self,
+        system: SemiDiscreteSystem,
+        mass: float,
+        stiffness: float,
+        dashpots: float = 0.0,
+        springs: Springs | None = None,
+        factor: Factor | None = None,
+        factored_in: float = 0.0,
+        seldom: bool = False,
+    ) -> None:
+        self.mass, self.stiffness = mass, stiffness
+        self.dashpots = None if system.dashpots is None or dashpots == 0.0 else system.dashpots.times(dashpots)
+        contact = self._contact = system.contact
+        self.symmetric = contact.symmetric
+        started = time.perf_counter()
+        self._factor = system.operators.factor(mass, stiffness, springs, self.dashpots) if factor is None else factor
+        factored = time.perf_counter()
+        interface = contact.interface
+        tangents, forces = contact.tangents, csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
+        self._by_point = forces.shape[1] < interface.size
+        self._columns: Array | None = None
+        block: Array | None = None
+        if not self._by_point and (seldom or not self._factor.keeps(interface.size)):
+            block = self._factor.interface_block(interface)
+        if block is None:
+            block = self._by_columns(system, forces if self._by_point else csr_matrix(identity(interface.size)))
+        gaps = contact.gap_matrix @ block
+        self._all = np.asfortranarray(gaps if tangents is None else np.concatenate([gaps, tangents @ block]))
+        self._gaps = self._all[: contact.size]
+        self._block = block if self.symmetric and not self._by_point else None
+        self.diagonal = self._diagonal()
+        self.largest_compliance = float(np.max(self.diagonal, initial=0.0))
+        self.seconds = {"factorization": factored - started + factored_in, "delassus": time.perf_counter() - factored}
+
+    def _by_columns(self, system: SemiDiscreteSystem, spanning: csr_matrix) -> Array:
+        """Return E^T A^-1 E X for columns X on the interface DOFs; keeps A^-1 E X if there is room. Collective."""
+        interface, count = system.contact.interface, spanning.shape[1]
+        keeps = self._factor.keeps(count)
+        mine = np.zeros((interface.size, count))
+        for first in range(0, count, max(count, 1) if keeps else _AT_ONCE):
+            part = slice(first, None if keeps else first + _AT_ONCE)
+            solved = self._factor.solve_columns(interface, spanning[:, part])
+            mine[interface.slots, part] = solved[interface.owned]
+            self._columns = solved if keeps else None
+        block = system.operators.sum(mine)
+        return block if self._by_point else 0.5 * (block + block.T)
+
+    @cached_property
+    def delassus(self) -> Array:
+        """D = G A^-1 H^T, (m, m)."""
+        contact, gaps = self._contact, self._gaps
+        whole = gaps[:, : contact.size] if self._by_point else (contact.resultants.T @ gaps.T).T
+        return np.ascontiguousarray(0.5 * (whole + whole.T) if self.symmetric else whole)
+
+    @cached_property
+    def compliance(self) -> Array:
+        """[G; T] A^-1 [G; T]^T, (m + m k, m + m k), symmetric; the Delassus operator without friction."""
+        contact = self._contact
+        if contact.tangents is None:
+            return self.delassus
+        forces = csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
+        whole = self._all if self._by_point else (forces.T @ self._all.T).T
+        return np.ascontiguousarray(0.5 * (whole + whole.T))
+
+    def among(self, points: Indices) -> Array:
+        """Return D between some of the points, (a, a), of which the whole is kept where it is not too large."""
+        if self._block is None or 8.0 * self._contact.size**2 <= _KEPT_WHOLE:
+            return np.asarray(self.delassus[np.ix_(points, points)])
+        gaps = self._contact.gap_matrix[points]
+        touched = np.unique(gaps.indices)
+        gaps = gaps[:, touched]
+        return np.asarray((gaps @ (gaps @ self._block[np.ix_(touched, touched)]).T).T)
+
+    def loosen(self, tolerance: float) -> None:
+        """Nothing: a factor leaves round-off only."""
+
+    def solve_free(self, right_side: Array) -> Array:
+        """Return A^-1 r: the motion without contact forces."""
+        return self._factor.solve(right_side)
+
+    def correct(
+        self, x: Array, forces: Array, friction: Array | None = None, _response: Response | None = None
+    ) -> Array:
+        """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N."""
+        if self._columns is not None:
+            return np.asarray(x + _product(self._columns, self._loads(forces, friction)))
+        right_side = np.zeros_like(x)
+        self._contact.interface.add(right_side, self._contact.resultant(forces, friction))
+        return np.asarray(x + self._factor.solve(right_side))
+
+    def respond(self, forces: Array) -> Response:
+        """Return D f = G A^-1 H^T f."""
+        return Response(_product(self._gaps, self._loads(forces, None)))
+
+    def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
+        """Return G A^-1 (H^T f + T^T h), (m,), and T A^-1 (H^T f + T^T h), (m, k); with friction only."""
+        moved = _product(self._all, self._loads(forces, friction))
+        return moved[: len(forces)], moved[len(forces) :].reshape(friction.shape)
+
+    def solve_linearized(
+        self,
+        scale: float,
+        active: Indices,
+        compliance: Array,
+        target: Array,
+        change: Array,
+        _response: Response | None,
+        detour: bool,
+    ) -> tuple[Array, Response]:
+        """Solve (diag(c) + s D_aa) x = t - s D_ao f_o on the active points a; the other forces f_o are known.
+
+        Args:
+            scale: s.
+            active: Which points, (a,).
+            compliance: c > 0, (a,).
+            target: t, (a,), overwritten.
+            change: f_o at the other points, 0 at the active ones, (m,), N; overwritten.
+            detour: Whether the way by the interface DOFs may be taken where it is quicker; it costs digits.
+
+        Returns:
+            All forces, (m,), and their response.
+        """
+        if np.any(change):
+            target -= scale * self.respond(change).gaps[active]
+        if len(active) > 0:
+            change[active] = self._solve_active(scale, active, compliance, target, detour)
+        return change, self.respond(change)
+
+    def _solve_active(self, scale: float, active: Indices, compliance: Array, target: Array, detour: bool) -> Array:
+        """Solve (diag(c) + s D) x = t on the active points."""
+        detoured = self.solve_by_interface(scale, active, compliance, target) if detour else None
+        if detoured is not None:
+            return detoured
+        matrix = self.among(active)
+        matrix *= scale
+        matrix[np.diag_indices_from(matrix)] += compliance
+        try:
+            if self.symmetric:
+                # transposed it is column-major, and factored in place
+                return np.asarray(cho_solve(cho_factor(matrix.T, overwrite_a=True, check_finite=False), target))
+            return np.asarray(solve(matrix, target, check_finite=False))
+        except LinAlgError:
+            # Compliances of nearly rigid laws vanish against round-off in D: take the smallest solution.
+            matrix = scale * self.among(active)
+            matrix[np.diag_indices_from(matrix)] += compliance
+            return np.asarray(np.linalg.lstsq(matrix, target, rcond=1.0e-14)[0])
+
+    def solve_by_interface(self, scale: float, points: Indices, compliance: Array, target: Array) -> Array | None:
+        """Solve (diag(c) + s D) x = t on some of the points by way of the interface DOFs, where these are fewer.
+
+        With D = G B G^T and N = G^T diag(1/c) G:  (1 + s N B) z = G^T (t / c),  x = (t - s G B z) / c, and once more
+        for what is then missing of t.
+
+        Args:
+            scale: s.
+            points: Which points, (a,).
+            compliance: c > 0, (a,).
+            target: t, (a,).
+
+        Returns:
+            x, (a,); None where that is not worth it, or would cost digits: stiff contact makes t and s G B z cancel.
+        """
+        if self._block is None or len(points) < _MANY:
+            return None
+        if scale * float(np.sum(self.diagonal[points] / compliance)) > _STIFF:
+            return None
+        gaps = self._contact.gap_matrix[points]
+        touched = np.unique(gaps.indices)
+        if 2 * len(touched) > len(points):
+            return None
+        gaps = gaps[:, touched]
+        block = scale * self._block[np.ix_(touched, touched)]
+        shared = csr_matrix(gaps.T @ gaps.multiply((1.0 / compliance)[:, None]))
+        small = np.asarray(shared @ block)
+        small[np.diag_indices_from(small)] += 1.0
+        factor = lu_factor(small, overwrite_a=True, check_finite=False)
+
+        def solved(right: Array) -> Array:
+            found = lu_solve(factor, gaps.T @ (right / compliance), check_finite=False)
+            return np.asarray((right - gaps @ (block @ found)) / compliance)
+
+        once = solved(target)
+        return once + solved(target - compliance * once - gaps @ (block @ (gaps.T @ once)))
+
+    def _loads(self, forces: Array, friction: Array | None) -> Array:
+        if not self._by_point:
+            return self._contact.resultant(forces, friction)
+        along = len(self._all) - len(forces)
+        if along == 0:
+            return forces
+        return np.concatenate([forces, np.zeros(along) if friction is None else friction.reshape(-1)])
+
+    def _diagonal(self) -> Array:
+        if self._by_point:
+            return np.array(np.diagonal(self._gaps))
+        return np.asarray(self._contact.resultants.T.multiply(self._gaps).sum(axis=1)).reshape(-1)
+
+
+_KEPT_WHOLE = 0.5e9  # bytes: a larger Delassus operator, which every rank would hold, is made where it is asked for
+_AT_ONCE = 64  # columns that are made at once where they are not kept
+_RUN_BREAK = 8  # a gap of a few unloaded columns is cheaper read than skipped
+_MANY = 200  # points, below which a factorization of their own is quicker than any detour
+_STIFF = 1.0e5  # ratio of compliances above which a detour costs more digits than that
+_SMALL = 20_000  # entries of a matrix that is read faster than loads are sorted
+
+
+def _product(columns: Array, loads: Array) -> Array:
+    """Return columns @ loads, (rows,), for a column-major matrix.
+
+    Only the columns that carry a load are read: contact is local, and the columns are what would fill the memory bus.
+    They are ordered along the beam, so these are few runs.
+    """
+    if columns.size <= _SMALL:
+        return np.asarray(columns @ loads)
+    loaded = np.flatnonzero(loads)
+    if len(loaded) == 0:
+        return np.zeros(len(columns))
+    runs = np.split(loaded, np.flatnonzero(np.diff(loaded) > _RUN_BREAK) + 1)
+    spans = [slice(run[0], run[-1] + 1) for run in runs]
+    result = np.asarray(columns[:, spans[0]] @ loads[spans[0]])
+    for span in spans[1:]:
+        result += columns[:, span] @ loads[span]
+    return result

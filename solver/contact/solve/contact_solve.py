@@ -1,0 +1,286 @@
+"""The contact problem of one step: a small semi-smooth Newton in force form with an exact line search.
+
+Find the point forces f = w p (m,) with
+
+    d = d_held - s D (f - f_held),    f = w P(d),
+
+for a pointwise non-decreasing law P, a symmetric positive semi-definite Delassus operator D and a scale s > 0.
+Linearizing P at d_k, P = P_k + kappa (d - d_k), gives on the points with kappa > 0
+
+    (diag(1 / (w kappa)) + s D) (f - f_held) = d_held - d_k + (P_k - f_held / w) / kappa,
+
+in which the stiffness enters as a compliance: kappa to infinity is harmless. The forces that solve the step
+minimize the convex potential  f^T s D f / 2 + sum w psi(d)  over the line of each update, which is
+searched exactly for the root of its derivative; without that the iteration can cycle.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+
+import numpy as np
+from scipy.optimize import brentq
+
+from gapbeam.solver.contact.laws.contact_law import StagePressure
+from gapbeam.solver.contact.solve.condensation import Response
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.system.operators import Array
+
+RELATIVE_TOLERANCE = 1.0e-11
+NOTHING = 1.0e-290  # Pa; below it numbers lose their digits
+ROUND_OFF = 1.0e-12  # of what cancels in the penetration; in Nitsche's method stresses of rigid motions cancel as well
+UNRESOLVED = 1.0e-14  # of d_held, as work of the forces
+EPSILON = 1.0e-15  # of the pressure before: what a pressure cannot be resolved to
+SETTLED = 1.0e-7  # of the largest force: what round-off of the penetration leaves of an update
+FULL_STEPS = 3
+FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
+SOFTENED = (1.0e-4, 1.0e-3, 1.0e-2, 0.1, 1.0)  # shares of the law on the way to a hard solution
+MOST_UPDATES = 100  # of the multipliers
+
+
+@dataclass(frozen=True)
+class ContactSolution:
+    """Forces f = w p (m,), N, the penetration (m,), m, the law there, and the number of iterations.
+
+    And the change f - f_held, which has more digits than f; the work, J, that round-off in the penetration hides; with
+    friction also its forces h = w t (m, k), N; what the change does to the body, where that is known.
+    """
+
+    forces: Array
+    change: Array
+    depth: Array
+    law: StagePressure
+    iterations: int
+    unresolved: float = 0.0
+    friction: Array | None = None
+    response: Response | None = None
+
+    def traction(self, weights: Array) -> Array | None:
+        """Return the tangential traction h / w, (m, k), Pa; None without friction."""
+        return None if self.friction is None else self.friction / weights[:, None]
+
+
+def solve_contact(
+    condensed: Condensed,
+    scale: float,
+    held_depth: Array,
+    weights: Array,
+    law: Callable[[Array], StagePressure],
+    held: Array,
+    max_iterations: int = 60,
+    augmented: float | None = None,
+    start: Array | None = None,
+) -> ContactSolution:
+    """Solve d = d_held - s D (f - f_held), f = w P(d), or the same with multipliers: f = w P(d + shift).
+
+    d_held is the penetration under the forces f_held that acted last. Were it that of a free flight, it and D f would
+    be large and cancel: base and gland press against each other on a body that hardly anything else holds.
+
+    The shift, a multiplier over the stiffness, grows by the penetration (Uzawa) until that is below `augmented` times
+    the penetration without it.
+
+    Args:
+        condensed: Holds the Delassus operator D.
+        scale: s > 0, what a unit of A^-1 G^T f adds to the penetration.
+        held_depth: d_held, (m,), m.
+        weights: w, (m,), m^2.
+        law: P with its slope, at m penetrations.
+        held: f_held, (m,), N.
+        max_iterations: Limit, of each solution.
+        augmented: Relative penetration to reach by multipliers, or None.
+        start: Point forces to start from, (m,), N; None: f_held.
+
+    Returns:
+        The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure, or as well as
+        round-off of the penetration allows.
+
+    Raises:
+        NotConverged: With the history of the residual (Pa), after `max_iterations`.
+    """
+    first = held if start is None else start
+    solution = _solve_by_softening(condensed, scale, held_depth, weights, law, held, first, max_iterations)
+    if augmented is None:
+        return solution
+    shift, allowed = np.zeros_like(held_depth), augmented * _deepest(solution)
+    for _ in range(MOST_UPDATES):
+        if _deepest(solution) <= allowed:
+            return solution
+        shift = np.maximum(shift + solution.depth, 0.0)
+        # solved for d + shift, whose law is the one given
+        shifted = _solve_by_softening(
+            condensed, scale, held_depth + shift, weights, law, held, solution.forces, max_iterations
+        )
+        iterations = solution.iterations + shifted.iterations
+        solution = replace(shifted, depth=shifted.depth - shift, iterations=iterations)
+    raise NotConverged(
+        f"the multipliers did not settle in {MOST_UPDATES} updates: {_deepest(solution):.3e} m of penetration are "
+        "left; a stiffer contact.stiffness needs fewer",
+        (_deepest(solution),),
+        int(np.argmax(solution.depth)),
+    )
+
+
+def _deepest(solution: ContactSolution) -> float:
+    return float(np.max(solution.depth, initial=0.0))
+
+
+def _solve_by_softening(
+    condensed: Condensed,
+    scale: float,
+    held_depth: Array,
+    weights: Array,
+    law: Callable[[Array], StagePressure],
+    held: Array,
+    start: Array,
+    max_iterations: int,
+) -> ContactSolution:
+    """Solve, and where that fails solve softer laws first, each from the solution of the softer one."""
+    try:
+        return _solve(condensed, scale, held_depth, weights, law, held, start, max_iterations)
+    except NotConverged:
+        forces, iterations = start, max_iterations
+    for share in SOFTENED:
+
+        def softened(depth: Array, share: float = share) -> StagePressure:
+            return StagePressure(*(share * value for value in law(depth)))
+
+        solution = _solve(condensed, scale, held_depth, weights, softened, held, forces, max_iterations)
+        forces, iterations = solution.forces, iterations + solution.iterations
+    return replace(solution, iterations=iterations)
+
+
+def _solve(
+    condensed: Condensed,
+    scale: float,
+    held_depth: Array,
+    weights: Array,
+    law: Callable[[Array], StagePressure],
+    held: Array,
+    start: Array,
+    max_iterations: int,
+) -> ContactSolution:
+    change = start - held
+    response = condensed.respond(change) if start is not held else None
+    depth = held_depth if response is None else held_depth - scale * response.gaps
+    size = float(np.max(np.abs(held_depth), initial=0.0))
+    least = max(NOTHING, EPSILON * float(np.max(np.abs(held / weights), initial=0.0)))
+    residuals: list[float] = []
+    for iteration in range(max_iterations + 1):
+        stage, forces = law(depth), held + change
+        mismatch = forces / weights - stage.pressure
+        residual = float(np.max(np.abs(mismatch), initial=0.0))
+        if not np.isfinite(residual):
+            break
+        residuals.append(residual)
+        wanted = max(RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0)), least)
+        cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(change)))
+        floor = ROUND_OFF * float(np.max(stage.slope, initial=0.0)) * max(size, cancelled)
+        stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
+        if residual <= wanted:
+            return _settled(held, change, depth, stage, iteration, size, response)
+        newton, newton_response = _newton_change(
+            condensed, scale, held_depth, weights, depth, stage, held, not stalled, response
+        )
+        update = newton - change
+        # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
+        if stalled and residual <= floor and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces)):
+            return _settled(held, change, depth, stage, iteration, size, response)
+        # iterations leave an error in depths that a search would take for a slope
+        exhausted = condensed.iterative and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces))
+        if not exhausted and iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):
+            # a product with D is a solve there, and both responses are known as well as it would be
+            known = response if condensed.iterative else None
+            further = condensed.respond(update) if known is None else newton_response.further(-1.0, known)
+            search = _exact_step if condensed.symmetric else _shorter_step
+            length = search(weights, forces, update, depth, -scale * further.gaps, law)
+            if length < 1.0:
+                change, depth = change + length * update, depth - length * scale * further.gaps
+                assert response is not None  # the full steps before left one
+                response = response.further(length, further)
+                continue
+        change, response = newton, newton_response
+        depth = held_depth - scale * response.gaps
+    raise NotConverged(
+        f"the contact solve did not converge in {max_iterations} iterations: the law is missed by "
+        f"{residuals[-1] if residuals else float('nan'):.3e} Pa",
+        tuple(residuals),
+        int(np.argmax(np.abs(mismatch))),
+    )
+
+
+def _settled(
+    held: Array,
+    change: Array,
+    depth: Array,
+    stage: StagePressure,
+    iterations: int,
+    size: float,
+    response: Response | None,
+) -> ContactSolution:
+    """Return the solution, without the round-off that is left of forces where the law knows none.
+
+    The change keeps it: the penetration is that of the change, and nearly free bodies move far under round-off.
+    """
+    forces = np.where(stage.pressure == 0.0, 0.0, held + change)
+    unresolved = UNRESOLVED * size * float(np.sum(np.abs(forces)))
+    return ContactSolution(forces, change, depth, stage, iterations, unresolved, response=response)
+
+
+def _newton_change(
+    condensed: Condensed,
+    scale: float,
+    held_depth: Array,
+    weights: Array,
+    depth: Array,
+    stage: StagePressure,
+    held: Array,
+    detour: bool,
+    response: Response | None,
+) -> tuple[Array, Response]:
+    """Solve the linearized law with the balance for f - f_held and its response.
+
+    Where the law has no slope f is known. The detour by the interface DOFs is quicker and costs digits: without it
+    where they are missing. Iterations start from the response so far.
+    """
+    active = np.flatnonzero(stage.slope > 0.0)
+    change = np.asarray(weights * stage.pressure - held)
+    compliance: Array = np.asarray(1.0 / (weights[active] * stage.slope[active]), dtype=float)
+    target = held_depth[active] - depth[active] + compliance * change[active]
+    change[active] = 0.0
+    return condensed.solve_linearized(scale, active, compliance, target, change, response, detour)
+
+
+def _exact_step(
+    weights: Array,
+    forces: Array,
+    update: Array,
+    depth: Array,
+    change: Array,
+    law: Callable[[Array], StagePressure],
+) -> float:
+    """Return the length in (0, 1] that minimizes the step potential along the update: the root of its derivative."""
+
+    def slope(length: float) -> float:
+        pressure = law(depth + length * change).pressure
+        return float(-change @ (forces + length * update - weights * pressure))
+
+    return float(brentq(slope, 0.0, 1.0)) if slope(0.0) < 0.0 < slope(1.0) else 1.0
+
+
+def _shorter_step(
+    weights: Array,
+    forces: Array,
+    update: Array,
+    depth: Array,
+    change: Array,
+    law: Callable[[Array], StagePressure],
+) -> float:
+    """Return the length in (0, 1] at which the law is missed least: without a potential (D not symmetric)."""
+
+    def missed(length: float) -> float:
+        pressure = law(depth + length * change).pressure
+        return float(np.max(np.abs((forces + length * update) / weights - pressure)))
+
+    return min((0.5**halvings for halvings in range(8)), key=missed)

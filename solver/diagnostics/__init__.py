@@ -1,0 +1,1 @@
+"""The energy ledger, energy gates, contact episodes, peaks and step counts of a march."""

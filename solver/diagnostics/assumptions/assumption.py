@@ -1,0 +1,118 @@
+"""An assumption of the equations: its limits, and how close a run came to them."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any
+
+from gapbeam.solver.errors import AssumptionBroken
+from gapbeam.solver.system.operators import Array
+
+HOLDS, WARNING, FAILURE = "holds", "warning", "failure"
+
+
+@dataclass(frozen=True)
+class Assumption:
+    """What the equations take for granted.
+
+    Attributes:
+        name: In a few words.
+        quantity: What is watched.
+        unit: Its SI unit, "1" where there is none.
+        limit: Beyond it, the run warns.
+        failure: Beyond it, the run ends with status 4; None: it only warns.
+        meaning: What it means where the limit is passed, and what to try.
+    """
+
+    name: str
+    quantity: str
+    unit: str
+    limit: float
+    failure: float | None
+    meaning: str
+
+
+@dataclass(frozen=True)
+class Finding:
+    """How close a run came to the limit of an assumption.
+
+    Attributes:
+        assumption: The assumption.
+        closest: The largest value of its quantity.
+        time: When, s; None: it is not of one instant.
+        place: Where, (3,), m; None: it is not of one point.
+        estimate: How far figures are off by it, relative; None: not known.
+        detail: What else belongs to the value, in words.
+    """
+
+    assumption: Assumption
+    closest: float
+    time: float | None = None
+    place: Array | None = None
+    estimate: float | None = None
+    detail: str = ""
+
+    @property
+    def verdict(self) -> str:
+        """Whether the assumption holds, or its limits are passed; what is not a number fails."""
+        worst = self.assumption.failure
+        if worst is not None and not self.closest <= worst:
+            return FAILURE
+        return HOLDS if self.closest <= self.assumption.limit else WARNING
+
+    @property
+    def words(self) -> str:
+        """How close the run came, in one sentence."""
+        one = self.assumption
+        unit = "" if one.unit == "1" else f" {one.unit}"
+        where = "" if self.time is None else f" at t = {self.time:.6g} s"
+        if self.place is not None:
+            where += f", point ({', '.join(f'{x:.4g}' for x in self.place)}) m"
+        limit = one.failure if self.verdict == FAILURE else one.limit
+        error = "" if self.estimate is None else f"; figures are off by about {100.0 * self.estimate:.2g} %"
+        detail = f" ({self.detail})" if self.detail else ""
+        return f"{one.name}: {one.quantity} {self.closest:.3g}{unit}{where}{detail}, limit {limit:g}{unit}{error}"
+
+    @property
+    def line(self) -> str:
+        """A line of the log."""
+        return f"assumption {self.verdict}: {self.words}"
+
+    @property
+    def remark(self) -> str:
+        """What a user has to know where the limit is passed."""
+        return f"{self.words}: {self.assumption.meaning}"
+
+    def as_data(self) -> dict[str, Any]:
+        """Return the finding for summary.json."""
+        one = self.assumption
+        return {
+            "name": one.name,
+            "quantity": one.quantity,
+            "unit": one.unit,
+            "closest": self.closest,
+            "limit": one.limit,
+            "failure_limit": one.failure,
+            "share_of_limit": self.closest / one.limit,
+            "time": self.time,
+            "place": None if self.place is None else [float(x) for x in self.place],
+            "error_estimate": self.estimate,
+            "detail": self.detail,
+            "verdict": self.verdict,
+            "meaning": one.meaning,
+        }
+
+
+def let_pass(findings: Sequence[Finding]) -> None:
+    """Pass findings none of which has failed, or raise.
+
+    Raises:
+        AssumptionBroken: A limit beyond which the figures mean nothing is passed.
+    """
+    failed = [finding for finding in findings if finding.verdict == FAILURE]
+    if failed:
+        raise AssumptionBroken(
+            "an assumption behind the figures does not hold, the results are not to be trusted: "
+            + "; ".join(finding.remark for finding in failed)
+        )

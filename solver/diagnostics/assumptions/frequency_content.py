@@ -1,0 +1,72 @@
+"""The frequencies that carry the kinetic energy of a motion, from recorded velocities.
+
+The power spectra of all signals, v v by Hann windows over segments that overlap by half, are added up. A hundred
+frequencies, each of which stands for a hundredth of the energy, represent the sum.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+
+import numpy as np
+
+from gapbeam.solver.system.operators import Array
+
+SEGMENT = 8192  # records
+PARTS = 100
+
+
+@dataclass(frozen=True)
+class FrequencyContent:
+    """What carries the energy.
+
+    Attributes:
+        frequencies: Each stands for a hundredth of the energy, rising, (100,), Hz.
+    """
+
+    frequencies: Array
+
+    @property
+    def middle(self) -> float:
+        """Half of the energy lies below, Hz."""
+        return float(self.frequencies[PARTS // 2])
+
+    @property
+    def highest(self) -> float:
+        """All but a hundredth of the energy lies below, Hz."""
+        return float(self.frequencies[-1])
+
+
+def segments(count: int) -> Iterator[slice]:
+    """Yield the segments of so many records, the last one up to the last record."""
+    if count <= SEGMENT:
+        yield slice(0, count)
+        return
+    half = SEGMENT // 2
+    for first in range(0, count - SEGMENT, half):
+        yield slice(first, first + SEGMENT)
+    yield slice(count - SEGMENT, count)
+
+
+def power_of(velocities: Array) -> Array:
+    """Return the power of a segment without its mean, (records / 2 + 1,), of velocities (records, signals)."""
+    window = np.hanning(len(velocities) + 2)[1:-1, None]
+    moved = velocities - np.mean(velocities, axis=0)
+    return np.asarray(np.sum(np.abs(np.fft.rfft(window * moved, axis=0)) ** 2, axis=1))
+
+
+def content_of(power: Array, interval: float, records: int) -> FrequencyContent | None:
+    """Return the content of a spectrum; None where nothing moves.
+
+    Args:
+        power: Sum of `power_of` over segments.
+        interval: Time between records, s.
+        records: Of a segment.
+    """
+    lines = np.arange(1, len(power)) / (records * interval)
+    sums = np.cumsum(power[1:])
+    if not len(sums) or not np.isfinite(sums[-1]) or sums[-1] <= 0.0:
+        return None
+    wanted = (np.arange(PARTS) + 0.5) / PARTS * sums[-1]
+    return FrequencyContent(lines[np.searchsorted(sums, wanted)])

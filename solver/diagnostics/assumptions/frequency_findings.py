@@ -1,0 +1,144 @@
+"""How the frequencies that carry the energy of a run stand beside step, mesh and basis."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import hypot, isfinite, pi, sqrt
+from typing import TypeVar
+
+import numpy as np
+
+from gapbeam.solver.case.bending_waves import bending_wavelength
+from gapbeam.solver.case.computed_defaults import overhang_frequency
+from gapbeam.solver.case.model_table import BeamModel, RigidModel
+from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
+from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent
+from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+
+Rate = TypeVar("Rate", float, Array)
+
+IN_TIME = Assumption(
+    "step beside the frequencies", "mean error of periods by the scheme, by energy", "1", 0.01, None,
+    "resonances lie that much too low, and phases drift; try a smaller time.step",
+)  # fmt: skip
+UNDAMPED = Assumption(
+    "damping of the scheme", "share of the amplitude that the scheme itself takes, by energy", "1", 0.05, None,
+    "the scheme damps motion that the beam would keep; try a smaller time.step, or the scheme discrete-gradient, "
+    "which has no damping of its own",
+)  # fmt: skip
+RESONANT = Assumption(
+    "resonance beside the scheme", "share of a resonant amplitude that the scheme takes by damping and detuning", "1",
+    0.05, 0.5, "the scheme damps and detunes more than the damping of the resonance allows; try a smaller time.step",
+)  # fmt: skip
+STORED = 0.5  # of the largest kinetic energy: a cycle that exchanges less feeds a resonance
+ON_MESH = Assumption(
+    "mesh beside the wavelengths", "distance of nodes along the beam over the bending wavelength", "1", 0.125, None,
+    "bending waves of these frequencies are not resolved; try a smaller mesh.size",
+)  # fmt: skip
+IN_BASIS = Assumption(
+    "basis beside the frequencies", "highest frequency that carries energy over that of the basis", "1", 1.0, None,
+    "the basis holds no modes of these frequencies; try more modes in [model]",
+)  # fmt: skip
+SLENDER = Assumption(
+    "beam model beside the wavelengths", "thickness over the bending wavelength", "1", 0.125, None,
+    "a beam model knows bending and shear of whole sections alone, neither squeezing nor waves through the thickness; "
+    'compare contact forces with model.type = "reduced"',
+)  # fmt: skip
+RIGID = Assumption(
+    "rigid model beside the frequencies", "highest frequency that carries energy over the first of bending", "1", 0.3,
+    None, 'a rigid body does not bend; compare with model.type = "beam"',
+)  # fmt: skip
+
+
+def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledger) -> Iterator[Finding]:
+    """Yield the findings on a motion with a frequency content; none where nothing moves. Collective."""
+    if content is None:
+        return
+    case, highest = model.case, content.highest
+    detail = f"half of the energy lies below {content.middle:.4g} Hz, 99 % below {highest:.4g} Hz"
+    damping, error = of_scheme(model, content)
+    yield Finding(IN_TIME, error, estimate=error, detail=detail)
+    yield Finding(UNDAMPED, damping, estimate=damping, detail=detail)
+    yield of_resonance(model, content, ledger)
+    if isinstance(case.model, RigidModel):
+        first = overhang_frequency(case)
+        yield Finding(RIGID, highest / first, detail=f"{highest:.4g} Hz, {first:.4g} Hz")
+        return
+    highest = max([highest, *forcing_frequencies(case.load)])
+    wavelength = bending_wavelength(case.material, case.beam.thickness, highest)
+    detail = f"{wavelength:.3g} m at {highest:.4g} Hz"
+    if isinstance(case.model, BeamModel):
+        spacing = case.beam.length / case.model.elements
+        yield Finding(SLENDER, case.beam.thickness / wavelength, detail=detail)
+    else:
+        spacing = node_distance(model)
+    yield Finding(ON_MESH, spacing / wavelength, detail=detail)
+    basis = model.body.basis
+    if basis is not None and basis.highest_mode > 0.0:
+        yield Finding(IN_BASIS, highest / basis.highest_mode, detail=f"{highest:.4g} Hz, {basis.highest_mode:.4g} Hz")
+
+
+def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:
+    """Return the share of the amplitude that the scheme takes, and its mean period error, by energy.
+
+    Of a motion that structural damping of ratio z_s holds down, numerical damping z takes z / (z + z_s); of one that
+    goes on for T without it, 1 - exp(-z w T). The smaller of both counts.
+    """
+    case, omega = model.case, 2.0 * pi * content.frequencies
+    weights = np.full(PARTS, 1.0 / PARTS)
+    ratios = np.abs(scheme_error(case.time.scheme, omega * model.step).damping_ratio)
+    own = rayleigh_ratio(model.system, omega)
+    _, error = carried_error(case.time.scheme, omega * model.step, weights)
+    return float(weights @ _taken(ratios, own, omega * case.time.end)), error
+
+
+def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger) -> Finding:
+    """Return what the scheme takes of the amplitude of a resonance, where the run is at one.
+
+        1 - z_o / sqrt((z_o + z)^2 + e^2),    at most w T (z + e)
+
+    z and e are damping ratio and period error of the scheme at the frequency w below which half of the energy lies, z_o
+    the damping ratio without the scheme: that of Rayleigh damping or, where it is larger, of what was lost in a cycle,
+    over 4 pi times the largest kinetic energy. A run is at a resonance where a cycle exchanges little of the energy
+    that is stored.
+    """
+    case, omega = model.case, 2.0 * pi * content.middle
+    cycles = max(content.middle * case.time.end, 1.0)
+    stored = ledger.largest_kinetic
+    exchanged = ledger.absolute_work / cycles / stored if stored > 0.0 else np.inf
+    detail = f"{content.middle:.4g} Hz; a cycle exchanges {100.0 * exchanged:.2g} % of the largest kinetic energy"
+    if exchanged >= STORED:
+        return Finding(RESONANT, 0.0, detail=f"no resonance: {detail}")
+    found = scheme_error(case.time.scheme, np.array([omega * model.step]))
+    ratio, error = abs(float(found.damping_ratio[0])), abs(float(found.period_error[0]))
+    own = max(rayleigh_ratio(model.system, omega), ledger.lost / cycles / (4.0 * pi * stored))
+    share = 1.0 - own / hypot(own + ratio, error) if isfinite(ratio + error) and ratio + error > 0.0 else 1.0
+    share = min(share, omega * case.time.end * (ratio + error)) if isfinite(ratio + error) else 1.0
+    return Finding(RESONANT, share, estimate=share, detail=f"{detail}; damping ratio {own:.2g}")
+
+
+def rayleigh_ratio(system: SemiDiscreteSystem, omega: Rate) -> Rate:
+    """Return the fraction of critical damping of C = a M + b K at angular frequencies, (a / w + b w) / 2."""
+    return 0.5 * (system.mass_damping / omega + system.stiffness_damping * omega)
+
+
+def _taken(ratios: Array, own: Array, turns: Array) -> Array:
+    whole = np.isinf(ratios)
+    ratios = np.where(whole, 1.0, ratios)
+    held = np.divide(ratios, ratios + own, out=np.zeros_like(ratios), where=ratios > 0.0)
+    return np.asarray(np.where(whole, 1.0, np.minimum(held, -np.expm1(-ratios * turns))))
+
+
+def node_distance(model: Model) -> float:
+    """Return the distance of nodes along the beam where cells are longest, m. Collective."""
+    case, mesh = model.case, model.space.mesh
+    if case.mesh.file is None:
+        return (case.mesh.size or case.beam.thickness) / case.mesh.degree
+    cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
+    longest: list[float] = mesh.comm.allgather(float(np.max(mesh.h(mesh.topology.dim, cells), initial=0.0)))
+    return max(longest) / sqrt(mesh.topology.dim) / case.mesh.degree

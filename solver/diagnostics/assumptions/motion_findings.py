@@ -1,0 +1,100 @@
+"""How close the pose, the contact and the restraint of a run came to the limits of what the equations assume."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.model_table import BeamModel, RigidModel
+from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
+from gapbeam.solver.diagnostics.assumptions.pose_watch import ROTATION, STRAIN, STRESS, TRAVEL, PoseWatch
+from gapbeam.solver.diagnostics.contact_episodes import Episodes
+from gapbeam.solver.diagnostics.contact_peaks import Peaks
+from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
+
+SMALL_ROTATION = Assumption(
+    "small rotation", "largest rotation", "rad", 0.1, 0.5,
+    "the equations are those of small rotations, whose error is about rotation^2 / 2; smaller loads, a stiffer beam or "
+    "less clearance keep inside them",
+)  # fmt: skip
+SMALL_STRAIN = Assumption(
+    "small strain", "largest strain at the surface", "1", 0.01, 0.1,
+    "the strain is taken as linear in the displacement, and the material as linear; check loads and Young's modulus",
+)  # fmt: skip
+ELASTIC = "no yield", "largest stress (von Mises) at the surface", "Pa"
+ELASTIC_MEANING = "beyond material.yield_stress the beam deforms plastically, which the equations do not know"
+INSIDE = Assumption(
+    "inside the support", "travel along the support over its length (across it over the width)", "1", 0.05, 0.5,
+    "contact acts where the undeformed faces are, though the beam has moved on; stiffen [restraint], or look for a "
+    "load along the support",
+)  # fmt: skip
+LINEAR_SEAT = Assumption(
+    "linear seat", "largest rotation at the start", "rad", 0.1, 0.5,
+    "the start is found by the equations of small rotations; check gravity, clearance and the direction of loads",
+)  # fmt: skip
+SHALLOW = Assumption(
+    "penetration beside the thickness", "largest penetration over the thickness", "1", 0.01, 0.1,
+    "the faces lie deeper in each other than any contact stiffness stands for; check loads and contact.stiffness",
+)  # fmt: skip
+BESIDE_CLEARANCE = "penetration beside the clearance", "1", 0.1
+RESTRAINED = Assumption(
+    "weak restraint", "largest energy of the restraint over that of the beam", "1", 0.01, None,
+    "the restraint is not weak; soften [restraint], or look for a load along it",
+)  # fmt: skip
+RESOLVED = Assumption(
+    "contacts resolved by the step", f"impulse in contacts shorter than {RESOLVING_STEPS} steps, over the whole", "1",
+    0.05, None, "peak forces and accelerations of these contacts are not resolved; try a smaller time.step",
+)  # fmt: skip
+
+
+def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
+    """Return the findings on rotation, strain, stress and travel, and on the start."""
+
+    def found(assumption: Assumption, row: int, estimate: float | None = None) -> Finding:
+        value, time, *place = watch.closest[row].tolist()
+        return Finding(assumption, value, time, np.array(place), estimate)
+
+    rotation, travel = float(watch.closest[ROTATION, 0]), float(watch.closest[TRAVEL, 0])
+    findings = [
+        found(SMALL_ROTATION, ROTATION, 0.5 * rotation**2),
+        found(SMALL_STRAIN, STRAIN, float(watch.closest[STRAIN, 0])),
+        found(INSIDE, TRAVEL, travel),
+        Finding(LINEAR_SEAT, watch.at_start, estimate=0.5 * watch.at_start**2),
+    ]
+    limit = case.material.yield_stress
+    if limit is not None and not isinstance(case.model, RigidModel):
+        findings.append(found(Assumption(*ELASTIC, limit, None, ELASTIC_MEANING), STRESS))
+    return findings
+
+
+def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding]:
+    """Yield the findings on penetration and on contacts that the step does not resolve."""
+    deepest, clearance = max(float(np.max(peaks.deepest)), 0.0), case.support.clearance
+    yield Finding(SHALLOW, deepest / case.beam.thickness, detail=f"{deepest:.3g} m")
+    if clearance != 0.0:
+        name, unit, limit = BESIDE_CLEARANCE
+        size = "interference" if clearance < 0.0 else "clearance"
+        one = Assumption(name, f"largest penetration over the {size}", unit, limit, None, _remedy(case))
+        yield Finding(one, deepest / abs(clearance), detail=f"{deepest:.3g} m")
+    yield Finding(RESOLVED, episodes.unresolved_share, detail=f"{episodes.short} of {episodes.count} contacts")
+
+
+def _remedy(case: Case) -> str:
+    """Return what a large penetration means in a case, and what helps there."""
+    if case.support.clearance < 0.0:
+        if isinstance(case.model, BeamModel | RigidModel):
+            return (
+                "this model cannot be squeezed, so that the springs of the contact take up the whole interference; "
+                'model.type = "full" or "reduced" lets the beam give way'
+            )
+        return "springs of the contact take up the interference as well as the beam, so that it is held more softly"
+    if case.contact.formulation.holds_points or case.contact.formulation.stress_terms is not None:
+        return "the formulation leaves none at rest; smaller cells (mesh.support_size) or a smaller time.step reduce it"
+    return "try a stiffer contact.stiffness"
+
+
+def of_restraint(largest: float, share: float) -> Finding:
+    """Return the finding on the restraint, of its largest energy, J, and that over the largest of all."""
+    return Finding(RESTRAINED, share, detail=f"{largest:.3g} J")

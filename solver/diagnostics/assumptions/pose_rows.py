@@ -1,0 +1,73 @@
+"""The pose of a model at points of its surface, for full, reduced, beam and rigid models alike."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix, vstack
+
+from gapbeam.solver.assembly.surface_rows import surface_rows
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, PoseWatch
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.operators import Array, Interface, Operators
+
+
+@dataclass(frozen=True)
+class ModelPose:
+    """Displacement and gradient at k points of the surface of a model.
+
+    Attributes:
+        places: The points, (k, 3), m.
+        on_faces: How many of them lie on base and gland; they come first.
+        dimension: d.
+        matrix: From `interface` values, or from the DOFs of a small model, (k d (1 + d), n).
+        interface: DOFs of the mesh that the rows depend on; None: the model is small, on every rank.
+        operators: Of the model.
+    """
+
+    places: Array
+    on_faces: int
+    dimension: int
+    matrix: csr_matrix | Array
+    interface: Interface | None
+    operators: Operators
+
+    def pose(self, u: Array) -> tuple[Array, Array]:
+        """Return displacement (k, d) and gradient (k, d, d) of marched DOFs u, (n,). Collective."""
+        values = self.matrix @ (u if self.interface is None else self.interface.trace(u, self.operators))
+        count, d = len(self.places), self.dimension
+        return values[: count * d].reshape(count, d), values[count * d :].reshape(count, d, d)
+
+
+def watch_of(model: Model) -> PoseWatch:
+    """Return the watch on the pose of a model. Collective."""
+    return PoseWatch(_pose_of(model), _scales(model.case))
+
+
+def _pose_of(model: Model) -> ModelPose:
+    faces = np.concatenate(list(model.body.meshed.faces.values()))
+    found = surface_rows(model.space, faces)
+    rows = csr_matrix(vstack([found.displacement, found.gradient]))
+    dimension, operators, expansion = model.space.mesh.geometry.dim, model.system.operators, model.body.expansion
+    if expansion is None:
+        return ModelPose(found.places, found.on_faces, dimension, rows, found.interface, operators)
+    trace = np.zeros((found.interface.size, expansion.shape[1]))
+    taken = expansion[found.interface.owned]
+    trace[found.interface.slots] = taken if isinstance(taken, np.ndarray) else taken.toarray()
+    small = np.ascontiguousarray(rows @ model.space.mesh.comm.allreduce(trace))
+    return ModelPose(found.places, found.on_faces, dimension, small, None, operators)
+
+
+def _scales(case: Case) -> PoseScales:
+    material, plane = case.material, case.mesh.dimension == 2 and case.mesh.plane == "stress"
+    return PoseScales(
+        shear_modulus=material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)),
+        poisson_ratio=material.poisson_ratio,
+        thin="beam" if isinstance(case.model, BeamModel) else "plane" if plane else "",
+        support_length=case.support.length,
+        width=case.beam.width,
+        span=case.time.end,
+    )

@@ -1,0 +1,138 @@
+"""The watch on the pose of the beam: rotation, strain, stress and travel along the support.
+
+    W = (H - H^T)/2,  E = (H + H^T)/2,  H = du/dx;    rotation |W|/sqrt 2,  strain |E|,  stress sqrt(3/2) |2 mu dev E|
+
+at points of the surface, |.| the Frobenius norm. A record is looked at where its strain energy exceeds all that was
+looked at before by a tenth, and 200 times over the span of the run. Looks follow from the records alone, so that a
+resumed run looks at the same ones.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, field
+from typing import Protocol
+
+import numpy as np
+
+from gapbeam.solver.system.operators import Array
+
+LOOKS = 200  # over the span of a run
+HIGHER = 1.1  # times the largest strain energy looked at so far
+ROTATION, STRAIN, STRESS, TRAVEL = range(4)
+
+
+class PoseRows(Protocol):
+    """What gives displacement and gradient at points of the surface."""
+
+    @property
+    def places(self) -> Array:
+        """The points, (k, 3), m."""
+
+    @property
+    def on_faces(self) -> int:
+        """How many of them lie on base and gland; they come first."""
+
+    def pose(self, u: Array) -> tuple[Array, Array]:
+        """Return displacement (k, d) and gradient (k, d, d) of marched DOFs u, (n,). Collective."""
+
+
+@dataclass(frozen=True)
+class PoseScales:
+    """What a pose is measured against.
+
+    Attributes:
+        shear_modulus: mu, Pa.
+        poisson_ratio: nu.
+        thin: How the strain is completed across plane or beam: by -nu/(1-nu) of the sum (plane stress: "plane"),
+            by -nu of that along the beam (beam models: "beam"), or not ("").
+        support_length: m.
+        width: m.
+        span: Of the run, s.
+    """
+
+    shear_modulus: float
+    poisson_ratio: float
+    thin: str
+    support_length: float
+    width: float
+    span: float
+
+
+@dataclass
+class PoseWatch:
+    """Keeps the largest rotation, strain, stress and travel of a run.
+
+    Attributes:
+        rows: What gives a pose.
+        scales: What it is measured against.
+        closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL: value, time and place, (4, 5).
+        due: When the next look is due, s.
+        highest: Largest strain energy looked at, J.
+        at_start: Rotation at the first look, rad.
+        looks: How many there were.
+    """
+
+    rows: PoseRows
+    scales: PoseScales
+    closest: Array = field(default_factory=lambda: np.zeros((4, 5)))
+    due: float = -1.0
+    highest: float = 0.0
+    at_start: float = 0.0
+    looks: int = 0
+
+    def see(self, times: Array, u: Array, strain_energy: Array) -> None:
+        """See records.
+
+        Args:
+            times: (times,), s.
+            u: Marched DOFs, (times, n).
+            strain_energy: (times,), J.
+
+        Collective.
+        """
+        for place in np.flatnonzero((times >= self.due) | ~(strain_energy <= HIGHER * self.highest)):
+            time, energy = float(times[place]), float(strain_energy[place])
+            if time < self.due and energy <= HIGHER * self.highest:
+                continue
+            self._look(time, u[place])
+            self.highest = max(self.highest, energy)
+            if time >= self.due:
+                self.due = time + self.scales.span / LOOKS
+            self.looks += 1
+
+    def _look(self, time: float, u: Array) -> None:
+        displacement, gradient = self.rows.pose(u)
+        rotation, strain, stress = deformation(gradient, self.scales)
+        found = np.stack([rotation, strain, stress])
+        at = np.argmax(found, axis=1)
+        for row, point in enumerate(at):
+            self._keep(row, float(found[row, point]), time, self.rows.places[point])
+        faces = self.rows.on_faces
+        if faces:
+            moved = np.abs(np.mean(displacement[:faces], axis=0))
+            share = moved[0] / self.scales.support_length
+            if len(moved) > 2:
+                share = max(share, moved[1] / self.scales.width)
+            self._keep(TRAVEL, float(share), time, np.mean(self.rows.places[:faces], axis=0))
+        if not self.looks:
+            self.at_start = float(np.max(rotation))
+
+    def _keep(self, row: int, value: float, time: float, place: Array) -> None:
+        if not value <= self.closest[row, 0]:
+            self.closest[row] = value, time, *place
+
+
+def deformation(gradient: Array, scales: PoseScales) -> tuple[Array, Array, Array]:
+    """Return rotation (rad), size of the strain, and von Mises stress (Pa), (k,) each, of gradients (k, d, d)."""
+    turned = 0.5 * (gradient - np.swapaxes(gradient, 1, 2))
+    dimension, nu = gradient.shape[1], scales.poisson_ratio
+    strain = np.zeros((len(gradient), 3, 3))
+    strain[:, :dimension, :dimension] = 0.5 * (gradient + np.swapaxes(gradient, 1, 2))
+    if scales.thin == "plane":
+        strain[:, 2, 2] = -nu / (1.0 - nu) * (strain[:, 0, 0] + strain[:, 1, 1])
+    elif scales.thin == "beam":
+        strain[:, 1, 1] = strain[:, 2, 2] = -nu * strain[:, 0, 0]
+    mean = np.trace(strain, axis1=1, axis2=2) / 3.0
+    deviator = strain - mean[:, None, None] * np.identity(3)
+    stress = 2.0 * scales.shear_modulus * np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2)))
+    return np.sqrt(0.5 * np.sum(turned**2, axis=(1, 2))), np.sqrt(np.sum(strain**2, axis=(1, 2))), stress

@@ -1,0 +1,93 @@
+"""Impacts, contact episodes and peaks of a face after each step: loops measure, these functions count.
+
+The functions take and return plain numbers, as those of `ledger_update` do.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.ledger_update import relative_growth
+from gapbeam.solver.jit import shared
+
+UNKNOWN, CLOSED, OPEN = -1, 0, 1
+RESOLVING_STEPS = 10  # steps that an episode should have
+
+
+class Watched(NamedTuple):
+    """A face as the gates see it.
+
+    Attributes:
+        face: UNKNOWN, CLOSED or OPEN when last seen.
+        created: Energy created when the impact that has not ended began, J; NaN: there is none.
+        energy: Kinetic and strain energy then, J.
+    """
+
+    face: int
+    created: float
+    energy: float
+
+
+class Peak(NamedTuple):
+    """Contact force over time of a face, N s, its largest contact and friction force, N, and largest penetration, m."""
+
+    impulse: float
+    force: float
+    friction: float
+    depth: float
+
+
+@shared
+def after_look(
+    before: Watched, closed: bool, created: float, energy: float, round_off: float
+) -> tuple[Watched, bool, float]:
+    """Return a face after a step, whether an impact ended with it, and the relative growth of energy in that impact.
+
+    Args:
+        before: The face before.
+        closed: Whether anything presses it now.
+        created: Energy created since t = 0, J.
+        energy: Kinetic and strain energy, J.
+        round_off: What the balance cannot resolve, J.
+    """
+    now = CLOSED if closed else OPEN
+    if before.face == OPEN and now == CLOSED:
+        return Watched(now, created, energy), False, 0.0
+    if before.face == CLOSED and now == OPEN and not np.isnan(before.created):
+        growth = relative_growth(created - before.created, before.energy, round_off)
+        return Watched(now, np.nan, np.nan), True, growth
+    return Watched(now, before.created, before.energy), False, 0.0
+
+
+@shared
+def breaks_gates(growth: float, most_growth: float, most_loss: float) -> bool:
+    """Return whether an impact with this relative growth of energy lies outside the gates."""
+    return growth > most_growth or -growth > most_loss
+
+
+@shared
+def after_contact(steps: int, impulse: float, pressed: bool, added: float) -> tuple[int, float, bool, bool]:
+    """Return the steps and impulse of the episode of a face after a step, whether it ended, and whether it was short.
+
+    Args:
+        steps: Steps of the episode before; 0: there is none.
+        impulse: Its impulse, N s.
+        pressed: Whether anything presses the face in the balance of the step.
+        added: Impulse of the step, N s.
+    """
+    if pressed:
+        return steps + 1, impulse + added, False, False
+    return 0, 0.0, steps > 0, 0 < steps < RESOLVING_STEPS
+
+
+@shared
+def after_forces(before: Peak, dt: float, force: float, friction: float, depth: float) -> Peak:
+    """Return the peaks of a face after a step with these forces, N, which ends at this penetration, m."""
+    return Peak(
+        before.impulse + dt * force,
+        max(before.force, force),
+        max(before.friction, friction),
+        max(before.depth, depth),
+    )

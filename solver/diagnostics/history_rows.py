@@ -1,0 +1,146 @@
+"""From instants of a march to records of the history."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
+from gapbeam.solver.record_table import COMPONENTS, TANGENTS
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import Load, State
+
+if TYPE_CHECKING:
+    from gapbeam.solver.models.model import Model
+
+Rows = dict[str, Array]
+
+
+@dataclass
+class Recorder:
+    """Turns instants into records; keeps what a record needs from the ones before it.
+
+    Attributes:
+        model: The model.
+        watch: Sees the pose at every record; None: nothing does.
+        largest_restraint_energy: Largest energy in the restraint at a record so far, J.
+        largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
+    """
+
+    model: Model
+    watch: PoseWatch | None = None
+    largest_restraint_energy: float = 0.0
+    largest_energy: float = 0.0
+    _last_time: float | None = None
+    _last_velocity: Array | None = None
+
+    @property
+    def labels(self) -> dict[str, tuple[str, ...]]:
+        """Names along the labeled dimensions of the history; tangents are there with friction only."""
+        model = self.model
+        rubs = model.law.friction is not None
+        return {
+            "probe": tuple(model.probes),
+            "component": COMPONENTS[model.case.mesh.dimension],
+            "face": model.system.contact.face_names,
+            "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
+            "load": tuple(load.name for load in model.system.loads),
+        }
+
+    @property
+    def restraint_share(self) -> float:
+        """Largest energy in the restraint relative to the largest energy."""
+        return self.largest_restraint_energy / self.largest_energy if self.largest_energy > 0.0 else 0.0
+
+    def row(self, state: State, accounts: Accounts) -> Rows:
+        """Return the record at a state, with a leading axis of one time. Collective."""
+        return self.rows(instant_of(state, accounts))
+
+    def rows(self, instants: Instants) -> Rows:
+        """Return the records at one or more instants, by name, each with a leading axis of times. Collective."""
+        count = len(instants.times)
+        found: Rows = {
+            "time": instants.times,
+            "contact_force": instants.contact_force,
+            "contact_moment": instants.contact_moment,
+            "contact_area": instants.contact_area,
+            "penetration": instants.penetration,
+            "impulse": instants.impulse,
+            "kinetic_energy": instants.kinetic,
+            "restraint_energy": instants.restraint,
+            "strain_energy": instants.strain - instants.restraint,
+            "contact_energy": instants.contact,
+            "load_work": instants.load_work,
+            "structural_dissipation": instants.structural,
+            "contact_dissipation": instants.contact_loss,
+            "friction_dissipation": instants.friction_loss,
+            "algorithmic_dissipation": instants.algorithmic,
+            "energy_residual": instants.residual,
+            "iterations": instants.iterations,
+            "active_points": instants.active_points,
+        }
+        tangents = self.labels["tangent"]
+        if tangents:
+            still = np.zeros((count, len(self.labels["face"]), len(tangents)))
+            found["friction_force"] = still if instants.friction_force is None else instants.friction_force
+        if self.model.probes:
+            found |= self._probe_rows(instants)
+        total = instants.kinetic + instants.strain + instants.contact
+        self.largest_restraint_energy = max(self.largest_restraint_energy, float(np.max(instants.restraint)))
+        self.largest_energy = max(self.largest_energy, float(np.max(total)))
+        self._last_time = float(instants.times[-1])
+        if self.watch is not None:
+            self.watch.see(instants.times, instants.u, instants.strain)
+        return found
+
+    def agrees_with(self, time: float, velocity: Array, share: float) -> bool:
+        """Return whether the last record is of another time, or of probes that move as in a state then.
+
+        Args:
+            time: Time of the state, s.
+            velocity: Its velocity, (n,).
+            share: How far velocities may be apart, over the largest.
+
+        Collective.
+        """
+        if self._last_velocity is None or self._last_time != time:
+            return True
+        now, kept = self._probes(velocity[None]), self._last_velocity
+        largest = max(float(np.max(np.abs(now), initial=0.0)), float(np.max(np.abs(kept), initial=0.0)))
+        return bool(np.all(np.abs(now - kept) <= share * largest))
+
+    def _probe_rows(self, instants: Instants) -> Rows:
+        """Return the motion of the probes; the first record of all has no interval, and no acceleration."""
+        first = self._last_time is None
+        place, velocity = self._probes(instants.u), self._probes(instants.v)
+        ends = instants.times
+        starts = np.concatenate([[ends[0] if first else self._last_time], ends[:-1]])
+        before = velocity[:1] if self._last_velocity is None else self._last_velocity
+        intervals = (ends - starts)[:, None, None]
+        change = np.diff(velocity, axis=0, prepend=before)
+        relative = np.divide(change, intervals, out=np.zeros_like(change), where=intervals > 0.0)
+        motion = sum((_frame_means(load, starts, ends) for load in self.model.system.loads), np.zeros((len(ends), 3)))
+        self._last_velocity = velocity[-1:]
+        return {
+            "displacement": place,
+            "velocity": velocity,
+            "acceleration_relative": relative,
+            "acceleration_absolute": relative + motion[:, None, : relative.shape[2]],
+        }
+
+    def _probes(self, x: Array) -> Array:
+        """Return what the probes read of DOFs x, (times, n): (times, probes, components)."""
+        operators = self.model.system.operators
+        return np.stack([probe.evaluate(x, operators) for probe in self.model.probes.values()], axis=1)
+
+
+def _frame_means(load: Load, starts: Array, ends: Array) -> Array:
+    """Return the mean acceleration of the support by a load over intervals, (times, 3)."""
+    if load.frame_direction is None or load.frame_mean is None:
+        return np.zeros((len(ends), 3))
+    means = np.where(ends > starts, load.frame_mean(starts, ends), load.factors(starts))
+    return np.asarray(means[:, None] * load.frame_direction)

@@ -1,0 +1,68 @@
+"""What is kept of every accepted step of a march: energy ledger, gates, contact episodes, peaks, counts."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gapbeam.solver.case.case import Gates
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.diagnostics.contact_episodes import Episodes
+from gapbeam.solver.diagnostics.contact_peaks import Peaks
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
+from gapbeam.solver.diagnostics.step_counts import Tally
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State, Step
+
+UNGUARDED = Gates(accept_energy_growth=True)
+
+
+@dataclass
+class Accounts:
+    """Everything that consumes each accepted step of a march.
+
+    Attributes:
+        system: The system.
+        law: The contact law.
+        ledger: The energy ledger.
+        gates: Watches it.
+        episodes: Contact episodes.
+        peaks: Impulse and peaks of the faces.
+        tally: What the march cost.
+        time: End of the last accepted step, s.
+    """
+
+    system: SemiDiscreteSystem
+    law: ContactLaw
+    ledger: Ledger
+    gates: EnergyGates
+    episodes: Episodes
+    peaks: Peaks
+    tally: Tally
+    time: float
+
+    @classmethod
+    def opened(
+        cls, system: SemiDiscreteSystem, law: ContactLaw, start: State, dt: float, limits: Gates = UNGUARDED
+    ) -> Accounts:
+        """Return the accounts at the start of a march in steps of dt, s; by default no growth ends it. Collective."""
+        contact, ledger = system.contact, open_ledger(system, law, start)
+        watch = EnergyGates(limits, contact), Episodes(contact), Peaks(contact), Tally(dt)
+        return cls(system, law, ledger, *watch, start.time)
+
+    def take(self, step: Step, seconds: float = 0.0) -> None:
+        """Enter an accepted step that took some seconds.
+
+        Raises:
+            NotFinite: The energy is not a number.
+            EnergyCreated: More energy was created than the gates allow, unless the case accepts it.
+
+        Collective.
+        """
+        self.time = step.new.time
+        self.ledger = enter_step(self.system, self.law, self.ledger, step)
+        if step.refreshed is not None:
+            self.ledger = restate(self.system, self.law, self.ledger, step.refreshed)
+        self.peaks.see(step, self.system.operators)
+        self.episodes.watch(step)
+        self.tally.see(step, seconds)
+        self.gates.check(step, self.ledger)

@@ -1,0 +1,95 @@
+"""What records are made of: motion, contact and accounts at some instants of a march."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.contact_peaks import by_face, deepest_by_face, friction_by_face
+from gapbeam.solver.diagnostics.energy_ledger import restraint_energy
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, State
+
+
+class Instants(NamedTuple):
+    """Some instants, row by row; names as in `gapbeam.solver.record_table.HISTORY` and in `Ledger`.
+
+    Attributes:
+        times: (times,), s.
+        u: DOFs that are marched and that this rank owns, (times, n).
+        v: Their velocities, (times, n).
+        contact_force: By face, (times, faces), N.
+        contact_moment: (times, faces), N m.
+        contact_area: (times, faces), m^2.
+        active_points: (times, faces).
+        penetration: (times, faces), m.
+        impulse: (times, faces), N s.
+        friction_force: (times, faces, tangents), N; None: nothing has rubbed.
+        kinetic: (times,), J, like the rest of the ledger.
+        strain: With the restraint.
+        restraint: Energy in the restraint.
+        contact: Potential of the contact.
+        load_work: (times, loads).
+        structural: Loss in Rayleigh damping.
+        contact_loss: Loss in contact damping.
+        friction_loss: Loss in friction.
+        algorithmic: Loss by the scheme.
+        residual: What is left of the balance.
+        iterations: Contact iterations since the instant before, (times,).
+    """
+
+    times: Array
+    u: Array
+    v: Array
+    contact_force: Array
+    contact_moment: Array
+    contact_area: Array
+    active_points: Array
+    penetration: Array
+    impulse: Array
+    friction_force: Array | None
+    kinetic: Array
+    strain: Array
+    restraint: Array
+    contact: Array
+    load_work: Array
+    structural: Array
+    contact_loss: Array
+    friction_loss: Array
+    algorithmic: Array
+    residual: Array
+    iterations: Array
+
+
+def instant_of(state: State, accounts: Accounts) -> Instants:
+    """Return a state with the accounts at its time; the iterations are reported once. Collective."""
+    contact, ledger, peaks = accounts.system.contact, accounts.ledger, accounts.peaks
+    forces = contact.weights * state.pressure
+    pressed = state.pressure > 0.0
+    iterations, peaks.iterations = peaks.iterations, 0
+    found = Instants(
+        times=np.asarray(state.time),
+        u=state.u[VALUE],
+        v=state.v[VALUE],
+        contact_force=by_face(contact, forces),
+        contact_moment=by_face(contact, forces * contact.positions[:, 0]),
+        contact_area=by_face(contact, np.where(pressed, contact.weights, 0.0)),
+        active_points=by_face(contact, pressed.astype(float)),
+        penetration=deepest_by_face(contact, state, accounts.system.operators),
+        impulse=peaks.impulse,
+        friction_force=None if state.traction is None else friction_by_face(contact, state.traction),
+        kinetic=np.asarray(ledger.kinetic),
+        strain=np.asarray(ledger.strain),
+        restraint=np.asarray(restraint_energy(accounts.system, state)),
+        contact=np.asarray(ledger.contact),
+        load_work=ledger.load_work,
+        structural=np.asarray(ledger.structural),
+        contact_loss=np.asarray(ledger.contact_loss),
+        friction_loss=np.asarray(ledger.friction_loss),
+        algorithmic=np.asarray(ledger.algorithmic),
+        residual=np.asarray(ledger.residual),
+        iterations=np.asarray(float(iterations)),
+    )
+    return Instants._make(None if column is None else column[None] for column in found)

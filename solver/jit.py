@@ -1,0 +1,83 @@
+"""Compilation by numba, and the cache of compiled code.
+
+Compiled code is kept in $NUMBA_CACHE_DIR, or else $XDG_CACHE_HOME/gapbeam (~/.cache/gapbeam), in a folder named after
+the sources that numba compiles: numba looks for changes only in the file of a function, not in the files of the
+functions that it calls. Where that folder cannot be written, every process compiles again, and nothing else changes.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import os
+import tempfile
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any, TypeVar
+
+import numba
+from numba.core import config
+from numba.extending import register_jitable
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+MARK = b"gapbeam.solver.jit"  # a file that compiles functions imports them from this module
+REORDERED = {"reassoc", "contract", "nsz"}  # sums may be reordered for SIMD; infinities and NaN keep their meaning
+
+
+def cache_folder() -> Path | None:
+    """Return the folder for compiled code of these very sources, made if need be; None where none can be written."""
+    given = os.environ.get("NUMBA_CACHE_DIR")
+    home = os.environ.get("XDG_CACHE_HOME")
+    digest = hashlib.sha256()
+    for source in sorted(Path(__file__).parent.rglob("*.py")):
+        text = source.read_bytes()
+        if MARK in text:
+            digest.update(text)
+    try:
+        base = Path(given) if given else (Path(home) if home else Path.home() / ".cache") / "gapbeam" / "compiled"
+        folder = base / digest.hexdigest()[:16]
+        folder.mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=folder):
+            return folder
+    except (OSError, RuntimeError):
+        return None
+
+
+_FOLDER = cache_folder()
+_IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is said: else that of the caller holds
+_OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy"}
+
+
+def is_kept(function: Callable[..., Any]) -> bool:
+    """Return whether machine code of an entry is kept, in any of its variants."""
+    name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}-*.nbc"
+    return _FOLDER is not None and next(_FOLDER.rglob(name), None) is not None
+
+
+def compiled(function: Function) -> Function:
+    """Compile a function of numbers and arrays that entries call, as part of these."""
+    made: Function = numba.njit(**_OPTIONS)(function)
+    return made
+
+
+def shared(function: Function) -> Function:
+    """Compile a function of numbers where kernels call it; Python calls it as it stands."""
+    made: Function = register_jitable(**_OPTIONS)(function)
+    return made
+
+
+def compiled_in_order(function: Function) -> Function:
+    """As `compiled`, with the operations in the order that is written: the same digits wherever it is called from."""
+    made: Function = numba.njit(**_IN_ORDER)(function)
+    return made
+
+
+def entry(function: Function) -> Function:
+    """Compile a function that Python calls when it is first called; keep the machine code for later processes."""
+    if _FOLDER is None:
+        return compiled(function)
+    before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER)
+    try:
+        made: Function = numba.njit(cache=True, **_OPTIONS)(function)
+    finally:
+        config.CACHE_DIR = before
+    return made

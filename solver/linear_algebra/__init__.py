@@ -1,0 +1,1 @@
+"""Distributed matrices, factors and solves of the finite element models."""

@@ -1,0 +1,1 @@
+"""Conjugate gradients with multigrid, for operators whose factor does not fit in memory."""

@@ -1,0 +1,98 @@
+"""MUMPS factors of distributed matrices."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+from petsc4py import PETSc
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.linear_algebra.inverse_entries import inverse_entries
+from gapbeam.solver.system.operators import Array, Indices, Interface
+
+SOLVE_BLOCK = 64  # right sides at once when the Delassus operator is made
+
+
+class PetscFactor:
+    """MUMPS Cholesky factor of an effective operator.
+
+    Args:
+        factored: The factor, as PETSc's matrix.
+        right_side: A vector of the layout of A.
+        columns_limit: Bytes that columns A^-1 E X may take over all ranks; None: no limit.
+    """
+
+    tolerance = 0.0
+
+    def __init__(self, factored: PETSc.Mat, right_side: PETSc.Vec, columns_limit: float | None = None) -> None:
+        self._factored, self._limit = factored, columns_limit
+        self._right_side, self._solution = right_side, right_side.duplicate()
+        self._comm: MPI.Comm = right_side.comm.tompi4py()
+
+    @classmethod
+    def of(cls, matrix: PETSc.Mat, prefix: str, columns_limit: float | None = None) -> PetscFactor:
+        """Factor a matrix, with a prefix for PETSc's options; the matrix itself is no longer needed. Collective."""
+        preconditioner = PETSc.PC().create(matrix.comm)
+        preconditioner.setOptionsPrefix(prefix)
+        preconditioner.setOperators(matrix)
+        preconditioner.setType("cholesky")
+        preconditioner.setFactorSolverType("mumps")
+        preconditioner.setFromOptions()
+        preconditioner.setUp()
+        return cls(preconditioner.getFactorMatrix(), matrix.createVecLeft(), columns_limit)
+
+    def keeps(self, columns: int) -> bool:
+        """Return whether so many columns A^-1 E X may be kept in memory."""
+        return self._limit is None or 8.0 * self._right_side.getSize() * columns <= self._limit
+
+    def solve(self, right_side: Array) -> Array:
+        """Return A^-1 b. Collective."""
+        self._right_side.array[:] = right_side
+        self._factored.solve(self._right_side, self._solution)
+        return np.array(self._solution.array_r)
+
+    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+        """Return A^-1 E X for columns X on the interface DOFs, (n, r), column-major. Collective.
+
+        The columns are given to MUMPS as the sparse ones that they are: it leaves out what they do not reach.
+        """
+        local, total = self._right_side.getSizes()
+        numbers = self._numbers(interface)
+        transposed = columns.T.tocsr()
+        result = np.empty((local, columns.shape[1]), order="F")
+        for first in range(0, columns.shape[1], SOLVE_BLOCK):
+            sides = self._right_sides(transposed[first : first + SOLVE_BLOCK], numbers)
+            count = sides.getSize()[1]
+            solved = PETSc.Mat().createDense(((local, total), (PETSc.DECIDE, count)), comm=self._right_side.comm)
+            solved.setUp()
+            solved.assemble()
+            self._factored.matSolve(sides, solved)
+            result[:, first : first + count] = solved.getDenseArray()
+            for made in (sides, solved):
+                made.destroy()
+        return result
+
+    def interface_block(self, interface: Interface) -> Array | None:
+        """Return E^T A^-1 E, (interface.size, interface.size), symmetric, the same on all ranks. Collective.
+
+        Raises:
+            RunError: MUMPS did not compute it, from lack of memory.
+        """
+        return inverse_entries(self._factored, self._numbers(interface))
+
+    def _numbers(self, interface: Interface) -> Indices:
+        """Return the row of A of each interface DOF, (interface.size,). Collective."""
+        first = self._right_side.getOwnershipRange()[0]
+        return np.asarray(interface.numbers(first, self._comm.allreduce).astype(PETSc.IntType))
+
+    def _right_sides(self, rows: csr_matrix, numbers: Indices) -> PETSc.Mat:
+        """Return the transpose of rows (r, interface.size), whole on rank 0, where MUMPS takes sparse right sides."""
+        total, here = self._right_side.getSize(), self._comm.rank == 0
+        entries: tuple[Any, ...] = (np.zeros(1, dtype=PETSc.IntType), np.empty(0, dtype=PETSc.IntType), np.empty(0))
+        if here:
+            entries = (rows.indptr.astype(PETSc.IntType), numbers[rows.indices], rows.data)
+        sizes = ((rows.shape[0] * here, rows.shape[0]), (total * here, total))
+        whole = PETSc.Mat().createAIJ(sizes, csr=entries, comm=self._right_side.comm)
+        return PETSc.Mat().createTranspose(whole)

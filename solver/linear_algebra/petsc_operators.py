@@ -1,0 +1,307 @@
+"""Distributed operators of a finite element model: PETSc matrices, and what solves with them.
+
+What large models would not have room for is made when it is asked for: of M, the same for every component, one block
+is kept, and K as it is marched is put together from its parts.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+from dolfinx.fem import petsc as fem_petsc
+from mpi4py import MPI
+from petsc4py import PETSc
+from scipy.sparse import csr_matrix, identity, kron
+
+from gapbeam.solver.assembly.elasticity import ElasticForms
+from gapbeam.solver.assembly.form_cache import compiled_form
+from gapbeam.solver.assembly.mass_matrix import mass_matrix
+from gapbeam.solver.linear_algebra.deflation.deflated_factor import DeflatedFactor
+from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
+from gapbeam.solver.linear_algebra.deflation.smooth_modes import smooth_modes
+from gapbeam.solver.linear_algebra.interface_springs import add_springs
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import IterativeFactor
+from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
+from gapbeam.solver.linear_algebra.shell_matrix import as_matrix
+from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
+from gapbeam.solver.linear_algebra.substructuring.substructured_factor import factor_on_ranks, not_factored
+from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
+from gapbeam.solver.system.rank_one_update import updated
+
+SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
+FAST = 1.0e7  # c_k K over c_m M, largest entries: beyond, steps are so long that a free flight would cancel in contact
+
+
+class PetscOperators:
+    """M, K and restraint of a finite element model.
+
+    Args:
+        forms: The UFL forms.
+        space: The vector space they live on.
+        correction: What a contact formulation adds to K.
+        lumped: Make M diagonal.
+        extrapolation: E, which moves mass from the contact nodes into the body (`assembly.mass_redistribution`).
+        solver: How effective operators are solved with.
+        marched: Whether a march uses M and K themselves. Products and solves are then exact on the smooth modes;
+            otherwise round-off of K would be different on another number of ranks.
+
+    Attributes:
+        solver: As given.
+        smooth: The smooth modes Z and K Z, where M and K are marched and factored; else None.
+
+    Raises:
+        UserError: A lumped mass is not positive.
+
+    Collective to make and to use.
+    """
+
+    def __init__(
+        self,
+        forms: ElasticForms,
+        space: fem.FunctionSpace,
+        correction: Springs | None = None,
+        lumped: bool = False,
+        extrapolation: PETSc.Mat | None = None,
+        solver: LinearSolver = FACTORED,
+        marched: bool = False,
+    ) -> None:
+        self.solver = solver
+        self._comm, self._space = space.mesh.comm, space
+        mass = mass_matrix(_assemble(forms.mass), lumped, extrapolation)
+        diagonal = np.array(mass.getDiagonal().array_r)
+        self.massless = diagonal == 0.0
+        self._has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
+        self._restraint = _assemble(forms.restraint)
+        self._elastic = _assemble(forms.stiffness)
+        if correction is not None:
+            add_springs(self._elastic, correction, self.sum)
+        pattern = PETSc.Mat.Structure
+        # mass that was moved into the body couples DOFs of different cells
+        self._mass_pattern = (
+            pattern.SUBSET_NONZERO_PATTERN if extrapolation is None else pattern.DIFFERENT_NONZERO_PATTERN
+        )
+        self._rigid = rigid_body_modes(space)
+        self._components = space.dofmap.index_map_bs
+        self.size = mass.getLocalSize()[0]
+        # Every component has the same mass matrix: a product with it, of all components at once, reads a ninth (3D).
+        first, _ = mass.getOwnershipRange()
+        rows = PETSc.IS().createStride(self.size // self._components, first, self._components, comm=self._comm)
+        self._component_mass = mass.createSubMatrix(rows, rows)
+        mass.destroy()
+        nodes = self._component_mass.getSizes()[1]
+        self._components_in = PETSc.Mat().createDense((nodes, (PETSc.DECIDE, self._components)), comm=self._comm)
+        self._components_in.setUp()
+        self._components_in.assemble()
+        self._components_out = self._component_mass.matMult(self._components_in)
+        self._vector_in, self._vector_out = self._elastic.createVecs()
+        self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
+        stiffest = self._comm.allreduce(float(np.max(self._stiffness_diagonal, initial=0.0)), op=MPI.MAX)
+        self._fastest = stiffest / self._component_mass.getDiagonal().max()[1]
+        self.smooth = smooth_modes(space, self._elastic, self.sum) if marched and not solver.iterative else None
+
+    def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
+        """Return M and K, made for the caller. Collective."""
+        return self._whole_mass(), self._whole_stiffness()
+
+    def products(self) -> tuple[PETSc.Mat, PETSc.Mat]:
+        """Return M and K as PETSc's matrices that know their products only. Collective."""
+        return as_matrix(self.apply_mass, self._elastic), as_matrix(self.apply_stiffness, self._elastic)
+
+    def with_springs(self, on_mass: Sequence[Springs], on_stiffness: Sequence[Springs]) -> tuple[PETSc.Mat, PETSc.Mat]:
+        """Return M and K with more on some of their DOFs, which may couple DOFs of different cells. Collective."""
+        results = self.matrices()
+        for matrix, added in zip(results, (on_mass, on_stiffness), strict=True):
+            matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+            for springs in added:
+                add_springs(matrix, springs, self.sum)
+        return results
+
+    def as_springs(self, added: RankOnes) -> Springs:
+        """Return sum_j a_j b_j b_j^T as a matrix on the DOFs where the b_j are not zero. Collective."""
+        owned = np.flatnonzero(np.any(added.patterns != 0.0, axis=0))
+        counts = self._comm.allgather(len(owned))
+        slots = sum(counts[: self._comm.rank]) + np.arange(len(owned))
+        patterns = np.zeros((len(added.coefficients), sum(counts)))
+        patterns[:, slots] = added.patterns[:, owned]
+        everywhere = RankOnes(self.sum(patterns), added.coefficients)
+        return Springs(Interface(sum(counts), owned, slots), csr_matrix(everywhere.matrix))
+
+    def apply_mass(self, x: Array) -> Array:
+        """Return M x. Collective."""
+        self._components_in.getDenseArray()[:] = x.reshape(-1, self._components)
+        self._component_mass.matMult(self._components_in, self._components_out)
+        return np.ascontiguousarray(self._components_out.getDenseArray()).reshape(-1)
+
+    def apply_stiffness(self, x: Array) -> Array:
+        """Return K x. Collective."""
+        return self._elastic_force(x) + self._product(self._restraint, x)
+
+    def stiffness_round_off(self, x: Array) -> Array:
+        """Return about how far the entries of K x are off by round-off."""
+        return np.asarray(np.finfo(float).eps * self._stiffness_diagonal * np.abs(x))
+
+    def apply_restraint(self, x: Array) -> Array:
+        """Return the part of K x that the restraint adds. Collective."""
+        return self._product(self._restraint, x)
+
+    def factor(
+        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    ) -> Factor:
+        """Return what solves with mass M + stiffness K + springs + added (options prefix gapbeam_effective_).
+
+        Where M alone is asked for, rows of massless DOFs are those of K, which hold them in static equilibrium.
+
+        Raises:
+            RunError: The factorization failed, from lack of memory or because the operator is singular.
+
+        Collective.
+        """
+        effective = self._whole_stiffness()
+        if stiffness != 0.0 or not self._has_massless:
+            effective.scale(stiffness)
+        else:
+            first = effective.getOwnershipRange()[0]
+            effective.zeroRowsColumns((first + np.flatnonzero(~self.massless)).astype(PETSc.IntType), diag=0.0)
+        if mass != 0.0:
+            effective.axpy(mass, self._whole_mass(), self._mass_pattern)
+        if springs is not None:
+            add_springs(effective, springs, self.sum)
+        effective.setOption(PETSc.Mat.Option.SPD, True)
+        if self.solver.iterative and stiffness != 0.0:
+            rigid = self._images(mass, stiffness, self._rigid, None, springs, added)
+            return self._iterated(effective, "gapbeam_effective_", self.solver.tolerance, added, rigid)
+        factor = self._factored(effective, "gapbeam_effective_")
+        if self.smooth is not None and springs is None and 0.0 < stiffness * self._fastest < FAST * mass:
+            images = self._images(mass, stiffness, self.smooth.basis, self.smooth.images)
+            factor = DeflatedFactor(factor, Deflation(self.smooth.basis, images, self.sum))
+        return updated(factor, self, added)
+
+    def solver_of(self, matrix: PETSc.Mat, prefix: str, tolerance: float) -> Factor:
+        """Return what solves with a symmetric positive definite matrix on the body's DOFs.
+
+        Args:
+            matrix: The matrix; it is taken over.
+            prefix: Of PETSc's options.
+            tolerance: Error over solution, if by iterations.
+
+        Raises:
+            RunError: The factorization failed, from lack of memory or because the operator is singular.
+
+        Collective.
+        """
+        if self.solver.iterative:
+            return self._iterated(matrix, prefix, tolerance)
+        matrix.setOption(PETSc.Mat.Option.SPD, True)
+        return self._factored(matrix, prefix)
+
+    def shifted_factor(self, shift: float) -> Factor:
+        """Return what solves with K + sigma M of this body, as `solver_of` does (prefix gapbeam_shifted_). Collective.
+
+        M on its own is there for no longer than that takes.
+        """
+        shifted, tolerance = self._whole_stiffness(), self.solver.basis_tolerance
+        shifted.axpy(shift, self._whole_mass(), self._mass_pattern)
+        if self.solver.iterative:
+            return self._iterated(shifted, SHIFTED, tolerance, None, self._images(shift, 1.0, self._rigid, None))
+        return self.solver_of(shifted, SHIFTED, tolerance)
+
+    def shifted_solver(self, mass: PETSc.Mat, stiffness: PETSc.Mat, shift: float, tolerance: float) -> Factor:
+        """Return what solves with K + sigma M (prefix gapbeam_shifted_) like `solver_of`; takes K over. Collective."""
+        stiffness.axpy(shift, mass, PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
+        return self.solver_of(stiffness, SHIFTED, tolerance)
+
+    def _iterated(
+        self,
+        matrix: PETSc.Mat,
+        prefix: str,
+        tolerance: float,
+        added: RankOnes | None = None,
+        images: Array | None = None,
+    ) -> IterativeFactor:
+        return IterativeFactor(matrix, self._space, self._rigid, self, prefix, tolerance, added, images)
+
+    def _images(
+        self,
+        mass: float,
+        stiffness: float,
+        motions: Array,
+        elastic: Array | None,
+        springs: Springs | None = None,
+        added: RankOnes | None = None,
+    ) -> Array:
+        """Return (mass M + stiffness K + springs + added) of motions, (n, k), with known elastic forces.
+
+        Args:
+            mass: c_m.
+            stiffness: c_k.
+            motions: The motions, (n, k).
+            elastic: What elasticity makes of them, (n, k); None: it does not feel them.
+            springs: Springs.
+            added: What else.
+
+        Collective.
+        """
+        images = np.empty_like(motions)
+        for number, motion in enumerate(motions.T):
+            held = self.apply_restraint(motion)
+            image = mass * self.apply_mass(motion) + stiffness * (
+                held if elastic is None else elastic[:, number] + held
+            )
+            if springs is not None:
+                springs.interface.add(image, springs.matrix @ springs.interface.trace(motion, self))
+            if added is not None:
+                image += added.apply(motion, self)
+            images[:, number] = image
+        return images
+
+    def _factored(self, matrix: PETSc.Mat, prefix: str) -> Factor:
+        try:
+            return factor_on_ranks(matrix, prefix, self.sum, self.solver.columns_limit)
+        except PETSc.Error as error:
+            raise not_factored(matrix.getSize()[0], error) from error
+
+    def sum(self, local: Array) -> Array:
+        """Sum a small array over all ranks, to the same bits on every rank. Collective."""
+        if self._comm.size == 1:
+            return local
+        total = np.empty_like(local, order="C")
+        # Not Allreduce: its result may differ in the last bit between ranks, and decisions are taken on it.
+        self._comm.Reduce(np.ascontiguousarray(local), total)
+        self._comm.Bcast(total)
+        return total
+
+    def _elastic_force(self, x: Array) -> Array:
+        """Return the elastic part of K x, without the round-off that products have on rigid-body modes."""
+        if self.smooth is not None:
+            return self.smooth.product(lambda rest: self._product(self._elastic, rest))(x)
+        return self._product(self._elastic, x - self._rigid @ self.sum(self._rigid.T @ x))
+
+    def _whole_stiffness(self) -> PETSc.Mat:
+        stiffness = self._elastic.copy()
+        stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        return stiffness
+
+    def _whole_mass(self) -> PETSc.Mat:
+        """Return M, of the block that every component has."""
+        starts, columns, values = self._component_mass.getValuesCSR()
+        local = csr_matrix((values, columns, starts), (len(starts) - 1, self._component_mass.getSize()[1]))
+        whole = kron(local, identity(self._components), format="csr")
+        pattern = whole.indptr.astype(PETSc.IntType), whole.indices.astype(PETSc.IntType), whole.data
+        mass = PETSc.Mat().createAIJ(self._elastic.getSizes(), bsize=self._components, csr=pattern, comm=self._comm)
+        mass.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        return mass
+
+    def _product(self, matrix: PETSc.Mat, x: Array) -> Array:
+        self._vector_in.array[:] = x
+        matrix.mult(self._vector_in, self._vector_out)
+        return np.array(self._vector_out.array_r)
+
+
+def _assemble(form: Any) -> PETSc.Mat:
+    matrix = fem_petsc.assemble_matrix(compiled_form(form))
+    matrix.assemble()
+    matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+    return matrix

@@ -1,0 +1,20 @@
+"""The choice of loads: the tables [[load]] of a case, distinguished by their `type`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from gapbeam.solver.loads.base_motion import BaseMotion
+from gapbeam.solver.loads.exciter import Exciter
+from gapbeam.solver.loads.gravity import Gravity
+from gapbeam.solver.loads.harmonic_force import HarmonicForce
+from gapbeam.solver.loads.recorded_force import RecordedForce
+from gapbeam.solver.loads.recorded_motion import RecordedMotion
+
+Load = Annotated[
+    Gravity | HarmonicForce | Exciter | BaseMotion | RecordedForce | RecordedMotion, Field(discriminator="type")
+]
+
+NO_LOADS: tuple[Load, ...] = ()

@@ -1,0 +1,156 @@
+"""The base of all loads: what models, checks, time steps, starts and studies ask a load.
+
+They read these traits, and never which load it is. What has no answer that fits every load is abstract: a load that
+leaves it out cannot be made.
+"""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Mapping
+from typing import ClassVar, Self
+
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.attachment import Attachment, StaticForce
+from gapbeam.solver.loads.places import BodyForce, Place
+from gapbeam.solver.loads.time_function import TimeFunction
+from gapbeam.solver.table import Table
+
+OF_MODEL = ("type", "name", "direction")
+"""Keys that a model depends on beside those of the place."""
+
+
+class LoadTable(Table, ABC):
+    """A load of a case: a direction at a place times a function of time s.
+
+    Attributes:
+        static: Whether it is constant and part of the seat; it then does not drive the motion.
+        alone: Whether a case has at most one load of its type.
+        default_sense: Where it points along the bending axis without a direction: 1.0 up, -1.0 down.
+    """
+
+    static: ClassVar[bool] = False
+    alone: ClassVar[bool] = False
+    default_sense: ClassVar[float] = 1.0
+
+    @property
+    @abstractmethod
+    def place(self) -> Place:
+        """Where it acts."""
+
+    @abstractmethod
+    def time_function(self) -> TimeFunction:
+        """Return s(t): a force, N, or an acceleration, m/s^2.
+
+        Raises:
+            UserError: A file that it is read from cannot be used.
+        """
+
+    @property
+    @abstractmethod
+    def peak(self) -> float:
+        """Largest |s|, N or m/s^2, without the smooth start."""
+
+    @property
+    @abstractmethod
+    def forcing_frequency(self) -> float | None:
+        """Frequency at which s repeats, Hz, once it has started; None for loads that are static or never repeat."""
+
+    @property
+    @abstractmethod
+    def frequency_of_interest(self) -> tuple[float, str] | None:
+        """Highest frequency of it that a response shall show, Hz, and why; None for static loads."""
+
+    @property
+    @abstractmethod
+    def rise_time(self) -> float:
+        """Duration of the smooth start, s; 0: it acts at once."""
+
+    @abstractmethod
+    def at_full_amplitude(self) -> Self:
+        """Return the load without its smooth start."""
+
+    @abstractmethod
+    def frequency_words(self, step: float) -> tuple[str, str] | None:
+        """Return how fast it is and how steps, s, show that, in words; None for static loads."""
+
+    @property
+    def derivative(self) -> int:
+        """Which derivative of the given quantity is s."""
+        return 0
+
+    @property
+    def repeats(self) -> bool:
+        """Whether it is static or has a forcing frequency: what a periodic response may be sought under."""
+        return self.static or self.forcing_frequency is not None
+
+    @property
+    def weight_acceleration(self) -> float:
+        """Static acceleration of all mass, m/s^2: what gives the beam its weight."""
+        return self.peak if self.static and isinstance(self.place, BodyForce) else 0.0
+
+    @property
+    def attachment(self) -> Attachment | None:
+        """Mass, spring and damper that it adds to the beam where it acts, along its direction."""
+        return None
+
+    @property
+    def static_force(self) -> StaticForce | None:
+        """A constant force beside s, at the same place and along the same direction; it is part of the seat."""
+        return None
+
+    @property
+    def curve_units(self) -> Mapping[str, str]:
+        """Units of the keys that a curve of periodic responses may vary: those that no body depends on."""
+        return {}
+
+    def without_cheap_keys(self) -> Self:
+        """Return the load with all keys at neutral values that the model of a beam does not depend on.
+
+        A model takes place and direction from a load: whatever leaves these as they are is cheap to change.
+        """
+        bare = self
+        for key, field in type(self).model_fields.items():
+            neutral = field.examples[0] if field.is_required() and field.examples else field.get_default()
+            if key not in OF_MODEL and not (field.is_required() and not field.examples):
+                changed = bare.model_copy(update={key: neutral})
+                bare = changed if changed.place == self.place else bare
+        return bare
+
+    def with_checksum(self) -> Self:
+        """Return the load with the checksum of the file that it is read from; itself without a file.
+
+        Raises:
+            UserError: The file cannot be used, or is another one than its checksum says.
+        """
+        return self
+
+    def faults(self, key: Key) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
+        """Yield what is wrong with the load beyond single values.
+
+        Args:
+            key: The way to its table in the case, to which a fault adds the key that it is about.
+        """
+        yield from ()
+
+    def faults_in_run(self, key: Key, end: float, step: float | None) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
+        """Yield what is wrong with the load in a run.
+
+        Args:
+            key: The way to its table in the case.
+            end: End of the run, s.
+            step: Time step, s; None: computed later.
+        """
+        yield from ()
+
+    def unusual_values(self) -> Iterator[str]:
+        """Yield values that are probably not meant, in words that go on after the name of the load."""
+        yield from ()
+
+    def unusual_in_run(self, end: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
+        """Yield what is probably not meant in a run with this end, s, in words as those of `unusual_values`."""
+        yield from ()
+
+    def unusual_steps(self, step: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
+        """Yield in what a time step, s, is too long for the load, in words that go on after the step."""
+        yield from ()

@@ -1,0 +1,36 @@
+"""Where a load acts: a closed set of places, which models of every kind know how to turn into forces."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+from gapbeam.solver.table import Vector
+
+
+@dataclass(frozen=True)
+class PointForce:
+    """A force at a point of the beam: f = N(x_p)^T e s(t), s in N.
+
+    Attributes:
+        point: x on the beam axis, or all coordinates, m.
+    """
+
+    point: float | Vector
+
+
+@dataclass(frozen=True)
+class BodyForce:
+    """A uniform acceleration of all mass: f = M e s(t), s in m/s^2."""
+
+    point: ClassVar[None] = None
+
+
+@dataclass(frozen=True)
+class SupportAcceleration:
+    """The inertia of the beam in the frame of a support that moves: f = -M e s(t), s in m/s^2."""
+
+    point: ClassVar[None] = None
+
+
+Place = PointForce | BodyForce | SupportAcceleration

@@ -1,0 +1,50 @@
+"""From the loads of a case and their patterns to the loads of a semi-discrete system.
+
+    f(t) = sum_k s_k(t) f_k
+
+A pattern f_k follows from place and direction of a load alone; s_k is its function of time.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gapbeam.solver.loads.load_choice import Load as CaseLoad
+from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.places import SupportAcceleration
+from gapbeam.solver.loads.time_function import constant
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import Load
+
+
+def make_loads(loads: Sequence[CaseLoad], patterns: Sequence[Array], dimension: int) -> tuple[Load, ...]:
+    """Return the loads of a system, and after them the static forces that loads add, such as preloads.
+
+    Args:
+        loads: Those of a case.
+        patterns: Forces of each load per unit factor, (n,), N.
+        dimension: 2 or 3.
+    """
+    made = [_make(load, pattern, dimension) for load, pattern in zip(loads, patterns, strict=True)]
+    for load, pattern in zip(loads, patterns, strict=True):
+        if (added := load.static_force) is not None:
+            made.append(Load(added.name, pattern, constant(added.force).value, static=True, of_arrays=True))
+    return tuple(made)
+
+
+def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
+    """Return one load; that of a moving support with the motion of its frame."""
+    s = load.time_function()
+    if not isinstance(load.place, SupportAcceleration):
+        return Load(load.name, pattern, s.value, static=load.static, of_arrays=True)
+    return Load(
+        load.name,
+        pattern,
+        s.value,
+        static=load.static,
+        frame_direction=np.pad(-load_direction(load, dimension), (0, 3 - dimension)),
+        frame_mean=s.mean,
+        of_arrays=True,
+    )

@@ -1,0 +1,49 @@
+"""The function of time s of a load, and its mean over intervals."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.system.operators import Array
+
+
+@dataclass(frozen=True)
+class TimeFunction:
+    """A function of time.
+
+    Attributes:
+        value: s at a time, or at each of an array of times.
+        mean: Mean of s over intervals from starts, (times,), to ends, (times,).
+    """
+
+    value: Callable[[Any], Any]
+    mean: Callable[[Array, Array], Array]
+
+
+def constant(value: float) -> TimeFunction:
+    """Return the function that has one value at all times."""
+    return TimeFunction(lambda _time: value, lambda starts, _ends: np.full(np.shape(starts), value))
+
+
+def smooth(value: Callable[[Any], Any]) -> TimeFunction:
+    """Return a function that polynomials follow well over a step; its mean is found by quadrature.
+
+    Args:
+        value: s at a time, or at each of an array of times.
+    """
+    return TimeFunction(value, partial(quadrature_mean, value))
+
+
+def quadrature_mean(value: Callable[[Any], Any], start: Any, end: Any) -> Any:
+    """Return the mean over an interval, or each of many; by Gauss-Legendre quadrature, exact on short ones."""
+    half, middle = 0.5 * (end - start), 0.5 * (end + start)
+    values: list[Any] = [value(middle + half * x) for x in _NODES]
+    return sum(0.5 * w * value for w, value in zip(_WEIGHTS, values, strict=True))
+
+
+_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(6)

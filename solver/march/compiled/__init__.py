@@ -1,0 +1,1 @@
+"""The compiled march of dense systems."""

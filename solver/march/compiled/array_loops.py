@@ -1,0 +1,62 @@
+"""Products and copies written as loops: compiled faster than array expressions, and without temporary arrays."""
+
+from __future__ import annotations
+
+from gapbeam.solver.jit import compiled
+from gapbeam.solver.system.operators import Array
+
+
+@compiled
+def fill(x: Array, value: float) -> None:
+    """Set all entries."""
+    for j in range(len(x)):
+        x[j] = value
+
+
+@compiled
+def copy_into(x: Array, y: Array) -> None:
+    """Set x to y."""
+    for j in range(len(x)):
+        x[j] = y[j]
+
+
+@compiled
+def inner_product(x: Array, y: Array) -> float:
+    """Return x . y."""
+    total = 0.0
+    for j in range(len(x)):
+        total += x[j] * y[j]
+    return total
+
+
+@compiled
+def add_rows(matrix: Array, factors: Array, scale: float, x: Array) -> None:
+    """Add scale * matrix^T factors to x; rows with a factor of 0 are not read, the others four at a time."""
+    rows, size, row = len(factors), len(x), 0
+    while True:
+        picked, a, b, c = 0, 0, 0, 0
+        while row < rows:
+            if factors[row] != 0.0:
+                picked += 1
+                if picked == 1:
+                    a = row
+                elif picked == 2:
+                    b = row
+                elif picked == 3:
+                    c = row
+                else:
+                    break
+            row += 1
+        if picked == 4:
+            fa, fb, fc, fd = scale * factors[a], scale * factors[b], scale * factors[c], scale * factors[row]
+            first, second, third, fourth = matrix[a], matrix[b], matrix[c], matrix[row]
+            for j in range(size):
+                x[j] += fa * first[j] + fb * second[j] + fc * third[j] + fd * fourth[j]
+            row += 1
+            continue
+        for number in range(picked):
+            chosen = a if number == 0 else (b if number == 1 else c)
+            factor, only = scale * factors[chosen], matrix[chosen]
+            for j in range(size):
+                x[j] += factor * only[j]
+        return

@@ -1,0 +1,291 @@
+"""The compiled march of a dense system: blocks of many steps without Python."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT
+from gapbeam.solver.contact.laws.point_law import LawTable
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.errors import NotConverged, RunError
+from gapbeam.solver.jit import is_kept
+from gapbeam.solver.march.compiled.carried_state import STATE, Carried, carried, taken_up
+from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.compiled.kernel_tables import Motion, Records
+from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_arrays_of, limits_of
+from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_steps, record_now
+from gapbeam.solver.march.compiled.plan_arrays import (
+    arrays_of_state,
+    modal_table,
+    room_for,
+    room_for_records,
+    scheme_table,
+    state_of,
+)
+from gapbeam.solver.march.compiled.tangent_kernel import monodromy
+from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.march.python.march import March, begun, whole_step
+from gapbeam.solver.system.modal_coordinates import modal_system
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, State
+
+LOG = logging.getLogger("gapbeam")
+CADENCE = 0.2  # s of wall time between blocks
+FIRST_STEPS = 64  # of the first block, before it is known what a step costs
+MOST_RECORDS = 2048  # of a block
+
+
+@dataclass(frozen=True)
+class Block:
+    """Some steps and what was recorded of them.
+
+    Attributes:
+        loop: The loop that marched them.
+        first: Number of the first step since the start of the march.
+        steps: Number of steps.
+        records: What was recorded, one row a record.
+        times: Times of the records, (records,), s.
+        motion: The state at the end, in modal coordinates.
+        end_time: Its time, s.
+        carried: What the loop carries on from there.
+    """
+
+    loop: CompiledLoop
+    first: int
+    steps: int
+    records: Records
+    times: Array
+    motion: Motion
+    end_time: float
+    carried: Carried
+
+    @cached_property
+    def end(self) -> State:
+        """The state at the end, from which any march can go on."""
+        return state_of(self.loop.plan, self.loop.modal, self.motion, self.end_time)
+
+    @cached_property
+    def u(self) -> Array:
+        """DOFs of the dense system at the records, (records, n)."""
+        return self.loop.modal.dofs(self.records.q)
+
+    @cached_property
+    def v(self) -> Array:
+        """Their velocities, (records, n)."""
+        return self.loop.modal.dofs(self.records.v)
+
+
+@dataclass(frozen=True)
+class Passage:
+    """A march in few words.
+
+    Attributes:
+        times: Times of the records, (records,), s.
+        probes: What the probe rows read of the displacement, (records, rows).
+        probe_rates: And of the velocity, (records, rows).
+        forces: Contact force of each face at the records, (records, faces), N.
+        end: The state at the end.
+        accounts: Ledger, gates, episodes, peaks and counts.
+    """
+
+    times: Array
+    probes: Array
+    probe_rates: Array
+    forces: Array
+    end: State
+    accounts: Accounts
+
+
+class CompiledLoop:
+    """The march of a plan, compiled.
+
+    Attributes:
+        plan: The plan.
+        modal: Its system in modal coordinates.
+
+    Args:
+        plan: A plan that `why_not_compiled` has nothing against.
+    """
+
+    def __init__(self, plan: March) -> None:
+        reason, modal = why_not_compiled(plan), modal_system(plan.system)
+        if reason is not None or modal is None:
+            raise ValueError(f"this march cannot be compiled: {reason}")
+        self.plan, self.modal = plan, modal
+        self._table = modal_table(plan, modal)
+        self._scheme = scheme_table(plan)
+        self._room = room_for(self._table)
+
+    def blocks(
+        self,
+        start: State | Paused,
+        every: int = 1,
+        accounts: Accounts | None = None,
+        steps: int | None = None,
+        stops: int | None = None,
+        agreed: Callable[[int], int] = int,
+    ) -> Iterator[Block]:
+        """March, and yield block after block, each about `CADENCE` seconds of wall time at most.
+
+        A step whose contact solve does not converge is taken by the generic march, which softens and halves.
+
+        Args:
+            start: Where to start, or where the march was left.
+            every: Steps between records, counted from the start; the last step is recorded as well.
+            accounts: What consumes the steps, brought up to date before each block is yielded; None: new ones
+                without gates.
+            steps: Number of steps, those before `start` included; None: those of the plan.
+            stops: Steps after whose multiples, counted from the start, a block ends; None: it does not matter.
+            agreed: Makes all ranks agree on the number of steps of a block.
+
+        Raises:
+            NotConverged: A step did not converge at the smallest size. What came before it was yielded.
+            NotFinite: The energy is not a number; as above.
+            EnergyCreated: More energy was created than the gates of `accounts` allow; as above.
+        """
+        plan, count = self.plan, self.plan.steps if steps is None else steps
+        paused = start if isinstance(start, Paused) else Paused(begun(plan, start), 0)
+        state = paused.state
+        if accounts is None:
+            accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
+        motion, law = self._motion(paused), self._law(state)
+        origin, done, size = round(state.time / plan.dt) - paused.done, paused.done, FIRST_STEPS
+        if not is_kept(march_steps):
+            LOG.info("the time loop is compiled, which takes about 20 s, once")
+        while done < count:
+            wanted = min(size, count - done, MOST_RECORDS * every)
+            if stops is not None:
+                wanted = min(wanted, stops - done % stops)
+            wanted = agreed(wanted)
+            started = time.perf_counter()
+            ledgers, records = ledger_arrays_of(accounts), room_for_records(self._table, wanted // every + 2)
+            status, taken, recorded = march_steps(
+                self._table, self._scheme, law, motion, self._room, ledgers, limits_of(accounts), records,
+                self._factors(origin + done, wanted), done, every, count, plan.max_iterations,
+            )  # fmt: skip
+            seconds = time.perf_counter() - started
+            enter_arrays(ledgers, accounts, taken, seconds)
+            accounts.time = (origin + done + taken) * plan.dt
+            failure: RunError | None = None
+            first, done = done, done + taken
+            if status == FAILED:
+                try:
+                    state = self._step_apart(motion, origin + done, accounts)
+                except RunError as error:
+                    failure = error  # raised below, after what came before it
+                else:
+                    done += 1
+                    motion, law = arrays_of_state(self.modal, state), self._law(state)
+                    if done % every == 0 or done == count:
+                        record_now(self._table, motion, ledger_arrays_of(accounts), records, recorded, done)
+                        accounts.peaks.iterations, recorded = 0, recorded + 1
+            elif status != DONE:
+                try:
+                    accounts.gates.let_pass((origin + done) * plan.dt, status != NOT_FINITE, accounts.ledger)
+                except RunError as error:
+                    failure = error
+            elif taken == wanted:
+                size = max(1, min(4 * size, round(wanted * CADENCE / max(seconds, 1.0e-9))))
+            yield self._block(first, done - first, records, recorded, motion, origin)
+            if failure is not None:
+                raise failure
+
+    def follow(
+        self, start: State, steps: int, probes: Array | None = None, every: int = 1, accounts: Accounts | None = None
+    ) -> Passage:
+        """March some steps and return what probes read, the end, and the figures.
+
+        Args:
+            start: Where to start.
+            steps: Number of steps, > 0.
+            probes: Rows on the DOFs of the dense system, (rows, n); None: none.
+            every: Steps between readings.
+            accounts: As in `blocks`.
+
+        Raises:
+            NotConverged: As in `blocks`; likewise NotFinite and EnergyCreated.
+        """
+        if accounts is None:
+            accounts = Accounts.opened(self.plan.system, self.plan.law, start, self.plan.dt)
+        rows = np.zeros((0, len(self.modal.squares))) if probes is None else probes @ self.modal.shapes
+        blocks = list(self.blocks(start, every, accounts, steps))
+        return Passage(
+            times=np.concatenate([block.times for block in blocks]),
+            probes=np.concatenate([block.records.q for block in blocks]) @ rows.T,
+            probe_rates=np.concatenate([block.records.v for block in blocks]) @ rows.T,
+            forces=np.concatenate([block.records.force for block in blocks]),
+            end=blocks[-1].end,
+            accounts=accounts,
+        )
+
+    def tangent(self, start: State, steps: int | None = None) -> tuple[State, Array]:
+        """March some steps with the derivative of the end by the start; midpoint rules only.
+
+        Args:
+            start: Where to start.
+            steps: Number of steps; None: those of the plan.
+
+        Returns:
+            The end, and d(q, v) there by (q, v) at the start in modal coordinates, (2n, 2n). On one side of the kink
+            where a point touches or leaves just at the end of a step.
+
+        Raises:
+            ValueError: A scheme that carries accelerations, or damping that follows from touch speeds.
+            NotConverged: A step did not converge, or only in parts.
+        """
+        plan, count = self.plan, self.plan.steps if steps is None else steps
+        if self._scheme.form == ENDPOINT or plan.law.touch_product is not None:
+            raise ValueError("the state is not (q, v) alone: take a midpoint rule, and a law with a given damping")
+        accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
+        blocks = list(self.blocks(start, accounts=accounts, steps=count))
+        if accounts.tally.halved:
+            raise NotConverged(
+                f"{accounts.tally.failures} steps of {plan.dt:.3g} s up to t = {accounts.time:.6g} s converged only in "
+                "parts, along which no derivative is taken; take more steps or a softer contact"
+            )
+        places = np.concatenate([self.modal.coordinates(start.u[VALUE])[None], *(block.records.q for block in blocks)])
+        depths = -(plan.system.contact.initial_gap + places @ self.modal.gaps.T)
+        implicit = self._scheme.form == IMPLICIT
+        return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
+
+    def _motion(self, paused: Paused) -> Motion:
+        factor = self._room.solution.factor
+        if paused.modal is None:
+            factor.filled[0] = 0
+            return arrays_of_state(self.modal, paused.state)
+        return taken_up(paused.modal, factor)
+
+    def _law(self, state: State) -> LawTable:
+        plan = self.plan
+        return plan.law.touched_at(state.touch_speed).table(plan.system.contact.size)
+
+    def _factors(self, first: int, steps: int) -> Array:
+        """Return the load factors in the balance of each step, (steps, loads)."""
+        system, dt, shift = self.plan.system, self.plan.dt, self._scheme.alpha_f
+        times: Array = np.asarray((first + np.arange(steps + 1)) * dt, dtype=float)
+        if self._scheme.form != ENDPOINT:
+            return system.load_factor_rows(np.asarray(times[:-1] + 0.5 * dt))
+        rows = system.load_factor_rows(times)
+        return np.ascontiguousarray((1.0 - shift) * rows[1:] + shift * rows[:-1])
+
+    def _step_apart(self, motion: Motion, number: int, accounts: Accounts) -> State:
+        """Take a step by the generic march, which softens and halves; return its end."""
+        plan = self.plan
+        state = state_of(plan, self.modal, motion, number * plan.dt)
+        for step in whole_step(plan, state, plan.dt):
+            accounts.take(step)
+            state = step.new
+        return state
+
+    def _block(self, first: int, steps: int, records: Records, recorded: int, motion: Motion, origin: int) -> Block:
+        kept = Records._make(column[:recorded] for column in records)
+        left = carried(motion, self._room.solution.factor)
+        copied = Motion._make(left[:STATE])
+        times: Array = np.asarray((origin + kept.steps) * self.plan.dt, dtype=float)
+        return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt, left)

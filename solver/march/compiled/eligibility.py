@@ -1,0 +1,33 @@
+"""Whether the compiled loop can march a plan."""
+
+from __future__ import annotations
+
+from gapbeam.solver.integrators.time_scheme import kernel_of
+from gapbeam.solver.march.python.march import March
+from gapbeam.solver.system.dense_operators import DenseOperators
+
+
+def why_not_compiled(plan: March) -> str | None:
+    """Return why the compiled loop cannot march a plan, in words; None where it can.
+
+    It marches dense systems, whose gaps and forces are the same shapes, by schemes that have a kernel, with springs and
+    dampers, in steps of one size.
+    """
+    system, law = plan.system, plan.law
+    if not isinstance(system.operators, DenseOperators):
+        return "the model is not dense: finite elements on a mesh are marched step by step"
+    if system.operators.massless.any():
+        return "some degrees of freedom have no mass"
+    if not system.contact.symmetric:
+        return "Nitsche's method: gaps and forces are not the same shapes"
+    if kernel_of(plan.scheme) is None:
+        return f"no kernel marches the scheme {plan.scheme.type}"
+    if law.friction is not None or system.contact.tangents is not None:
+        return "contact with friction"
+    if law.augmented is not None:
+        return "augmented Lagrangian: multipliers in every step"
+    if not law.stores_energy:
+        return "impulses in the place of a contact stiffness"
+    if plan.resolution is not None:
+        return "adaptive steps"
+    return None

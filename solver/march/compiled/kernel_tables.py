@@ -1,0 +1,120 @@
+"""The arrays that kernels march with: system, scheme, state, room and records."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gapbeam.solver.march.compiled.contact_kernel import Solution
+from gapbeam.solver.system.operators import Array, Indices
+
+
+class Modal(NamedTuple):
+    """The system, all arrays contiguous.
+
+    Attributes:
+        squares: s, (n,), 1/s^2.
+        damping: C without the dashpots, (n,), 1/s.
+        dashpots: beta, (k, n).
+        dashpot_factors: c, (k,), 1/s.
+        inverse: 1 / A without the dashpots, (n,).
+        updates: omega, which with rho take the dashpots into A^-1 = inverse - sum_j rho_j omega_j omega_j^T, (k, n).
+        update_factors: rho, (k,).
+        gaps: Phi, (m, n).
+        initial_gap: g0, (m,), m.
+        weights: w, (m,), m^2.
+        faces: Face of each point, (m,).
+        arms: x of each point, (m,), m.
+        loads: L, (loads, n).
+        driven: 1 for loads that are not static, else 0, (loads,).
+        delassus: D = Phi A^-1 Phi^T, (m, m).
+        largest: Largest entry of its diagonal.
+    """
+
+    squares: Array
+    damping: Array
+    dashpots: Array
+    dashpot_factors: Array
+    inverse: Array
+    updates: Array
+    update_factors: Array
+    gaps: Array
+    initial_gap: Array
+    weights: Array
+    faces: Indices
+    arms: Array
+    loads: Array
+    driven: Array
+    delassus: Array
+    largest: float
+
+
+class Scheme(NamedTuple):
+    """The step in s, and the numbers of the scheme: `gapbeam.solver.integrators.time_scheme.KernelNumbers`."""
+
+    dt: float
+    form: int
+    alpha_m: float
+    alpha_f: float
+    beta: float
+    gamma: float
+
+
+class Motion(NamedTuple):
+    """The state, changed in place.
+
+    Attributes:
+        q: (n,).
+        v: (n,).
+        a: (n,); of no meaning to the midpoint rules.
+        depth: (m,), m.
+        pressure: (m,), Pa.
+        touch_speed: (m,), m/s; of no meaning to laws that do not ask.
+    """
+
+    q: Array
+    v: Array
+    a: Array
+    depth: Array
+    pressure: Array
+    touch_speed: Array
+
+
+class Room(NamedTuple):
+    """Room of a step: vectors of the DOFs, of the points and of the faces, and the contact solution."""
+
+    right: Array
+    free: Array
+    u_guess: Array
+    v_guess: Array
+    new_q: Array
+    new_v: Array
+    stage_velocity: Array
+    inner: Array
+    held: Array
+    held_depth: Array
+    guess_depth: Array
+    guess_rate: Array
+    force: Array
+    pressed: Array
+    closed: Array
+    deepest: Array
+    works: Array
+    solution: Solution
+
+
+class Records(NamedTuple):
+    """Records, one row each; `energies` as in `ledger_kernel.LedgerArrays`, `iterations` since the last row."""
+
+    steps: Indices
+    q: Array
+    v: Array
+    force: Array
+    moment: Array
+    area: Array
+    active: Array
+    penetration: Array
+    impulse: Array
+    energies: Array
+    load_work: Array
+    residual: Array
+    iterations: Indices

@@ -1,0 +1,77 @@
+"""Copies between the ledger arrays of kernels and the accounts of a march."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.face_updates import Watched
+from gapbeam.solver.diagnostics.ledger_update import Energies
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
+
+
+def ledger_arrays_of(accounts: Accounts) -> LedgerArrays:
+    """Return ledger arrays that continue from accounts."""
+    ledger, gates, episodes, peaks, tally = (
+        accounts.ledger,
+        accounts.gates,
+        accounts.episodes,
+        accounts.peaks,
+        accounts.tally,
+    )
+    faces = range(len(peaks.impulse))
+    watched = [gates.watched(face) for face in faces]
+    running = [episodes.running.get(face, (0, 0.0)) for face in faces]
+    return LedgerArrays(
+        energies=np.array(ledger.energies),
+        load_work=ledger.load_work.copy(),
+        impulse=peaks.impulse.copy(),
+        deepest=peaks.deepest.copy(),
+        peak_force=peaks.force.copy(),
+        face=np.array([one.face for one in watched]),
+        entry=np.array([(one.created, one.energy) for one in watched]).T.copy(),
+        impacts=np.array([gates.impacts, gates.violations]),
+        impact_change=np.array([gates.largest_growth, gates.largest_loss]),
+        episode_steps=np.array([steps for steps, _ in running]),
+        episode_impulse=np.array([impulse for _, impulse in running]),
+        episodes=np.array([episodes.count, episodes.short]),
+        episodes_impulse=np.array([episodes.impulse, episodes.short_impulse]),
+        solves=np.array([peaks.iterations, tally.iterations, tally.most_iterations]),
+    )
+
+
+def enter_arrays(ledgers: LedgerArrays, accounts: Accounts, steps: int, seconds: float) -> None:
+    """Bring accounts to what the ledger arrays hold after some more whole steps that took some seconds."""
+    gates, episodes, peaks, tally = accounts.gates, accounts.episodes, accounts.peaks, accounts.tally
+    accounts.ledger = accounts.ledger.with_energies(Energies(*map(float, ledgers.energies)), ledgers.load_work.copy())
+    faces = range(len(peaks.impulse))
+    for face in faces:
+        gates.keep(
+            face,
+            Watched(int(ledgers.face[face]), float(ledgers.entry[0, face]), float(ledgers.entry[1, face])),
+        )
+    gates.impacts, gates.violations = (int(count) for count in ledgers.impacts)
+    gates.largest_growth, gates.largest_loss = (float(change) for change in ledgers.impact_change)
+    episodes.running = {
+        face: (int(ledgers.episode_steps[face]), float(ledgers.episode_impulse[face]))
+        for face in faces
+        if ledgers.episode_steps[face] > 0
+    }
+    episodes.count, episodes.short = (int(count) for count in ledgers.episodes)
+    episodes.impulse, episodes.short_impulse = (float(impulse) for impulse in ledgers.episodes_impulse)
+    peaks.impulse, peaks.deepest, peaks.force = (
+        ledgers.impulse.copy(),
+        ledgers.deepest.copy(),
+        ledgers.peak_force.copy(),
+    )
+    peaks.iterations, tally.iterations, tally.most_iterations = (int(count) for count in ledgers.solves)
+    tally.steps += steps
+    tally.shortest = min(tally.shortest, tally.dt) if steps else tally.shortest
+    tally.advance += seconds
+
+
+def limits_of(accounts: Accounts) -> Limits:
+    """Return the gates as numbers."""
+    gates = accounts.gates.limits
+    total = np.inf if gates.accept_energy_growth else gates.total_growth
+    return Limits(float(gates.impact_growth), float(gates.impact_loss), float(total))

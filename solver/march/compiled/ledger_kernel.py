@@ -1,0 +1,179 @@
+"""What kernels keep of every step: energy ledger, gates, contact episodes and peaks, as arrays.
+
+Kernels measure in modal coordinates; `gapbeam.solver.diagnostics.ledger_update` and `face_updates` say how to use
+what they measure, as they do in the step-by-step march.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.face_updates import (
+    Peak,
+    Watched,
+    after_contact,
+    after_forces,
+    after_look,
+    breaks_gates,
+)
+from gapbeam.solver.diagnostics.ledger_update import (
+    Energies,
+    Measured,
+    after_measuring,
+    after_step,
+    created_energy,
+    energy_residual,
+    exchanged_energy,
+    relative_growth,
+    unresolved_energy,
+)
+from gapbeam.solver.jit import compiled
+from gapbeam.solver.system.operators import Array, Indices
+
+EPS = float(np.finfo(float).eps)
+
+
+class LedgerArrays(NamedTuple):
+    """What is kept of every step.
+
+    Attributes:
+        energies: The ledger, in the order of `Energies`, (12,), J.
+        load_work: Work of each load, (loads,), J.
+        impulse: Contact force over time of each face, (faces,), N s.
+        deepest: Largest penetration so far of each face, (faces,), m.
+        peak_force: Largest contact force so far of each face, (faces,), N.
+        face: Whether each face is UNKNOWN, CLOSED or OPEN to the gates, (faces,).
+        entry: Energy created, and kinetic and strain energy, when each face closed; NaN: not known, (2, faces), J.
+        impacts: Impacts that ended, and how many of them broke the gates, (2,).
+        impact_change: Largest relative growth and loss in an impact, (2,).
+        episode_steps: Steps of the episode of each face, 0: none, (faces,).
+        episode_impulse: Its impulse, (faces,), N s.
+        episodes: Episodes that ended, and short ones, (2,).
+        episodes_impulse: Their impulse, and that of short ones, (2,), N s.
+        solves: Iterations since the last record, of the march, and the most in a step, (3,).
+    """
+
+    energies: Array
+    load_work: Array
+    impulse: Array
+    deepest: Array
+    peak_force: Array
+    face: Indices
+    entry: Array
+    impacts: Indices
+    impact_change: Array
+    episode_steps: Indices
+    episode_impulse: Array
+    episodes: Indices
+    episodes_impulse: Array
+    solves: Indices
+
+
+class Limits(NamedTuple):
+    """The gates of a case: growth and loss of an impact, growth that ends the march (infinite: none)."""
+
+    impact_growth: float
+    impact_loss: float
+    total_growth: float
+
+
+@compiled
+def energies_in(ledgers: LedgerArrays) -> Energies:
+    """Return the ledger."""
+    e = ledgers.energies
+    return Energies(e[0], e[1], e[2], e[3], e[4], e[5], e[6], e[7], e[8], e[9], e[10], e[11])
+
+
+@compiled
+def keep_energies(ledgers: LedgerArrays, energies: Energies) -> None:
+    """Keep the ledger."""
+    for number, energy in enumerate(energies):
+        ledgers.energies[number] = energy
+
+
+@compiled
+def total_work(ledgers: LedgerArrays) -> float:
+    """Return the work of all loads."""
+    work = 0.0
+    for load in range(len(ledgers.load_work)):
+        work += ledgers.load_work[load]
+    return work
+
+
+@compiled
+def residual(ledgers: LedgerArrays) -> float:
+    """Return what is left of the energy balance."""
+    return energy_residual(energies_in(ledgers), total_work(ledgers))
+
+
+@compiled
+def growth(ledgers: LedgerArrays) -> float:
+    """Return created energy relative to the energy exchanged."""
+    energies = energies_in(ledgers)
+    created = created_energy(energies, total_work(ledgers))
+    return relative_growth(created, exchanged_energy(energies), energies.round_off)
+
+
+@compiled
+def enter_step(ledgers: LedgerArrays, measured: Measured, works: Array) -> None:
+    """Enter what was measured of a step, and the works of the loads."""
+    keep_energies(ledgers, after_step(energies_in(ledgers), measured))
+    for load in range(len(works)):
+        ledgers.load_work[load] += works[load]
+
+
+@compiled
+def enter_energies(ledgers: LedgerArrays, contact: float, squares: Array, q: Array) -> None:
+    """Enter the potential of the contact measured anew, and what the balance of the state cannot resolve."""
+    energies, total = energies_in(ledgers), 0.0
+    for j in range(len(q)):
+        term = EPS * squares[j] * q[j] * q[j]
+        total += term * term
+    round_off = unresolved_energy(total, energies.strain, contact)
+    keep_energies(ledgers, after_measuring(energies, energies.kinetic, energies.strain, contact, round_off))
+
+
+@compiled
+def enter_forces(ledgers: LedgerArrays, force: Array, pressed: Array, deepest: Array, dt: float) -> None:
+    """Enter contact forces of a step, whether faces were pressed, and the penetration at its end, by face."""
+    for face in range(len(force)):
+        before = Peak(ledgers.impulse[face], ledgers.peak_force[face], 0.0, ledgers.deepest[face])
+        peak = after_forces(before, dt, force[face], 0.0, deepest[face])
+        ledgers.impulse[face], ledgers.peak_force[face], ledgers.deepest[face] = (
+            peak.impulse,
+            peak.force,
+            peak.depth,
+        )
+        contact, impulse = pressed[face] > 0.0, ledgers.episode_impulse[face]
+        added = dt * force[face] if contact else 0.0
+        steps, running, ended, short = after_contact(ledgers.episode_steps[face], impulse, contact, added)
+        ledgers.episode_steps[face], ledgers.episode_impulse[face] = steps, running
+        ledgers.episodes_impulse[0] += added
+        if ended:
+            ledgers.episodes[0] += 1
+        if short:
+            ledgers.episodes[1] += 1
+            ledgers.episodes_impulse[1] += impulse
+
+
+@compiled
+def watch_impacts(ledgers: LedgerArrays, closed: Array, limits: Limits) -> None:
+    """Judge impacts that end with a step; see `EnergyGates`."""
+    energies = energies_in(ledgers)
+    created, energy = created_energy(energies, total_work(ledgers)), energies.kinetic + energies.strain
+    for face in range(len(closed)):
+        before = Watched(ledgers.face[face], ledgers.entry[0, face], ledgers.entry[1, face])
+        seen, ended, change = after_look(before, closed[face] > 0.0, created, energy, energies.round_off)
+        ledgers.face[face], ledgers.entry[0, face], ledgers.entry[1, face] = (
+            seen.face,
+            seen.created,
+            seen.energy,
+        )
+        if ended:
+            ledgers.impacts[0] += 1
+            ledgers.impact_change[0] = max(ledgers.impact_change[0], change)
+            ledgers.impact_change[1] = max(ledgers.impact_change[1], -change)
+            if breaks_gates(change, limits.impact_growth, limits.impact_loss):
+                ledgers.impacts[1] += 1

@@ -1,0 +1,190 @@
+"""Many steps of a system in modal coordinates, compiled: schemes, contact, energy ledger and records.
+
+    q'' + C q' + s q = sum_k s_k(t) L_k + Phi^T f,    d = -(g0 + Phi q),    f = w P(d, d')
+
+The effective operator is diagonal, so that a step is a few products per DOF, one product with Phi for the gaps, and the
+contact problem on the active points, whose rows of Phi put the forces back.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.law_forms import ENDPOINT
+from gapbeam.solver.contact.laws.point_law import LawTable, touch_factor
+from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
+from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
+from gapbeam.solver.diagnostics.ledger_update import Measured, total_energy
+from gapbeam.solver.jit import compiled, entry
+from gapbeam.solver.march.compiled import ledger_kernel as accounts
+from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
+from gapbeam.solver.march.compiled.kernel_tables import Modal, Motion, Records, Room, Scheme
+from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
+from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, form_gaps_anew, midpoint_step
+from gapbeam.solver.system.operators import Array
+
+DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
+FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
+
+
+@entry
+def march_steps(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, ledgers: LedgerArrays, limits: Limits,
+    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+) -> tuple[int, int, int]:  # fmt: skip
+    """March as many steps as there are rows of load factors, or until one fails or creates energy.
+
+    Args:
+        modal: The system.
+        scheme: The scheme.
+        law: The contact law; coefficients that follow from touch speeds are changed in place.
+        motion: The state, changed in place.
+        room: Room.
+        ledgers: What is kept of every step, changed in place.
+        limits: The gates.
+        records: Room for the records of these steps.
+        factors: s_k in the balance of each step, (steps, loads).
+        first: Number of the first step; records and fresh gaps fall on multiples.
+        every: Steps between records.
+        last: Number of the step after the last of the march, which is recorded.
+        most: Limit of the iterations of a contact solve.
+
+    Returns:
+        DONE, FAILED (that step is not taken), NOT_FINITE or CREATED (it is), the steps taken and the records made.
+    """
+    recorded = 0
+    for step in range(len(factors)):
+        if scheme.form == ENDPOINT:
+            iterations = alpha_step(modal, scheme, law, motion, room, factors[step], most)
+        else:
+            iterations = midpoint_step(modal, scheme, law, motion, room, factors[step], most)
+        if iterations < 0:
+            return FAILED, step, recorded
+        _enter(modal, scheme, law, motion, room, ledgers, factors[step])
+        number = first + step + 1
+        if number % FRESH_GAPS == 0 or number == last:
+            _measure_anew(modal, law, motion, ledgers)
+        ledgers.solves[0] += iterations
+        ledgers.solves[1] += iterations
+        ledgers.solves[2] = max(ledgers.solves[2], iterations)
+        if not np.isfinite(total_energy(accounts.energies_in(ledgers))):
+            return NOT_FINITE, step + 1, recorded
+        accounts.watch_impacts(ledgers, room.closed, limits)
+        if accounts.growth(ledgers) > limits.total_growth:
+            return CREATED, step + 1, recorded
+        if law.numbers.touch_product > 0.0:
+            _touch(modal, law, motion)
+        if number % every == 0 or number == last:
+            record(modal, motion, ledgers, records, recorded, number)
+            recorded += 1
+    return DONE, len(factors), recorded
+
+
+@compiled
+def _enter(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, ledgers: LedgerArrays, factors: Array
+) -> None:
+    """Enter a solved step into the ledgers and make its end the state."""
+    found = room.solution
+    old_share = scheme.alpha_f
+    fill(room.force, 0.0)
+    fill(room.pressed, 0.0)
+    fill(room.closed, 0.0)
+    fill(room.deepest, -np.inf)
+    contact, elastic_work, contact_loss, forces, largest = 0.0, 0.0, 0.0, 0.0, 0.0
+    for i in range(len(found.depth)):
+        face, depth, weight, before = modal.faces[i], found.depth[i], modal.weights[i], motion.depth[i]
+        force = force_at(room, i)
+        pressure = force / weight
+        largest = max(largest, abs(room.held_depth[i]))
+        room.deepest[face] = max(room.deepest[face], depth)
+        if pressure > 0.0:
+            room.pressed[face] = 1.0
+        if depth > 0.0 or before > 0.0 or force != 0.0:
+            elastic = found.elastic[i]
+            if scheme.form == ENDPOINT:
+                elastic *= 1.0 - old_share
+                elastic += old_share * spring_pressure(law.stiffness[i], law.numbers.exponent, before)
+            room.force[face] += force
+            forces += abs(force)
+            contact += weight * spring_potential(law.stiffness[i], law.numbers.exponent, depth)
+            elastic_work += weight * elastic * (depth - before)
+            contact_loss += weight * (pressure - elastic) * (depth - before)
+    kinetic, strain, structural, inner = 0.0, 0.0, 0.0, 0.0
+    for j in range(len(motion.q)):
+        moved = room.new_q[j] - motion.q[j]
+        kinetic += room.new_v[j] * room.new_v[j]
+        strain += modal.squares[j] * room.new_q[j] * room.new_q[j]
+        structural += moved * modal.damping[j] * room.stage_velocity[j]
+        inner += moved * room.inner[j]
+    for k in range(len(modal.dashpot_factors)):
+        pull = modal.dashpot_factors[k] * inner_product(modal.dashpots[k], room.stage_velocity)
+        for j in range(len(motion.q)):
+            structural += pull * modal.dashpots[k, j] * (room.new_q[j] - motion.q[j])
+    driven = 0.0
+    for load in range(len(factors)):
+        work = 0.0
+        for j in range(len(motion.q)):
+            work += (room.new_q[j] - motion.q[j]) * modal.loads[load, j]
+        room.works[load] = factors[load] * work
+        driven += modal.driven[load] * room.works[load]
+    accept(modal, scheme, motion, room)
+    for i in range(len(motion.pressure)):
+        if motion.pressure[i] > 0.0:
+            room.closed[modal.faces[i]] = 1.0
+    unresolved = UNRESOLVED * largest * forces
+    measured = Measured(
+        0.5 * kinetic, 0.5 * strain, contact, structural, inner, elastic_work, contact_loss, 0.0, driven, unresolved
+    )
+    accounts.enter_step(ledgers, measured, room.works)
+    accounts.enter_forces(ledgers, room.force, room.pressed, room.deepest, scheme.dt)
+
+
+@compiled
+def _measure_anew(modal: Modal, law: LawTable, motion: Motion, ledgers: LedgerArrays) -> None:
+    """Form the gaps anew, and measure again what depends on them."""
+    form_gaps_anew(modal, motion)
+    contact = 0.0
+    for i in range(len(motion.depth)):
+        contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, motion.depth[i])
+    accounts.enter_energies(ledgers, contact, modal.squares, motion.q)
+
+
+@compiled
+def _touch(modal: Modal, law: LawTable, motion: Motion) -> None:
+    """Keep the approach speeds of open points, and what the damper makes of them."""
+    for i in range(len(motion.depth)):
+        if motion.depth[i] <= 0.0:
+            motion.touch_speed[i] = -inner_product(modal.gaps[i], motion.v)
+            law.coefficient[i] = touch_factor(law.numbers.touch_product, motion.touch_speed[i])
+
+
+@compiled
+def record(modal: Modal, motion: Motion, ledgers: LedgerArrays, records: Records, row: int, number: int) -> None:
+    """Record the state after a step."""
+    records.steps[row] = number
+    copy_into(records.q[row], motion.q)
+    copy_into(records.v[row], motion.v)
+    fill(records.penetration[row], -np.inf)
+    for i in range(len(motion.depth)):
+        face, pressure = modal.faces[i], motion.pressure[i]
+        records.penetration[row, face] = max(records.penetration[row, face], motion.depth[i])
+        if pressure != 0.0:
+            force = modal.weights[i] * pressure
+            records.force[row, face] += force
+            records.moment[row, face] += force * modal.arms[i]
+        if pressure > 0.0:
+            records.area[row, face] += modal.weights[i]
+            records.active[row, face] += 1.0
+    copy_into(records.impulse[row], ledgers.impulse)
+    copy_into(records.energies[row], ledgers.energies)
+    copy_into(records.load_work[row], ledgers.load_work)
+    records.residual[row] = accounts.residual(ledgers)
+    records.iterations[row] = ledgers.solves[0]
+    ledgers.solves[0] = 0
+
+
+@entry
+def record_now(modal: Modal, motion: Motion, ledgers: LedgerArrays, records: Records, row: int, number: int) -> None:
+    """Record the state after a step that was taken apart."""
+    record(modal, motion, ledgers, records, row, number)

@@ -1,0 +1,131 @@
+"""From plans and states to the arrays of kernels, and back."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT, MEAN
+from gapbeam.solver.diagnostics.ledger_update import Energies
+from gapbeam.solver.integrators.time_scheme import kernel_of
+from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
+from gapbeam.solver.march.compiled.kernel_tables import Modal, Motion, Records, Room, Scheme
+from gapbeam.solver.march.python.march import March
+from gapbeam.solver.system.modal_coordinates import ModalSystem
+from gapbeam.solver.system.operators import Array, RankOnes
+from gapbeam.solver.system.semi_discrete import VALUE, Imaged, State, imaged
+
+
+def modal_table(plan: March, modal: ModalSystem) -> Modal:
+    """Return the system of a plan with its effective and Delassus operators, D = Phi A^-1 Phi^T."""
+    system, contact = plan.system, plan.system.contact
+    mass, stiffness, dashpots = plan.scheme.coefficients(system, plan.dt)
+    inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares))
+    updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
+    updated = modal.gaps @ updates.T
+    delassus = (modal.gaps * inverse) @ modal.gaps.T - (updated * update_factors) @ updated.T
+    return Modal(
+        squares=_packed(modal.squares),
+        damping=_packed(modal.damping),
+        dashpots=_packed(modal.dashpots.patterns),
+        dashpot_factors=_packed(modal.dashpots.coefficients),
+        inverse=inverse,
+        updates=updates,
+        update_factors=update_factors,
+        gaps=_packed(modal.gaps),
+        initial_gap=_packed(contact.initial_gap),
+        weights=_packed(contact.weights),
+        faces=np.ascontiguousarray(contact.faces, dtype=np.int64),
+        arms=_packed(contact.positions[:, 0]),
+        loads=_packed(modal.loads),
+        driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
+        delassus=_packed(0.5 * (delassus + delassus.T)),
+        largest=float(np.max(np.diagonal(delassus), initial=0.0)),
+    )
+
+
+def inverse_updates(inverse: Array, added: RankOnes) -> tuple[Array, Array]:
+    """Return omega, (k, n), and rho, (k,), with (D + B^T diag(a) B)^-1 = D^-1 - sum_j rho_j omega_j omega_j^T.
+
+    Args:
+        inverse: The diagonal of D^-1, (n,).
+        added: B and a.
+    """
+    responses = added.patterns * inverse
+    scaled = added.coefficients[:, None] * (responses @ added.patterns.T)
+    inner = np.linalg.solve(np.eye(len(scaled)) + scaled, np.diag(added.coefficients))
+    factors, turn = np.linalg.eigh(0.5 * (inner + inner.T))
+    return np.ascontiguousarray(turn.T @ responses), factors
+
+
+def scheme_table(plan: March) -> Scheme:
+    """Return the scheme of a plan as numbers."""
+    numbers = kernel_of(plan.scheme)
+    if numbers is None:
+        raise ValueError(f"no kernel marches the scheme {plan.scheme.type}")
+    if numbers.form not in (MEAN, IMPLICIT, ENDPOINT):
+        raise ValueError(f"no kernel takes the law in the form {numbers.form} of the scheme {plan.scheme.type}")
+    return Scheme(plan.dt, *numbers)
+
+
+def room_for(table: Modal) -> Room:
+    """Return the room of a step."""
+    n, m, faces = len(table.squares), len(table.weights), _faces(table)
+    vectors = [*np.zeros((8, n)), *np.zeros((4, m)), *np.zeros((4, faces)), np.zeros(len(table.loads))]
+    return Room._make([*vectors, room_for_solution(m)])
+
+
+def room_for_records(table: Modal, rows: int) -> Records:
+    """Return room for some records."""
+    n, faces = len(table.squares), _faces(table)
+    return Records(
+        steps=np.zeros(rows, dtype=np.int64),
+        q=np.zeros((rows, n)),
+        v=np.zeros((rows, n)),
+        force=np.zeros((rows, faces)),
+        moment=np.zeros((rows, faces)),
+        area=np.zeros((rows, faces)),
+        active=np.zeros((rows, faces)),
+        penetration=np.zeros((rows, faces)),
+        impulse=np.zeros((rows, faces)),
+        energies=np.zeros((rows, len(Energies._fields))),
+        load_work=np.zeros((rows, len(table.loads))),
+        residual=np.zeros(rows),
+        iterations=np.zeros(rows, dtype=np.int64),
+    )
+
+
+def arrays_of_state(modal: ModalSystem, state: State) -> Motion:
+    """Return a state, as a march carries it along, in modal coordinates."""
+    nothing = np.zeros_like(modal.squares)
+    return Motion(
+        modal.coordinates(state.u[VALUE]),
+        modal.coordinates(state.v[VALUE]),
+        nothing if state.a is None else modal.coordinates(state.a[VALUE]),
+        np.array(state.depth),
+        np.array(state.pressure),
+        np.zeros_like(state.depth) if state.touch_speed is None else np.array(state.touch_speed),
+    )
+
+
+def state_of(plan: March, modal: ModalSystem, motion: Motion, time: float) -> State:
+    """Return the state that arrays hold, with its images."""
+
+    def full(x: Array) -> Imaged:
+        return imaged(plan.system.operators, modal.dofs(x))
+
+    state = State(time, full(motion.q), full(motion.v), motion.depth.copy(), motion.pressure.copy())
+    if plan.scheme.carries_acceleration:
+        state = replace(state, a=full(motion.a))
+    if plan.law.touch_product is not None:
+        state = replace(state, touch_speed=motion.touch_speed.copy())
+    return state
+
+
+def _faces(table: Modal) -> int:
+    return int(table.faces.max()) + 1
+
+
+def _packed(x: Array) -> Array:
+    return np.ascontiguousarray(x, dtype=float)

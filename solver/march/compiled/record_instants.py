@@ -1,0 +1,45 @@
+"""From the records of a block to what records of the history are made of."""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.ledger_update import Energies
+from gapbeam.solver.diagnostics.output_instants import Instants
+from gapbeam.solver.march.compiled.compiled_march import Block
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.ordered_products import row_product
+
+
+def instants_of(block: Block, count: int) -> Instants:
+    """Return the first `count` records of a block."""
+    kept, modal = block.records, block.loop.modal
+    energies = kept.energies[:count]
+
+    def energy(name: str) -> Array:
+        return np.ascontiguousarray(energies[:, Energies._fields.index(name)])
+
+    q = kept.q[:count]
+    return Instants(
+        times=block.times[:count],
+        u=block.u[:count],
+        v=block.v[:count],
+        contact_force=kept.force[:count],
+        contact_moment=kept.moment[:count],
+        contact_area=kept.area[:count],
+        active_points=kept.active[:count],
+        penetration=kept.penetration[:count],
+        impulse=kept.impulse[:count],
+        friction_force=None,
+        kinetic=energy("kinetic"),
+        strain=energy("strain"),
+        restraint=0.5 * np.sum(row_product(q, modal.restraint) * q, axis=1),
+        contact=energy("contact"),
+        load_work=kept.load_work[:count],
+        structural=energy("structural"),
+        contact_loss=energy("contact_loss"),
+        friction_loss=energy("friction_loss"),
+        algorithmic=energy("algorithmic"),
+        residual=kept.residual[:count],
+        iterations=kept.iterations[:count].astype(float),
+    )

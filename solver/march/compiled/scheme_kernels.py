@@ -1,0 +1,134 @@
+"""One step of each compiled scheme up to the state at its end, which is left in `Room`; `kernel.py` enters it."""
+
+from __future__ import annotations
+
+from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
+from gapbeam.solver.jit import compiled
+from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, inner_product
+from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints, solve_contact
+from gapbeam.solver.march.compiled.kernel_tables import Modal, Motion, Room, Scheme
+from gapbeam.solver.system.operators import Array
+
+
+@compiled
+def midpoint_step(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, factors: Array, most: int
+) -> int:
+    """Advance by the midpoint rule, `gapbeam.solver.integrators.midpoint`."""
+    dt, q, v = scheme.dt, motion.q, motion.v
+    n, m = len(q), len(motion.depth)
+    right, free = room.right, room.free
+    for j in range(n):
+        right[j] = (2.0 / dt) * v[j] - modal.squares[j] * q[j]
+    _add_loads_and_held(modal, motion, room, factors)
+    _solve(modal, right, free)
+    for i in range(m):
+        room.held_depth[i] = motion.depth[i] - dt * inner_product(modal.gaps[i], free)
+    balance = Balance(dt, modal.delassus, modal.largest, modal.weights, room.held_depth, room.held)
+    numbers = StepNumbers(scheme.form, dt, 0.0, 0.0)
+    step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
+    iterations = solve_contact(balance, step, law, room.solution, most)
+    if iterations < 0:
+        return -1
+    add_rows(modal.gaps, room.solution.change, 1.0, right)
+    _solve(modal, right, free)
+    for j in range(n):
+        middle = free[j]
+        new_q, new_v = q[j] + dt * middle, 2.0 * middle - v[j]
+        room.inner[j] = (new_v - v[j]) / dt + 0.5 * modal.squares[j] * (new_q + q[j])
+        room.stage_velocity[j], room.new_q[j], room.new_v[j] = middle, new_q, new_v
+    return iterations
+
+
+@compiled
+def alpha_step(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, factors: Array, most: int
+) -> int:
+    """Advance by generalized-alpha, `gapbeam.solver.integrators.generalized_alpha`."""
+    dt, q, v, a = scheme.dt, motion.q, motion.v, motion.a
+    n, m = len(q), len(motion.depth)
+    old_share, new_share = scheme.alpha_f, 1.0 - scheme.alpha_f
+    right, free = room.right, room.free
+    scale, rate_slope = scheme.beta * dt * dt, scheme.gamma / (scheme.beta * dt)
+    for j in range(n):
+        u_guess = q[j] + dt * v[j] + dt * dt * (0.5 - scheme.beta) * a[j]
+        v_guess = v[j] + dt * (1.0 - scheme.gamma) * a[j]
+        u_stage, v_stage = new_share * u_guess + old_share * q[j], new_share * v_guess + old_share * v[j]
+        right[j] = -scheme.alpha_m * a[j] - modal.damping[j] * v_stage - modal.squares[j] * u_stage
+        room.u_guess[j], room.v_guess[j], room.stage_velocity[j] = u_guess, v_guess, v_stage
+    for k in range(len(modal.dashpot_factors)):
+        pull = modal.dashpot_factors[k] * inner_product(modal.dashpots[k], room.stage_velocity)
+        for j in range(n):
+            right[j] -= pull * modal.dashpots[k, j]
+    _add_loads_and_held(modal, motion, room, factors)
+    _solve(modal, right, free)
+    for i in range(m):
+        room.guess_depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], room.u_guess)
+        room.guess_rate[i] = -inner_product(modal.gaps[i], room.v_guess)
+        room.held_depth[i] = room.guess_depth[i] - scale * inner_product(modal.gaps[i], free)
+    balance = Balance(scale, modal.delassus, modal.largest, modal.weights, room.held_depth, room.held)
+    numbers = StepNumbers(scheme.form, dt, old_share, rate_slope)
+    step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
+    iterations = solve_contact(balance, step, law, room.solution, most)
+    if iterations < 0:
+        return -1
+    add_rows(modal.gaps, room.solution.change, 1.0, right)
+    _solve(modal, right, free)
+    for j in range(n):
+        new_a = free[j]
+        new_q, new_v = room.u_guess[j] + scale * new_a, room.v_guess[j] + scheme.gamma * dt * new_a
+        elastic = modal.squares[j] * (new_share * new_q + old_share * q[j])
+        room.inner[j] = (1.0 - scheme.alpha_m) * new_a + scheme.alpha_m * a[j] + elastic
+        room.stage_velocity[j] = new_share * new_v + old_share * v[j]
+        room.new_q[j], room.new_v[j], a[j] = new_q, new_v, new_a
+    return iterations
+
+
+@compiled
+def _solve(modal: Modal, right: Array, x: Array) -> None:
+    """Set x to A^-1 r."""
+    for j in range(len(x)):
+        x[j] = modal.inverse[j] * right[j]
+    for k in range(len(modal.update_factors)):
+        change = modal.update_factors[k] * inner_product(modal.updates[k], right)
+        for j in range(len(x)):
+            x[j] -= change * modal.updates[k, j]
+
+
+@compiled
+def _add_loads_and_held(modal: Modal, motion: Motion, room: Room, factors: Array) -> None:
+    """Add loads and the contact forces that acted last to the right side; set these forces, f_held."""
+    add_rows(modal.loads, factors, 1.0, room.right)
+    for i in range(len(room.held)):
+        room.held[i] = modal.weights[i] * motion.pressure[i]
+    add_rows(modal.gaps, room.held, 1.0, room.right)
+
+
+@compiled
+def force_at(room: Room, point: int) -> float:
+    """Return the force of a solved step at a point, without the round-off that is left where the law knows none."""
+    found = room.solution
+    force: float = room.held[point] + found.change[point]
+    return 0.0 if found.pressure[point] == 0.0 else force
+
+
+@compiled
+def accept(modal: Modal, scheme: Scheme, motion: Motion, room: Room) -> None:
+    """Make the end of a solved step the state."""
+    found, old_share = room.solution, scheme.alpha_f
+    for i in range(len(motion.depth)):
+        lasting = old_share * motion.pressure[i]
+        pressure = force_at(room, i) / modal.weights[i]
+        if old_share > 0.0:
+            pressure = 0.0 if found.pressure[i] == lasting else (pressure - lasting) / (1.0 - old_share)
+        motion.pressure[i] = pressure
+        motion.depth[i] = found.depth[i]
+    copy_into(motion.q, room.new_q)
+    copy_into(motion.v, room.new_v)
+
+
+@compiled
+def form_gaps_anew(modal: Modal, motion: Motion) -> None:
+    """Form the penetrations from the DOFs, so that round-off does not add up."""
+    for i in range(len(motion.depth)):
+        motion.depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], motion.q)

@@ -1,0 +1,1 @@
+"""The step-by-step march, for every model and scheme."""

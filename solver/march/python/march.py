@@ -1,0 +1,203 @@
+"""The march in time: a generator of accepted steps.
+
+A step is halved where the contact solve does not converge and, in adaptive marches, where the contact is not resolved.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+from math import log2
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed, condensed_operator
+from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.march.python.adaptive_step import Resolution
+from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, Step, imaged
+
+REFRESH_INTERVAL = 50  # steps; keeps the round-off in the images K u and K v from adding up
+
+
+class EffectiveOperators:
+    """The condensed operators of a step size and its halves, each made when first asked for and then kept."""
+
+    def __init__(self, system: SemiDiscreteSystem, scheme: TimeScheme) -> None:
+        self._system, self._scheme = system, scheme
+        self._kept: dict[float, Condensed] = {}
+
+    def at(self, dt: float) -> Condensed:
+        """Return the condensed operator of a step size. Collective."""
+        if dt not in self._kept:
+            self._kept[dt] = condensed_operator(self._system, *self._scheme.coefficients(self._system, dt))
+        return self._kept[dt]
+
+
+@dataclass(frozen=True)
+class March:
+    """Everything that a march needs but its start.
+
+    Attributes:
+        system: The system.
+        law: The contact law.
+        scheme: The time scheme.
+        operators: Its effective operators.
+        dt: Whole step, s.
+        steps: Number of whole steps.
+        max_halvings: How often a step is halved that does not converge, and how often one that does not resolve.
+        max_iterations: Limit of one contact solve.
+        resolution: What steps must resolve, or None.
+    """
+
+    system: SemiDiscreteSystem
+    law: ContactLaw
+    scheme: TimeScheme
+    operators: EffectiveOperators
+    dt: float
+    steps: int
+    max_halvings: int = 6
+    max_iterations: int = 60
+    resolution: Resolution | None = None
+
+
+def march(plan: March, start: State | Paused) -> Iterator[Step]:
+    """Yield the accepted steps from a start, or the rest of them from where a march was left.
+
+    A step whose contact solve does not converge is halved, up to `max_halvings` times; so is, as often, one that does
+    not resolve what `resolution` asks for, which then goes on with the smallest step and is marked. The halves are
+    yielded as they are accepted, and `Step.completes` is true where a whole step ends. What was tried and halved
+    leaves nothing behind but its count.
+
+    Raises:
+        NotConverged: A step did not converge at the smallest size; says when, where and what to try.
+
+    Collective.
+    """
+    paused = start if isinstance(start, Paused) else Paused(begun(plan, start), 0)
+    state, since = paused.state, paused.since
+    first = round(state.time / plan.dt) - paused.done
+    for number in range(first + paused.done, first + plan.steps):
+        for step in whole_step(plan, state, plan.dt):
+            since += 1
+            if step.completes:
+                new = replace(step.new, time=(number + 1) * plan.dt)
+                ends = number + 1 == first + plan.steps
+                due = (number + 1) % REFRESH_INTERVAL == 0 or since >= REFRESH_INTERVAL or ends
+                step = replace(step, new=new, refreshed=refreshed(plan.system, new) if due else None)
+                since = 0 if due else since
+            yield step
+            state = step.refreshed or step.new
+
+
+def begun(plan: March, start: State) -> State:
+    """Return a start with what a march carries along: accelerations, what contact remembers. Collective."""
+    return _accepted(plan, with_acceleration(plan, start) if plan.scheme.carries_acceleration else start)
+
+
+def whole_step(plan: March, state: State, dt: float, failures: int = 0, refinements: int = 0) -> Iterator[Step]:
+    """Yield a step, or its parts where it is halved.
+
+    Args:
+        plan: The march.
+        state: Its start, as a march carries it along.
+        dt: Its size, s.
+        failures: How often it was halved already because it did not converge.
+        refinements: And because it did not resolve the contact.
+
+    Raises:
+        NotConverged: A part did not converge at the smallest size.
+
+    Collective.
+    """
+    failed = False
+    try:
+        step = plan.scheme.advance(plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations)
+    except NotConverged as failure:
+        if failures >= plan.max_halvings:
+            raise _final(plan, failure, state.time, dt) from failure
+        failed = True
+    else:
+        asked = plan.resolution is not None and plan.resolution.asks_for_half(plan.system, plan.law, step)
+        if not asked or refinements >= plan.max_halvings:
+            yield replace(step, new=_accepted(plan, step.new, state), unresolved=asked)
+            return
+    counts = (failures + failed, refinements + (not failed))
+    first = True
+    for half in (0, 1):
+        for step in whole_step(plan, state, 0.5 * dt, *counts):
+            if first:
+                step = replace(step, failures=step.failures + failed, refinements=step.refinements + (not failed))
+            first = False
+            yield replace(step, completes=step.completes and half == 1)
+            state = step.new
+
+
+def _accepted(plan: March, state: State, before: State | None = None) -> State:
+    """Return a state with what contact remembers of accepted steps only. Collective."""
+    state = with_touch_speed(plan, state, before)
+    return state if plan.resolution is None else plan.resolution.watched(plan.system, plan.law, state, before)
+
+
+def _final(plan: March, failure: NotConverged, time: float, dt: float) -> NotConverged:
+    contact = plan.system.contact
+    where = ""
+    if failure.worst_point is not None:
+        face = contact.face_names[contact.faces[failure.worst_point]]
+        place = ", ".join(f"{x:.4g}" for x in contact.positions[failure.worst_point])
+        where = f" at the {face}, point ({place}) m"
+    return NotConverged(
+        f"at t = {time:.6g} s with a step of {dt:.3g} s (halved {round(log2(plan.dt / dt))} times){where}: {failure}. "
+        "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping",
+        failure.residuals,
+        failure.worst_point,
+    )
+
+
+def with_touch_speed(plan: March, state: State, before: State | None = None) -> State:
+    """Return the state with the approach speeds of open contact points; closed ones keep theirs. Collective."""
+    if plan.law.touch_product is None:
+        return state
+    contact = plan.system.contact
+    speed = -(contact.gap_matrix @ contact.interface.trace(state.v[VALUE], plan.system.operators))
+    if before is not None and before.touch_speed is not None:
+        speed = np.where(state.depth > 0.0, before.touch_speed, speed)
+    return replace(state, touch_speed=speed)
+
+
+def with_acceleration(plan: March, state: State) -> State:
+    """Return the state with the acceleration that its balance demands, M a = f - C v - K u + H^T (w p) + T^T (w t)."""
+    system, contact = plan.system, plan.system.contact
+    if plan.law.friction is not None:
+        slip = contact.slip(contact.interface.trace(state.v[VALUE], system.operators))
+        state = replace(state, traction=plan.law.friction.traction(state.pressure, slip))
+    friction = None if state.traction is None else contact.weights[:, None] * state.traction
+    force = system.combine_loads(system.load_factors(state.time))
+    force -= system.damping_force(state.v)
+    static = force - state.u[STIFFNESS]
+    contact.interface.add(static, contact.resultant(contact.weights * state.pressure, friction))
+    unbalanced, applied = (float(x) for x in system.dots([(static, static), (force, force)]))
+    if unbalanced <= ROUND_OFF_BALANCE**2 * applied:
+        return replace(state, a=np.zeros_like(state.u))
+    return replace(state, a=imaged(system.operators, system.operators.factor(1.0, 0.0).solve(static)))
+
+
+ROUND_OFF_BALANCE = 1.0e-6  # what is left of the balance of a seat by round-off in K u
+
+
+def refreshed(system: SemiDiscreteSystem, state: State) -> State:
+    """Return the state with images and penetrations formed anew. Collective."""
+
+    def again(x: Imaged) -> Imaged:
+        return imaged(system.operators, x[VALUE])
+
+    u = again(state.u)
+    return replace(
+        state,
+        u=u,
+        v=again(state.v),
+        a=again(state.a) if state.a is not None else None,
+        depth=system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators)),
+    )

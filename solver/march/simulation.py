@@ -1,0 +1,115 @@
+"""The recipe from a model to its motion: model, scheme, plan of the march, seat, start, steps.
+
+    case -> model -> scheme -> plan -> seat -> start -> steps
+
+Runs, studies, predictions, benchmarks and Python sessions all go this way; they differ in what they do with the steps.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.march.march_plan import march_of_model
+from gapbeam.solver.march.python.march import March, march
+from gapbeam.solver.models.reduction.mesh_check import refuse_other_faces
+from gapbeam.solver.seat.start_state import start_of_case
+from gapbeam.solver.seat.static_seat import Seat, find_seat
+from gapbeam.solver.system.semi_discrete import VALUE, State, Step
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
+
+    from gapbeam.solver.case.case import Case
+    from gapbeam.solver.models.model import Model
+
+
+class Simulation:
+    """A model with its time scheme: what is seated and marched.
+
+    Args:
+        model: The model.
+        scheme: Its time scheme; None: that of the case.
+
+    Attributes:
+        model: The model.
+        scheme: The time scheme.
+        plan: Everything that a march needs but its start; operators are factored when they are first asked for.
+    """
+
+    def __init__(self, model: Model, scheme: TimeScheme | None = None) -> None:
+        self.model = model
+        self.scheme = model.case.time.scheme if scheme is None else scheme
+        self.plan: March = march_of_model(model, self.scheme)
+
+    @classmethod
+    def of_case(cls, case: Case, comm: MPI.Comm) -> Simulation:
+        """Mesh, assemble and reduce a case; errors as in `gapbeam.solver.models.model.build_model`. Collective."""
+        from gapbeam.solver.models.model import build_model
+
+        return cls(build_model(case, comm))
+
+    @property
+    def case(self) -> Case:
+        """The case, its time step a number."""
+        return self.model.case
+
+    @property
+    def steps(self) -> int:
+        """Whole steps up to the end of the case."""
+        return self.plan.steps
+
+    def factor(self) -> dict[str, float]:
+        """Factor the operator of a whole step; return the wall time of each part, s. Collective."""
+        return self.plan.operators.at(self.plan.dt).seconds
+
+    def seat(self) -> Seat:
+        """Find the contact equilibrium under the static loads.
+
+        Raises:
+            NotConverged: Nothing holds the beam against the static loads.
+            UserError: The faces of a model with fewer contact points are not where those of its mesh are.
+
+        Collective.
+        """
+        model = self.model
+        contact = model.system.contact
+        refuse_other_faces(model.case, contact, np.zeros(contact.interface.size), "undeformed")
+        seat = find_seat(model.system, model.law, model.seat_springs, self.scheme.carries_acceleration)
+        values = contact.interface.trace(seat.state.u[VALUE], model.system.operators)
+        refuse_other_faces(model.case, contact, values, "at the seat")
+        return seat
+
+    def start(self, seat: Seat) -> State:
+        """Return the state at t = 0 that the case asks for: the seat, or the undeformed pose. Collective."""
+        return start_of_case(self.case, self.model.system, seat.state)
+
+    def march(self, start: State | Seat | None = None, steps: int | None = None) -> Iterator[Step]:
+        """Yield the accepted steps one by one; the loop may be left at any of them.
+
+        The energy gates of the case are not judged: that is what a run does with the steps.
+
+        Args:
+            start: Where to start; None: as the case asks for, from a seat found now.
+            steps: Number of whole steps; None: up to the end of the case.
+
+        Raises:
+            NotConverged: Nothing holds the beam, or a step did not converge at the smallest size.
+
+        Collective.
+        """
+        if start is None or isinstance(start, Seat):
+            start = self.start(self.seat() if start is None else start)
+        plan = self.plan if steps is None else replace(self.plan, steps=steps)
+        return march(plan, start)
+
+    def __repr__(self) -> str:
+        model, contact = self.model, self.model.system.contact
+        return (
+            f"<Simulation: {self.case.title}: {model.dofs} DOFs ({self.case.model.type}), {contact.size} contact "
+            f"points, {self.case.time.scheme.type}, {self.steps} steps of {self.plan.dt:.4g} s>"
+        )

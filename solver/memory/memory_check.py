@@ -1,0 +1,138 @@
+"""Refusing models that the memory has no room for, before they are made."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Iterator
+from typing import assert_never
+
+from mpi4py import MPI
+
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.sizing.expected_size import expected_nodes
+from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.factor_checks import factor_needed
+from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel, RigidModel
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.memory.free_memory import free_memory
+from gapbeam.solver.memory.memory_estimate import memory_needs
+
+LOG = logging.getLogger("gapbeam")
+GIGABYTE = 1.0e9
+SMALL = 0.5 * GIGABYTE  # needs that are not worth asking how much is free
+UNASSEMBLED = 0.25  # of the matrices: what mesh and nodes alone take
+
+
+def expected_dofs(case: Case) -> float | None:
+    """Return how many DOFs the mesh of a case will have, about; None where a file holds it.
+
+    Raises:
+        MeshError: The sizes make no sense.
+    """
+    if case.mesh.file is not None:
+        return None
+    return case.mesh.dimension * expected_nodes(geometry_of(case), sizing_of(case), case.mesh.degree)
+
+
+def memory_of(case: Case, dofs: float) -> dict[str, float]:
+    """Return what a case takes over all ranks on a mesh of so many DOFs, about, by what takes it; bytes.
+
+    Beam elements need the mesh alone; rigid bodies, and what iterations can take the place of, no factor.
+    """
+    needs = memory_needs(dofs, case.mesh.dimension)
+    parts = {"mesh": UNASSEMBLED * needs.matrices}
+    if isinstance(case.model, BeamModel):
+        return parts
+    parts["matrices"] = needs.matrices - parts["mesh"]
+    if isinstance(case.model, RigidModel):
+        return parts
+    if not isinstance(case.model, FullModel | ReducedModel):
+        assert_never(case.model)
+    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+    if case.solver.effective == "factor" or needed is not None:
+        parts["factor"] = needs.factor
+    else:
+        parts["factor or preconditioner"] = min(needs.factor, needs.preconditioner)
+    return parts
+
+
+def refuse_too_large_before_meshing(case: Case, comm: MPI.Comm, mesh_alone: bool = False) -> None:
+    """Refuse a case whose mesh, not made yet, makes a model that the memory has no room for.
+
+    Args:
+        case: The case.
+        comm: Its ranks.
+        mesh_alone: Whether there only needs to be room for the mesh.
+
+    Raises:
+        MeshError: The sizes make no sense.
+        UserError: There is no room, and `gates.accept_lack_of_memory` is not set.
+
+    Collective.
+    """
+    dofs = on_rank_zero(comm, lambda: expected_dofs(case))
+    if dofs is not None:
+        refuse_too_large(case, dofs, comm, mesh_alone)
+
+
+def refuse_too_large(case: Case, dofs: float, comm: MPI.Comm, mesh_alone: bool = False) -> None:
+    """Refuse a model that the memory has no room for: that of all machines of its ranks, within their control groups.
+
+    Args:
+        case: The case.
+        dofs: DOFs of its mesh, about.
+        comm: Its ranks.
+        mesh_alone: Whether there only needs to be room for the mesh.
+
+    Raises:
+        UserError: There is no room, and `gates.accept_lack_of_memory` is not set.
+
+    Collective.
+    """
+    fault = lack_of_memory(case, dofs, comm, mesh_alone)
+    if fault is None:
+        return
+    if not case.gates.accept_lack_of_memory:
+        raise UserError(
+            f"{fault}. Try {', '.join(_what_helps(case, dofs))}, or more machines; "
+            "gates.accept_lack_of_memory = true runs it as it is"
+        )
+    if comm.rank == 0:
+        LOG.warning("%s; accepted by gates.accept_lack_of_memory = true", fault)
+
+
+def _what_helps(case: Case, dofs: float) -> Iterator[str]:
+    """Yield what makes a model smaller, as far as the case has not done it yet."""
+    needs, ours = memory_needs(dofs, case.mesh.dimension), case.mesh.file is None
+    yield "a coarser mesh (mesh.size, mesh.support_size)" if ours else "a coarser mesh in mesh.file"
+    if case.mesh.degree == 2:
+        yield "mesh.degree = 1"
+    if ours and case.mesh.dimension == 3:
+        yield "mesh.dimension = 2"
+    if isinstance(case.model, BeamModel):
+        return
+    if not isinstance(case.model, RigidModel) and needs.preconditioner < needs.factor:
+        needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+        if needed is not None:
+            yield f"a case without {needed[1]}, which needs a factor where iterations would do with less"
+        elif case.solver.effective == "factor":
+            yield 'solver.effective = "iterative"'
+    yield 'model.type = "beam"'
+
+
+def lack_of_memory(case: Case, dofs: float, comm: MPI.Comm, mesh_alone: bool = False) -> str | None:
+    """Return what a case lacks on a mesh of so many DOFs, in words; None where there is room. Collective."""
+    parts = memory_of(case, dofs)
+    needed = parts["mesh"] if mesh_alone else sum(parts.values())
+    if needed < SMALL:
+        return None
+    free = free_memory(comm)
+    if needed <= free:
+        return None
+    words = ", ".join(f"{name} {size / GIGABYTE:.3g}" for name, size in parts.items())
+    total = sum(parts.values()) / GIGABYTE
+    return (
+        f"the model would need about {total:.3g} GB of memory ({dofs:.2g} DOFs; {words} GB), and "
+        f"{free / GIGABYTE:.3g} GB are free on the machines of this run, within the limits of its control groups"
+    )

@@ -1,0 +1,58 @@
+"""Reporting that memory was used up, whoever noticed: Python, numpy, DOLFINx (std::bad_alloc), PETSc or MUMPS."""
+
+from __future__ import annotations
+
+import errno
+import re
+import resource
+from collections.abc import Iterator
+from contextlib import contextmanager
+
+from petsc4py import PETSc
+
+from gapbeam.solver.errors import OutOfMemory
+
+PETSC_OUT_OF_MEMORY = 55
+WORDS = re.compile(
+    r"bad_alloc|INFOG\(1\)=-(?:5|7|8|9|13|17|20)\b"  # of MUMPS: no room for integers, numbers, a workspace, a buffer
+    r"|[Cc]annot allocate memory|failed to map segment"  # of the loader, for kernels of DOLFINx
+)
+GIGABYTE = 1.0e9
+
+
+def is_out_of_memory(error: BaseException | None) -> bool:
+    """Return whether an error, or one that led to it, says that memory was used up."""
+    while error is not None:
+        if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+            return True
+        if isinstance(error, PETSc.Error) and error.ierr == PETSC_OUT_OF_MEMORY:
+            return True
+        if WORDS.search(str(error)):
+            return True
+        error = error.__cause__ or error.__context__
+    return False
+
+
+@contextmanager
+def out_of_memory_reported(doing: str) -> Iterator[None]:
+    """Turn errors that say that memory was used up into one that says what to try.
+
+    Args:
+        doing: What is done meanwhile, in words.
+
+    Raises:
+        OutOfMemory: Memory was used up on this rank.
+    """
+    try:
+        yield
+    except OutOfMemory:
+        raise
+    except Exception as error:
+        if not is_out_of_memory(error):
+            raise
+        peak = 1024.0 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / GIGABYTE
+        raise OutOfMemory(
+            f"out of memory while {doing} ({type(error).__name__}; this rank had {peak:.3g} GB at most); take a "
+            'coarser mesh (mesh.size, mesh.support_size), mesh.degree = 1, mesh.dimension = 2, model.type = "beam", '
+            "more machines, or a larger limit of memory; gapbeam check reports what a case needs"
+        ) from error

@@ -1,0 +1,215 @@
+"""The part of a model that depends on mesh, material and positions only: a sweep over the rest sets it up once.
+
+Clearance, contact law, damping, amplitudes, frequencies and the march in time are added by `models.model`.
+"""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from typing import Protocol
+
+import basix.ufl
+import numpy as np
+import ufl
+from dolfinx import fem
+from mpi4py import MPI
+from scipy.sparse import csr_matrix
+
+from gapbeam.meshes.mesh_figures import describe
+from gapbeam.meshes.section_figures import Section, mean_section
+from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.solver.assembly.case_mesh import mesh_of_case
+from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
+from gapbeam.solver.assembly.elasticity import elastic_forms, lame
+from gapbeam.solver.assembly.face_quadrature import PointRule
+from gapbeam.solver.assembly.load_patterns import load_patterns
+from gapbeam.solver.assembly.mass_redistribution import extrapolation
+from gapbeam.solver.assembly.nitsche_terms import Nitsche
+from gapbeam.solver.assembly.point_rows import point_row
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.factor_checks import factor_needed
+from gapbeam.solver.case.computed_defaults import Default, contact_patch
+from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.contact.formulations.contact_points import resultant_operator
+from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
+from gapbeam.solver.loads.load_directions import axis_point
+from gapbeam.solver.memory.free_memory import free_memory
+from gapbeam.solver.memory.memory_estimate import memory_needs
+from gapbeam.solver.models.reduction.basis_report import BasisReport
+from gapbeam.solver.supports.support import BASE_AND_GLAND
+from gapbeam.solver.system.operators import Array, Indices, Operators, Springs
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+
+class ProbeRow(Protocol):
+    """What evaluates the motion of one point."""
+
+    def evaluate(self, x: Array, operators: Operators) -> Array:
+        """Return the vector field at the point, (components,), or row by row of x, (times, components). Collective."""
+
+
+@dataclass(frozen=True)
+class MeshedBeam:
+    """A mesh, the space of displacements on it, and its contact faces.
+
+    Attributes:
+        tagged: Mesh and its faces.
+        space: Vector Lagrange space of the displacement.
+        faces: Local facets of each contact face, by its name.
+        width: Factor of all integrals: the width in 2D, 1 in 3D, m.
+        facet_length: Mean length h of the contact facets along the beam, m.
+        section: The cross-section that the cells fill, on average along the beam.
+        seconds: Wall time of meshing.
+    """
+
+    tagged: TaggedMesh
+    space: fem.FunctionSpace
+    faces: Mapping[str, Indices]
+    width: float
+    facet_length: float
+    section: Section
+    seconds: float
+
+
+@dataclass(frozen=True)
+class Body:
+    """A meshed and assembled case, without what is cheap to change.
+
+    Attributes:
+        case: The case that it was assembled for.
+        meshed: Mesh, space and faces.
+        operators: M and K.
+        contact: G, H, w and g0 with the clearance of that case.
+        patterns: Forces of each load per unit factor, (n,), N.
+        probes: What evaluates the probes, by name.
+        gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
+        patch: Size of the patches of `contact.points` with its reason; None without.
+        expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
+        basis: Size and error of the reduced basis; None for other models.
+        seconds: Wall time of each part of the set-up.
+    """
+
+    case: Case
+    meshed: MeshedBeam
+    operators: Operators
+    contact: ContactOperator
+    patterns: tuple[Array, ...]
+    probes: Mapping[str, ProbeRow]
+    gamma: Array | None = None
+    patch: Default | None = None
+    expansion: Array | csr_matrix | None = None
+    basis: BasisReport | None = None
+    seconds: dict[str, float] = field(default_factory=dict)
+
+
+def point_rule(case: Case) -> PointRule:
+    """Return where contact points lie: at quadrature points (by default of degree 2 degree + 2), or at the nodes.
+
+    Constraints need at most as many points as the DOFs that they constrain; a pressure that follows a law does not.
+    """
+    if case.contact.formulation.holds_points:
+        return PointRule(case.mesh.degree, nodal=True)
+    return PointRule(case.contact.quadrature_degree or 2 * case.mesh.degree + 2)
+
+
+def mesh_beam(case: Case, comm: MPI.Comm) -> MeshedBeam:
+    """Mesh a case and put a vector Lagrange space on it.
+
+    Raises:
+        MeshError: A user's mesh does not fit the case.
+
+    Collective.
+    """
+    started = time.perf_counter()
+    tagged = mesh_of_case(case, comm)
+    mesh = tagged.mesh
+    dimension = mesh.geometry.dim
+    element = basix.ufl.element("Lagrange", mesh.basix_cell(), case.mesh.degree, shape=(dimension,))
+    width = case.beam.width if dimension == 2 else 1.0
+    return MeshedBeam(
+        tagged,
+        fem.functionspace(mesh, element),
+        {face.name: tagged.facets_of(face.name) for face in BASE_AND_GLAND},
+        width,
+        describe(tagged)["mean_contact_facet_length"],
+        mean_section(tagged, width),
+        time.perf_counter() - started,
+    )
+
+
+def mesh_dofs(meshed: MeshedBeam) -> int:
+    """Return the number of degrees of freedom of a mesh over all ranks."""
+    dofmap = meshed.space.dofmap
+    return int(dofmap.index_map.size_global * dofmap.index_map_bs)
+
+
+def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
+    """Assemble a meshed case.
+
+    Raises:
+        UserError: A point lies outside the mesh, or a patch of contact.points between its quadrature points.
+
+    Collective.
+    """
+    started = time.perf_counter()
+    space, tagged, width = meshed.space, meshed.tagged, meshed.width
+    explicit = case.time.scheme.explicit
+    contact, gamma, correction = _contact(case, meshed)
+    area = contact.support.area
+    measure = ufl.Measure("ds", domain=tagged.mesh, subdomain_data=tagged.facets)
+    forms = elastic_forms(
+        space,
+        case.material,
+        case.mesh.plane == "stress",
+        width,
+        (case.restraint.axial / area, case.restraint.lateral / area),
+        measure(tuple(tagged.groups[name] for name in meshed.faces)),
+    )
+    moved = None
+    if case.contact.mass == "redistributed":
+        moved = extrapolation(space, np.concatenate(list(meshed.faces.values())), explicit)
+    marched = isinstance(case.model, FullModel) and not explicit
+    operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed), marched)
+    contact, patch = gathered(case, contact)
+    body = Body(
+        case,
+        meshed,
+        operators,
+        contact,
+        load_patterns(case, space, operators),
+        {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe},
+        gamma,
+        patch,
+    )
+    return replace(body, seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started})
+
+
+def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:
+    """Return how the effective operators of a case are solved with. Collective."""
+    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+    needs = memory_needs(mesh_dofs(meshed), case.mesh.dimension)
+    free = free_memory(meshed.tagged.mesh.comm)
+    return linear_solver(case.solver, needs, free, None if needed is None else needed[1])
+
+
+def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Default | None]:
+    """Return the operator of `contact.points` with the size of their patches; the same without such points."""
+    if case.contact.points is None:
+        return contact, None
+    patch = contact_patch(case)
+    return resultant_operator(contact, case.contact.points, patch.value), patch
+
+
+def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | None, Springs | None]:
+    """Return the operator of the formulation; of Nitsche's method also gamma and the correction of K. Collective."""
+    clearance, rule, terms = case.support.clearance, point_rule(case), case.contact.formulation.stress_terms
+    space, faces, width = meshed.space, meshed.faces, meshed.width
+    if terms is not None:
+        plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
+        settings = Nitsche(terms.theta, terms.factor, lame(case.material, plane_stress), width)
+        nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
+        return nitsche.operator, nitsche.gamma, nitsche.correction
+    return contact_operator(space, faces, clearance, width, rule, case.contact.rubs is not None), None, None

@@ -1,0 +1,46 @@
+"""The key by which cases share a body: equal for cases that differ only in what is cheap to change."""
+
+from __future__ import annotations
+
+from gapbeam.solver.case.analysis_table import Transient
+from gapbeam.solver.case.case import Case, Damping, Gates, Output
+from gapbeam.solver.case.contact_table import Contact, Friction
+from gapbeam.solver.case.time_table import Time
+
+
+def body_key(case: Case) -> Case:
+    """Return a case with everything taken out that a body does not depend on; equal for cases that share a body.
+
+    Clearance, law, stiffness and damping of the contact, structural damping, all of a load but its place and direction,
+    time, analysis, gates and output are cheap to change.
+    """
+    return case.model_copy(
+        update={
+            "title": "",
+            "damping": Damping(),
+            "support": case.support.model_copy(update={"clearance": 0.0}),
+            "contact": _contact(case.contact),
+            "load": tuple(load.without_cheap_keys() for load in case.load),
+            "time": _time(case.time),
+            "analysis": Transient(),
+            "gates": Gates(),
+            "output": Output(),
+        }
+    )
+
+
+def _contact(contact: Contact) -> Contact:
+    return contact.model_copy(
+        update={
+            "law": Contact.model_fields["law"].get_default(),
+            "stiffness": "auto",
+            "damping": 0.0,
+            "tension": "clipped",
+            "touch_depth": "auto",
+            "friction": None if contact.rubs is None else Friction(coefficient=1.0),
+        }
+    )
+
+
+def _time(time: Time) -> Time:
+    return Time(end=1.0, step="auto", scheme=time.scheme) if time.scheme.explicit else Time(end=1.0, step="auto")

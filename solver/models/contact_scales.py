@@ -1,0 +1,37 @@
+"""Scales of the contact: its linearized stiffness and the duration of an impact."""
+
+from __future__ import annotations
+
+from math import pi, sqrt
+
+from gapbeam.solver.case.case import Case
+
+DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
+DEPTH_WITHOUT_CLEARANCE = 1.0e-6  # m, in its place
+
+
+def compared_depth(case: Case) -> float:
+    """Return the penetration at which laws with an exponent are taken as linear, m: 1 % of the clearance, or 1e-6."""
+    clearance = abs(case.support.clearance)
+    return DEPTH_RATIO * clearance if clearance > 0.0 else DEPTH_WITHOUT_CLEARANCE
+
+
+def slope_factor(case: Case) -> float:
+    """Return the slope of the law over its stiffness K, n d^(n-1) at `compared_depth`, m^(n-1); 1 for n = 1."""
+    exponent = case.contact.law.spring_exponent
+    return float(exponent * compared_depth(case) ** (exponent - 1.0))
+
+
+def contact_duration(case: Case, stiffness: float) -> float:
+    """Return the duration of an impact, s: half a period of the supported part of the beam on one face.
+
+        T_c = pi / omega_c,    omega_c^2 = n K d^(n-1) / (density thickness)
+
+    At least: a part of the beam that takes more of its length with it stays longer.
+
+    Args:
+        case: The case.
+        stiffness: K of the contact, Pa/m^n.
+    """
+    mass = case.material.density * case.beam.thickness
+    return pi * sqrt(mass / (slope_factor(case) * stiffness))

@@ -1,0 +1,69 @@
+"""Combinations of scheme and contact that are known to create energy: refused unless the case accepts them by name."""
+
+from __future__ import annotations
+
+from gapbeam.solver.case.computed_defaults import stiffness_unit
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.models.contact_scales import compared_depth, slope_factor
+from gapbeam.solver.models.model import Model
+
+ROUNDED = 1.0e-3  # of a stiffness: what is lost by writing it with a few digits
+
+
+def energy_creator(model: Model) -> Fault | None:
+    """Return the fault of a scheme on a contact on which it is known to create energy, or None.
+
+    The contact is too stiff where the slope of its law is above 1 E/h, for laws with an exponent at a depth of 1 % of
+    the clearance (1e-6 m where that is 0), and where the formulation is exact: unilateral, augmented-lagrangian and
+    nitsche.
+    """
+    case, scheme, formulation = model.case, model.case.time.scheme, model.case.contact.formulation
+    massless = case.contact.mass == "redistributed"
+    if not scheme.creates_energy_on(massless):
+        return None
+    stiffest = scheme.contact_range_on(massless).stiffest
+    modulus, factor = case.material.young_modulus, slope_factor(case)
+    body = modulus / model.facet_length
+    share, most = model.support.stiffness_per_area * factor / body, stiffest * body / factor
+    points = case.contact.points
+    key = 1.0 if points is None else model.system.contact.area / (len(model.system.contact.support.faces) * len(points))
+    words = f"E = {modulus:.3g} Pa, h = {model.facet_length:.3g} m"
+    at_depth = f" at a depth of {compared_depth(case):.2g} m" if factor != 1.0 else ""
+    unit = stiffness_unit(case)
+    if formulation.follows_the_law:
+        if share <= (1.0 + ROUNDED) * stiffest:
+            return None
+        contact = f"a contact of {model.support.stiffness_per_area:.4g} {unit}, {share:.3g} E/h{at_depth} ({words})"
+        softer = f"contact.stiffness = {key * most:.3g}"
+    else:
+        contact = f"the formulation {formulation.type}, which is exact and as stiff as {share:.3g} E/h ({words})"
+        softer = f'contact.formulation = "penalty" with contact.stiffness = {most:.3g}'
+    return Fault(
+        ("time", "scheme"),
+        f"{scheme.type} on {contact}: known to create energy at impacts",
+        f"for this scheme a penalty of at most {most:.4g} {unit}, {stiffest:g} E/h{at_depth}",
+        f'time.scheme = "discrete-gradient" (implicit-midpoint where there is no potential), or {softer}; '
+        "gates.accept_energy_growth = true runs it as it is",
+        (("contact", "stiffness"),),
+        "time.scheme with contact",
+    )
+
+
+def refuse_energy_creators(model: Model) -> None:
+    """Refuse a combination that is known to create energy, unless the case accepts growth of energy.
+
+    Raises:
+        UserError: Found, expected and what to try.
+    """
+    fault = energy_creator(model)
+    if fault is not None and not model.case.gates.accept_energy_growth:
+        raise UserError(f"the case has a fault; nothing was run.\n\n{fault}")
+
+
+def accepted_energy_creators(model: Model) -> list[str]:
+    """Return the warning of a combination that is known to create energy and was accepted, or nothing."""
+    fault = energy_creator(model)
+    if fault is None:
+        return []
+    return [f"{fault.found}; accepted by name, by gates.accept_energy_growth = true: the gates report, and end nothing"]

@@ -1,0 +1,276 @@
+"""From a case to its model: body, semi-discrete system, contact law and computed defaults."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import assert_never
+
+import numpy as np
+from dolfinx import fem
+from mpi4py import MPI
+
+from gapbeam.meshes.section_figures import Section
+from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.solver.assembly.assembled_system import assembled_system
+from gapbeam.solver.assembly.face_quadrature import PointRule
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import (
+    Default,
+    contact_damping,
+    contact_stiffness,
+    rayleigh,
+    seat_springs,
+    slip_velocity,
+    tangent_stiffness,
+    touch_depth,
+)
+from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel, RigidModel
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
+from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.integrators.stable_step import stable_step
+from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
+from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
+from gapbeam.solver.models.contact_scales import contact_duration
+from gapbeam.solver.models.explicit_step import with_stable_step
+from gapbeam.solver.models.reduction.reduced_body import reduced_body
+from gapbeam.solver.models.reduction.rigid_body import rigid_body
+from gapbeam.solver.models.time_step import with_time_step
+from gapbeam.solver.models.timoshenko_beam import beam_body
+from gapbeam.solver.supports.support import Support
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+
+LOG = logging.getLogger("gapbeam")
+
+
+@dataclass(frozen=True)
+class Model:
+    """A case, meshed, assembled and, if asked for, reduced.
+
+    Attributes:
+        case: The case, its time step a number.
+        body: The part that depends on mesh, material and positions only.
+        system: The semi-discrete system.
+        law: The contact law.
+        defaults: Values that were computed, with their reasons.
+        seat_springs: s of the search for the seat, Pa/m.
+    """
+
+    case: Case
+    body: Body
+    system: SemiDiscreteSystem
+    law: ContactLaw
+    defaults: tuple[Default, ...]
+    seat_springs: float
+
+    @property
+    def support(self) -> Support:
+        """The support, its contact stiffness included."""
+        return self.system.contact.support
+
+    @property
+    def tagged(self) -> TaggedMesh:
+        """Mesh and its faces."""
+        return self.body.meshed.tagged
+
+    @property
+    def space(self) -> fem.FunctionSpace:
+        """Vector Lagrange space of the displacement."""
+        return self.body.meshed.space
+
+    @property
+    def facet_length(self) -> float:
+        """Mean length h of the contact facets along the beam, m."""
+        return self.body.meshed.facet_length
+
+    @property
+    def probes(self) -> Mapping[str, ProbeRow]:
+        """Rows that evaluate the motion of each probe, by name."""
+        return self.body.probes
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """Wall time of each part of the set-up."""
+        return self.body.seconds
+
+    @property
+    def mesh_dofs(self) -> int:
+        """Number of degrees of freedom of the mesh over all ranks."""
+        return mesh_dofs(self.body.meshed)
+
+    @property
+    def dofs(self) -> int:
+        """Number of degrees of freedom that are marched."""
+        return self.mesh_dofs if self.body.expansion is None else self.system.operators.size
+
+    @property
+    def step(self) -> float:
+        """Time step, s."""
+        assert self.case.time.step != "auto"
+        return self.case.time.step
+
+    @property
+    def contact_duration(self) -> float:
+        """Duration of an impact on the contact stiffness, at least, s."""
+        return contact_duration(self.case, self.support.stiffness_per_area)
+
+    @property
+    def point_rule(self) -> PointRule:
+        """Where the contact points of a facet lie."""
+        return point_rule(self.case)
+
+    def expand(self, x: Array) -> Array:
+        """Return the DOFs of the mesh that this rank owns, from those marched."""
+        return x if self.body.expansion is None else np.asarray(self.body.expansion @ x)
+
+
+def build_model(case: Case, comm: MPI.Comm) -> Model:
+    """Mesh, assemble and reduce a case.
+
+    Raises:
+        MeshError: A user's mesh does not fit the case.
+        UserError: A point lies outside the mesh, a patch of contact.points between its quadrature points, an
+            explicit scheme cannot march the step, or there is not enough memory.
+        CaseError: The computed time step does not go with the rest of the case.
+
+    Collective.
+    """
+    return model_of(case, build_body(case, comm))
+
+
+def build_body(case: Case, comm: MPI.Comm) -> Body:
+    """Return what `model_of` needs of a case; errors as in `build_model`. Collective."""
+    refuse_too_large_before_meshing(case, comm)
+    meshed = mesh_beam(case, comm)
+    LOG.info("meshed: %d cells in %.2g s", meshed.tagged.cell_count, meshed.seconds)
+    if case.mesh.file is not None:
+        LOG.info("%s", _filled(case, meshed.section))
+        refuse_too_large(case, mesh_dofs(meshed), comm)
+    if isinstance(case.model, BeamModel):
+        return beam_body(case, meshed, case.model)
+    body = finite_elements(case, meshed)
+    LOG.info("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
+    match case.model:
+        case FullModel():
+            return body
+        case RigidModel():
+            return rigid_body(body)
+        case ReducedModel():
+            body = reduced_body(body, case.model)
+            LOG.info("%s; reduced in %.2g s", basis_words(body), body.seconds["reduction"])
+            return body
+        case _:
+            assert_never(case.model)
+
+
+def _filled(case: Case, section: Section) -> str:
+    """Return volume and mass of a user's mesh, and how much of its box it fills."""
+    share = section.area / (case.beam.width * case.beam.thickness)
+    return (
+        f"mesh file: {section.volume:.4g} m^3, {case.material.density * section.volume:.4g} kg; "
+        f"fills {100.0 * share:.3g} % of length x width x thickness"
+    )
+
+
+def basis_words(body: Body) -> str:
+    """Return the size and the error of a reduced basis, in one line."""
+    basis = body.basis
+    assert basis is not None
+    dropped = f"; {basis.left_out} antisymmetric modes dropped (load and mesh are symmetric)" if basis.left_out else ""
+    return (
+        f"basis of {basis.size} DOFs: {basis.modes} modes up to {basis.highest_mode:.4g} Hz, {basis.contact_shapes} "
+        f"shapes from contact and {basis.load_shapes} from loads{dropped}; basis error: {100 * basis.neglected:.2g} % "
+        f"of the contact faces' static flexibility ({100 * basis.neglected_smooth:.2g} % for smooth pressure)"
+    )
+
+
+def model_of(case: Case, body: Body) -> Model:
+    """Return the model of a case on the body of a case that differs from it in what is cheap to change only.
+
+    Args:
+        case: The case.
+        body: The body of that case or of one with the same `gapbeam.solver.models.body_key.body_key`.
+
+    Raises:
+        UserError: An explicit scheme cannot march the step.
+        CaseError: The computed time step does not go with the rest of the case.
+
+    Collective.
+    """
+    setting = _setting(case, body)
+    contact = body.contact.at_clearance(case.support.clearance)
+    support = contact.support.with_stiffness(setting.face_stiffness)
+    contact = replace(contact, support=support)
+    asked, (case, computed) = case, with_time_step(case, support.stiffness_per_area)
+    law = make_law(
+        case.contact.law,
+        setting.stiffness,
+        touch_depth(case),
+        setting.damping,
+        setting.areas,
+        adhesive=case.contact.tension == "adhesive",
+        augmented=case.contact.formulation.left_by_multipliers,
+    )
+    if case.time.scheme.impulses:
+        law = replace(law, stores_energy=False)
+    defaults = setting.defaults
+    if case.contact.rubs is not None:
+        creep = slip_velocity(case, case.contact.rubs)
+        law = replace(law, friction=CoulombFriction(case.contact.rubs.coefficient, creep.value))
+        defaults = (*defaults, creep)
+    dimension = body.meshed.space.mesh.geometry.dim
+    system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
+    if case.time.scheme.explicit:
+        case, computed = with_stable_step(asked, case, computed, stable_step(system, law))
+    springs = support.per_face_area(tangent_stiffness(case, setting.face_stiffness))
+    return Model(
+        case,
+        body,
+        system,
+        law,
+        (*defaults, *computed),
+        seat_springs(case, springs, body.meshed.facet_length, support.area),
+    )
+
+
+@dataclass(frozen=True)
+class _Setting:
+    """What the law and K are made of.
+
+    Attributes:
+        stiffness: K of the law, or Nitsche's gamma at each point, (m,).
+        defaults: Values that were computed, with their reasons.
+        face_stiffness: K of all points of a face together, N/m^n.
+        damping: c of the law kelvin-voigt.
+        areas: What K and c are divided by, (m,), m^2; 1 where they are per area.
+    """
+
+    stiffness: float | Array
+    defaults: tuple[Default, ...]
+    face_stiffness: float
+    damping: float = 0.0
+    areas: float | Array = 1.0
+
+
+def _setting(case: Case, body: Body) -> _Setting:
+    """Return the values of the law."""
+    terms, face = case.contact.formulation.stress_terms, body.contact.support.face_area
+    if terms is not None:
+        assert body.gamma is not None
+        reason = f"{terms.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
+        consequence = "half: at the edge of stability for theta = 1; double: stiffer contact, the same answer to O(h)"
+        largest = float(body.gamma.max())
+        gamma = Default("Nitsche's gamma", largest, "Pa/m", reason, consequence)
+        return _Setting(body.gamma, (gamma,), face * largest)
+    chosen = contact_stiffness(case, body.meshed.facet_length, face)
+    computed = contact_damping(case, chosen.value)
+    defaults = (chosen,) if computed is None else (chosen, computed)
+    damping = case.contact.damping if computed is None else computed.value
+    places = case.contact.points
+    if places is None:
+        return _Setting(chosen.value, defaults, face * chosen.value, damping)
+    assert body.patch is not None
+    stiffness = len(places) * chosen.value
+    return _Setting(chosen.value, (*defaults, body.patch), stiffness, damping, body.contact.weights)

@@ -1,0 +1,1 @@
+"""Reduced bases: vibration modes, residual flexibility, projection."""

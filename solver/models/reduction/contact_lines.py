@@ -1,0 +1,128 @@
+"""Fewer contact points across the width: a Gauss rule on each line of contact points across a face.
+
+The contact points (x, y_j) with weights w_j of one line make a discrete measure. Its Gauss rule with k nodes y_i and
+weights A_i integrates polynomials in y of degree 2 k - 1 like the points themselves. The gap at a node is that of the
+polynomial of degree k - 1 that fits the gaps of the line best,
+
+    g_i = sum_j P_ij g_j,    P_ij = w_j sum_a pi_a(y_i) pi_a(y_j),    sum_j P_ij = 1,
+
+with pi_a the orthonormal polynomials of the measure. Motions that are symmetric about the bending plane are polynomials
+in y^2: the measure is then that of y^2, and k nodes integrate twice the degree.
+
+A mean over points with other initial gaps is the gap of no place: the lowest point of a round face touches long before.
+Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by.
+
+Source: Golub and Welsch (1969) for the rule from the recurrence of the polynomials.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+SAME_PLACE = 1.0e-6  # of the length of a face
+EVEN = 1.0e-6  # of the size of a face; initial gaps of a line that differ by less are one
+FEWEST = 3  # points on a line for each node
+
+
+def within_reach(contact: ContactOperator, reach: float) -> NDArray[np.bool_]:
+    """Return the points that lie less than a distance, m, above the lowest point of their face, (m,)."""
+    lowest = np.full(len(contact.face_names), np.inf)
+    np.minimum.at(lowest, contact.faces, contact.initial_gap)
+    return np.asarray(contact.initial_gap - lowest[contact.faces] <= reach)
+
+
+def across_lines(
+    contact: ContactOperator, count: int, symmetric: bool, spacing: float, reach: float = np.inf
+) -> ContactOperator:
+    """Return the operator with `count` points on each line across the faces; the same where lines have no more.
+
+    Args:
+        contact: Operator at the points of the mesh.
+        count: k.
+        symmetric: Whether all motion is symmetric about the bending plane.
+        spacing: Length along x that is taken for one line where the points do not lie on lines, m.
+        reach: Points of uneven lines that lie higher above the lowest point of their face never touch, m.
+    """
+    touching = within_reach(contact, reach)
+    length = float(np.ptp(contact.positions[:, 0]))
+    rows: list[tuple[Indices, Array]] = []
+    areas: list[float] = []
+    owners: list[int] = []
+    for face in range(len(contact.face_names)):
+        for line in _lines(contact, np.flatnonzero(contact.faces == face), count, spacing):
+            if np.ptp(contact.initial_gap[line]) > EVEN * length:
+                kept = line[touching[line]]
+                rows += [(np.array([point]), np.ones(1)) for point in kept]
+                areas += [float(area) for area in contact.weights[kept]]
+                owners += [face] * len(kept)
+                continue
+            y, weights = contact.positions[line, 1], contact.weights[line]
+            if symmetric:
+                y = (y - 0.5 * (y.max() + y.min())) ** 2
+            for area, row in zip(*_gauss(y, weights, count), strict=True):
+                rows.append((line, row))
+                areas.append(area)
+                owners.append(face)
+    if len(rows) >= contact.size:
+        return contact
+    shares = csr_matrix(
+        (
+            np.concatenate([row for _, row in rows]),
+            np.concatenate([line for line, _ in rows]),
+            np.cumsum([0, *(len(line) for line, _ in rows)]),
+        ),
+        (len(rows), contact.size),
+    )
+    return ResultantOperator(
+        interface=contact.interface,
+        gap_matrix=csr_matrix(shares @ contact.gap_matrix),
+        weights=np.array(areas),
+        initial_gap=np.asarray(shares @ contact.initial_gap),
+        faces=np.array(owners),
+        support=contact.support,
+        positions=np.asarray(shares @ contact.positions),
+        distributed=contact,
+        shares=shares,
+    )
+
+
+def _lines(contact: ContactOperator, points: Indices, count: int, spacing: float) -> list[Indices]:
+    """Return the points of a face line by line: by equal x, or in strips where hardly any x is equal."""
+    points = points[np.argsort(contact.positions[points, 0], kind="stable")]
+    x = contact.positions[points, 0]
+    breaks = np.flatnonzero(np.diff(x) > SAME_PLACE * np.ptp(x)) + 1
+    if len(points) < FEWEST * count * (len(breaks) + 1):
+        strip = np.floor((x - x[0]) / spacing * (1.0 - SAME_PLACE))
+        breaks = np.flatnonzero(np.diff(strip) > 0.0) + 1
+    return np.split(points, breaks)
+
+
+def _gauss(y: Array, weights: Array, count: int) -> tuple[Array, Array]:
+    """Return the Gauss weights (k,) of a discrete measure, and the rows P (k, points)."""
+    total = float(weights.sum())
+    polynomials = [np.full(len(y), 1.0 / np.sqrt(total))]
+    alphas, betas = [float(weights @ (y * polynomials[0] ** 2))], list[float]()
+    span = max(float(np.ptp(y)), np.finfo(float).tiny)
+    for _ in range(1, count):
+        following = (y - alphas[-1]) * polynomials[-1]
+        if betas:
+            following = following - betas[-1] * polynomials[-2]
+        for known in polynomials:  # again: the recurrence loses orthogonality
+            following = following - known * float(weights @ (known * following))
+        norm = float(np.sqrt(weights @ following**2))
+        if norm <= SAME_PLACE * span:
+            break  # the measure has no more points than this
+        betas.append(norm)
+        polynomials.append(following / norm)
+        alphas.append(float(weights @ (y * polynomials[-1] ** 2)))
+    _, vectors = np.linalg.eigh(np.diag(alphas) + np.diag(betas, 1) + np.diag(betas, -1))
+    # pi_a(y_i) = vectors[a, i] / sqrt(A_i), and A_i = total vectors[0, i]^2, the vectors turned such that pi_0 > 0
+    areas = total * vectors[0] ** 2
+    values = vectors * np.sign(vectors[0]) / np.sqrt(areas)
+    return areas, values.T @ (np.array(polynomials) * weights)

@@ -1,0 +1,54 @@
+"""A basis in its own modal coordinates: V with V^T M V = 1 and V^T K V = diag(s)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gapbeam.solver.models.reduction.ritz_vectors import symmetric_part, unit_directions
+from gapbeam.solver.system.operators import Array, Operators
+
+INDEPENDENT = 1.0e-13  # of the largest eigenvalue of a Gram matrix of unit vectors
+
+
+@dataclass(frozen=True)
+class Basis:
+    """Columns of V on the DOFs of this rank, (n, r), and s, (r,), 1/s^2, ascending."""
+
+    columns: Array
+    squares: Array
+
+    def kept(self, which: NDArray[np.bool_]) -> Basis:
+        """Return the basis with some of its columns."""
+        return Basis(np.asfortranarray(self.columns[:, which]), self.squares[which])
+
+    def project(self, operators: Operators, x: Array) -> Array:
+        """Return V^T x, (r,) or (r, k). Collective."""
+        return operators.sum(np.ascontiguousarray(self.columns.T @ x))
+
+
+def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
+    """Return the basis of what vectors span.
+
+    They are made orthonormal with respect to A = K + sigma M first, whose eigenvalues against M, 1 / (s + sigma), give
+    the low frequencies, which matter, to full accuracy. Directions that are lost in round-off are left out.
+
+    Args:
+        operators: M and K.
+        vectors: (n, k).
+        shift: sigma > 0, 1/s^2.
+
+    Collective.
+    """
+    mass = np.stack([operators.apply_mass(vector) for vector in vectors.T], axis=1)
+    stiffness = np.stack([operators.apply_stiffness(vector) for vector in vectors.T], axis=1)
+    inertia = operators.sum(np.ascontiguousarray(vectors.T @ mass))
+    energy = operators.sum(np.ascontiguousarray(vectors.T @ stiffness)) + shift * inertia
+    combine = unit_directions(energy, INDEPENDENT)
+    compliances, modes = np.linalg.eigh(symmetric_part(combine.T @ inertia @ combine))
+    heavy = compliances > np.finfo(float).eps * compliances[-1]
+    compliances, modes = compliances[heavy][::-1], modes[:, heavy][:, ::-1]
+    columns = vectors @ (combine @ (modes / np.sqrt(compliances)))
+    return Basis(np.asfortranarray(columns), 1.0 / compliances - shift)

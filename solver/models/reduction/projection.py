@@ -1,0 +1,93 @@
+"""A finite element body in terms of a basis, u = V q: operators, contact, loads and probes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.models.body import Body, ProbeRow
+from gapbeam.solver.models.reduction.modal_basis import Basis
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.operators import Array, Interface, Operators
+from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+Kept = NDArray[np.bool_]
+
+UNMOVED = 1.0e-8  # of the largest motion that a unit force gives a mode
+
+
+@dataclass(frozen=True)
+class DenseRow:
+    """Basis functions at one point in terms of reduced DOFs, (components, r)."""
+
+    matrix: Array
+
+    def evaluate(self, x: Array, _operators: Operators) -> Array:
+        """Return the vector field at the point, (components,), or row by row of x, (times, components)."""
+        return np.asarray(x @ self.matrix.T) if x.ndim == 1 else row_product(x, self.matrix.T)
+
+
+def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
+    """Return the body in terms of q.
+
+    Args:
+        body: The finite elements.
+        contact: Their contact points, or fewer.
+        basis: V with V^T M V = 1, V^T K V = diag(s).
+
+    Collective.
+    """
+    operators = body.operators
+    restraint = np.stack([operators.apply_restraint(column) for column in basis.columns.T], axis=1)
+    held = basis.project(operators, restraint)
+    size = len(basis.squares)
+    elastic = np.diag(basis.squares) - held
+    trace = _trace(operators, contact.interface, basis)
+    everywhere = Interface(size, np.arange(size), np.arange(size))
+    return replace(
+        body,
+        operators=DenseOperators(np.identity(size), elastic, 0.5 * (held + held.T)),
+        contact=_in_terms_of(contact, everywhere, trace),
+        patterns=tuple(basis.project(operators, pattern) for pattern in body.patterns),
+        probes={name: _dense_row(probe, basis, operators) for name, probe in body.probes.items()},
+        expansion=basis.columns,
+    )
+
+
+def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:
+    """Return which columns of a basis loads or contact can move, (r,): those that are symmetric. Collective."""
+    operators = body.operators
+    trace = _trace(operators, contact.interface, basis)
+    gaps = np.sqrt(contact.weights[:, None]) * (contact.gap_matrix @ trace)
+    touched = np.linalg.norm(gaps, axis=0)
+    found: Kept = touched > UNMOVED * touched.max()
+    for pattern in body.patterns:
+        force = basis.project(operators, pattern)
+        found |= np.abs(force) > UNMOVED * np.abs(force).max()
+    return found
+
+
+def _trace(operators: Operators, interface: Interface, basis: Basis) -> Array:
+    """Return the interface values of a basis on every rank, (interface.size, r). Collective."""
+    values = np.zeros((interface.size, len(basis.squares)))
+    values[interface.slots] = basis.columns[interface.owned]
+    return operators.sum(values)
+
+
+def _dense_row(probe: ProbeRow, basis: Basis, operators: Operators) -> DenseRow:
+    columns = [probe.evaluate(np.ascontiguousarray(column), operators) for column in basis.columns.T]
+    return DenseRow(np.stack(columns, axis=1))
+
+
+def _in_terms_of(contact: ContactOperator, interface: Interface, trace: Array) -> ContactOperator:
+    """Return an operator on reduced DOFs whose interface values are `trace` q."""
+    tangents = None if contact.tangents is None else csr_matrix(contact.tangents @ trace)
+    moved = replace(contact, interface=interface, gap_matrix=csr_matrix(contact.gap_matrix @ trace), tangents=tangents)
+    if isinstance(moved, ResultantOperator):
+        return replace(moved, distributed=_in_terms_of(moved.distributed, interface, trace))
+    return moved

@@ -1,0 +1,38 @@
+"""A rigid body on the contact faces of its mesh, as in multibody programs.
+
+    u = V q,    V^T M V = 1,    V^T K_restraint V = diag(s)
+
+V are the three rigid motions in 2D, the six in 3D. Contact, loads and probes are those of the mesh. Of a solid that
+moves symmetrically those motions stay which loads or contact can cause: heave and pitch.
+"""
+
+from __future__ import annotations
+
+import time
+from dataclasses import replace
+
+import numpy as np
+from scipy.linalg import eigh
+
+from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
+from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.reduction.line_points import gathered_points, is_symmetric
+from gapbeam.solver.models.reduction.modal_basis import Basis
+from gapbeam.solver.models.reduction.projection import moved, projected
+
+
+def rigid_body(body: Body) -> Body:
+    """Return a finite element body as a rigid one. Collective."""
+    started = time.perf_counter()
+    case, operators = body.case, body.operators
+    motions = rigid_body_modes(body.meshed.space)
+    images = [(operators.apply_mass(motion), operators.apply_restraint(motion)) for motion in motions.T]
+    mass, held = operators.sum(np.stack([[motions.T @ image for image in pair] for pair in images], axis=-1))
+    squares, turn = eigh(0.5 * (held + held.T), 0.5 * (mass + mass.T))
+    basis = Basis(np.asfortranarray(motions @ turn), np.maximum(squares, 0.0))
+    symmetric = is_symmetric(case)
+    contact = gathered_points(case, body.contact, symmetric, 1, body.meshed.facet_length)
+    if symmetric:
+        basis = basis.kept(moved(body, contact, basis))
+    seconds = body.seconds | {"reduction": time.perf_counter() - started}
+    return replace(projected(body, contact, basis), seconds=seconds)

@@ -1,0 +1,147 @@
+"""The computed time step: the frequencies of interest, the contact, and records that fall on whole steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+from fractions import Fraction
+from math import ceil, gcd, pi, sqrt
+from operator import itemgetter
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.all_checks import contradictions_in
+from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency
+from gapbeam.solver.faults import CaseError
+from gapbeam.solver.loads.attachment import Attachment
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.models.contact_scales import contact_duration
+
+STEPS_PER_PERIOD = 50  # of the highest frequency of interest
+PERIOD_ERROR = (2.0 * pi / STEPS_PER_PERIOD) ** 2 / 12.0  # of the midpoint rule at the frequency of interest
+STEPS_PER_CONTACT = 20  # for peak forces
+RIGID_RATIO = 10.0  # of contact frequency to frequency of interest; a stiffer contact is rigid on that time scale
+MODAL_SHARE = 0.25  # of the mass of a beam, that its bending modes have at its tip
+SHORTEST_SHARE = 0.25  # of the step that would do; what would ask for a shorter one is not made a whole number of steps
+
+
+def frequency_of_interest(case: Case) -> tuple[float, str]:
+    """Return the highest frequency of interest, Hz, and where it comes from.
+
+    `time.frequency`, or the largest of those of the loads (5 times the forcing frequency, or the frequency below which
+    99 % of the power of a record lie), the second bending frequency of the overhang clamped at the support, and the
+    frequency of a quarter of the beam, with the mass of an exciter, on its spring: the mass of a bending mode of a
+    cantilever at its tip.
+    """
+    if case.time.frequency is not None:
+        return case.time.frequency, "time.frequency"
+    candidates = [(overhang_frequency(case, 2), f"the second bending frequency of the {bending_words(case)}")]
+    for load in case.load:
+        if (added := load.attachment) is not None:
+            origin = f"a quarter of the beam on the spring of the load {load.name}"
+            candidates.append((_attached_frequency(case, added), origin))
+    candidates += [found for load in case.load if (found := load.frequency_of_interest) is not None]
+    return max(candidates, key=itemgetter(0))
+
+
+def _attached_frequency(case: Case, added: Attachment) -> float:
+    """Return the frequency of a quarter of the beam and an attached mass on the attached spring, Hz."""
+    mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
+    return sqrt(added.stiffness / (added.mass + MODAL_SHARE * mass)) / (2.0 * pi)
+
+
+def time_step(case: Case, stiffness: float) -> Default:
+    """Return the time step that `time.step = "auto"` asks for.
+
+        dt = 1 / (50 f),    and at most T_c / 20 where 1 / (2 T_c) < 10 f
+
+    f is the highest frequency of interest, T_c the duration of an impact. A contact whose frequency is ten times f is
+    rigid on the time scale of interest: its own duration is then left to `time.adaptive`. The step is rounded down so
+    that output intervals, where none is given the forcing periods, and the end are whole numbers of steps; a period
+    or an end that would ask for less than a quarter of the step is left between steps.
+
+    Args:
+        case: The case.
+        stiffness: K of the contact, given or computed, Pa/m^n.
+
+    Source: at n steps in a period the midpoint rule makes it (2 pi / n)^2 / 12 too long, 0.13 % at 50; 20 steps in a
+    contact are the least that peak forces ask for.
+    """
+    frequency, origin = frequency_of_interest(case)
+    longest, duration = 1.0 / (STEPS_PER_PERIOD * frequency), contact_duration(case, stiffness)
+    reason = f"{STEPS_PER_PERIOD} steps in a period of {frequency:.4g} Hz, {origin}"
+    rigid = 0.5 / duration >= RIGID_RATIO * frequency
+    if rigid:
+        reason += (
+            f"; contacts of {duration:.2g} s are rigid on that time scale and not resolved, "
+            "for which there is time.adaptive"
+        )
+    elif duration / STEPS_PER_CONTACT < longest:
+        longest = duration / STEPS_PER_CONTACT
+        reason = f"{STEPS_PER_CONTACT} steps in a contact of {duration:.3g} s, in reach of {frequency:.4g} Hz, {origin}"
+    value, whole = rounded_down(case, longest)
+    if whole:
+        reason += f"; whole steps in {', '.join(whole)}"
+    consequence = (
+        f"half: twice the time, periods at {frequency:.4g} Hz {PERIOD_ERROR / 4:.2%} too long; "
+        f"double: half the time, {PERIOD_ERROR * 4:.1%} too long"
+    )
+    return Default("time.step", value, "s", reason, consequence)
+
+
+def with_time_step(case: Case, stiffness: float) -> tuple[Case, tuple[Default, ...]]:
+    """Return the case with its step as a number, and the step with its reason where it was computed.
+
+    Args:
+        case: The case.
+        stiffness: K of the contact, given or computed, Pa/m^n.
+
+    Raises:
+        CaseError: The computed step does not go with the rest of the case, such as intervals without a common divisor.
+    """
+    if case.time.step != "auto":
+        return case, ()
+    chosen = time_step(case, stiffness)
+    resolved = case.model_copy(update={"time": case.time.model_copy(update={"step": chosen.value})})
+    faults = [replace(fault, where=".".join(map(str, fault.key))) for fault in contradictions_in(resolved)]
+    if faults:
+        raise CaseError(f'the case with time.step = "auto", {chosen.value:.4g} s: {chosen.reason},', faults)
+    return resolved, (chosen,)
+
+
+def rounded_down(case: Case, longest: float) -> tuple[float, list[str]]:
+    """Return the largest step up to a length of which the spans of a case are whole multiples, s, and their names.
+
+    Output intervals always are; the others as long as the step stays above a quarter of what would do.
+    """
+    longest = min(longest, case.time.end)
+    unit, whole = Fraction(0), list[str]()
+    for name, span, wanted in _spans(case):
+        smaller = _divisor(unit, span)
+        if wanted or smaller >= SHORTEST_SHARE * longest:
+            unit = smaller
+            whole.append(name)
+    if not whole:
+        return longest, whole
+    return float(unit / ceil(unit / _exact(longest))), whole
+
+
+def _spans(case: Case) -> Iterator[tuple[str, Fraction, bool]]:
+    """Yield name, length in s, and whether it has to be a whole number of steps."""
+    given = [name for name in ("history_interval", "fields_interval") if getattr(case.output, name) is not None]
+    for name in given:
+        yield f"output.{name}", _exact(getattr(case.output, name)), True
+    if not given:
+        for frequency in forcing_frequencies(case.load):
+            yield f"the period of {frequency:g} Hz", 1 / _exact(frequency), False
+    yield "time.end", _exact(case.time.end), False
+
+
+def _exact(number: float) -> Fraction:
+    """Return a number as it is written in decimals."""
+    return Fraction(repr(float(number)))
+
+
+def _divisor(one: Fraction, other: Fraction) -> Fraction:
+    """Return the largest number of which both are whole multiples."""
+    denominators = one.denominator * other.denominator
+    return Fraction(gcd(one.numerator * other.denominator, other.numerator * one.denominator), denominators)

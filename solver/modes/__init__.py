@@ -1,0 +1,1 @@
+"""Vibration modes of a beam as contact holds it."""

@@ -1,0 +1,190 @@
+"""Vibration modes of a beam as contact holds it: seated, free, and with both faces closed.
+
+    (K + G^T (w kappa) G) x = (2 pi f)^2 M x
+
+kappa is the slope of the contact law where a point is closed, 0 where it is open: small vibrations about a state in
+which no point opens or closes. Masses and springs of exciters are included. By SLEPc for finite elements, by LAPACK for
+reduced models and beam elements.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.case.computed_defaults import overhang_frequency
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.models.contact_scales import compared_depth
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
+from gapbeam.solver.modes.section_motion import SectionMotion, Sections
+from gapbeam.solver.seat.static_seat import find_seat
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.operators import Array, Springs
+from gapbeam.solver.system.rank_one_update import AttachedOperators
+
+SEATED, FREE, CLOSED = "seated", "free", "closed"
+KINDS_PER_BENDING = {2: 2, 3: 4}  # modes of all kinds to look at for one of bending
+BESIDES = 8
+RIGID = 2  # bending modes of the free beam that are rigid motions
+SLICES_A_HALF_WAVE = 2
+GROWTH = 2
+
+
+@dataclass(frozen=True)
+class HeldModes:
+    """Modes of a beam in one state of contact.
+
+    Attributes:
+        name: "seated", "free" or "closed".
+        closed: Contact points that are closed.
+        points: Contact points.
+        frequencies: Of all modes that were found, ascending, (k,), Hz.
+        shapes: Theirs, on the DOFs of the model that this rank owns, (n, k).
+        motions: What their sections do, (k,).
+        places: Where these are, (slices,), m.
+        masses: Theirs, (slices,), kg.
+        length: Of the beam, m.
+    """
+
+    name: str
+    closed: int
+    points: int
+    frequencies: Array
+    shapes: Array
+    motions: tuple[SectionMotion, ...]
+    places: Array
+    masses: Array
+    length: float
+
+    def bending(self) -> tuple[Array, Array]:
+        """Return frequencies (b,), Hz, and motions of sections (b, slices) of the bending modes, ascending."""
+        chosen = [number for number, motion in enumerate(self.motions) if motion.kind == "bending"]
+        return self.frequencies[chosen], np.array([self.motions[number].bending for number in chosen])
+
+
+def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldModes]:
+    """Return the modes of a beam seated under its static loads, free of contact, and with both faces closed.
+
+    Args:
+        model: The model; its contact has to be symmetric (H = G).
+        count: How many bending modes are wanted of each; of the free beam two more, which are rigid.
+
+    Raises:
+        UserError: The contact is not symmetric, or the model has fewer bending modes.
+        NotConverged: No seat was found.
+        RunError: The modes could not be found.
+
+    Collective.
+    """
+    contact, law = model.system.contact, model.law
+    if not contact.symmetric:
+        raise UserError(
+            'contact.formulation = "nitsche" with theta other than 1: its tangent is not symmetric, so that it has no '
+            "modes of vibration; take theta = 1"
+        )
+    sections = Sections(model)
+    most = most_bending_modes(model, sections)
+    if count > most:
+        raise UserError(
+            f"{count} bending modes were asked for; expected 1 to {most}: half a wave of more would be shorter than "
+            "two distances between the nodes of the mesh or than the thickness of the beam; ask for fewer, or refine "
+            "the mesh"
+        )
+    seat = find_seat(model.system, law, model.seat_springs)
+    everywhere = np.full(contact.size, compared_depth(model.case))
+    states = {
+        SEATED: law.static(seat.state.depth).slope,
+        FREE: np.zeros(contact.size),
+        CLOSED: law.static(everywhere).slope,
+    }
+    seated, free, closed = (
+        _modes(model, sections, name, np.asarray(slopes), count if np.any(slopes > 0.0) else count + RIGID)
+        for name, slopes in states.items()
+    )
+    return seated, free, closed
+
+
+def most_bending_modes(model: Model, sections: Sections) -> int:
+    """Return how many bending modes a mesh shows, and a beam has: half waves of two slices and of a thickness."""
+    beam = model.case.beam
+    return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(beam.length / beam.thickness))
+
+
+def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: int) -> HeldModes:
+    """Return the modes for contact slopes kappa, (m,), Pa/m: as many as hold `count` bending modes. Collective."""
+    contact, beam, dimension = model.system.contact, model.case.beam, model.case.mesh.dimension
+    gap = contact.gap_matrix
+    springs = Springs(contact.interface, csr_matrix(gap.T @ gap.multiply((contact.weights * slopes)[:, None])))
+    wanted = KINDS_PER_BENDING[dimension] * count + BESIDES
+    while True:
+        frequencies, shapes = _lowest(model, springs, wanted)
+        motions = tuple(sections.motion(model.expand(shape)) for shape in shapes.T)
+        found = sum(motion.kind == "bending" for motion in motions)
+        if found >= count:
+            kept = _of_basis(model, frequencies, motions, count)
+            break
+        if len(frequencies) < wanted:
+            raise UserError(
+                f"{count} bending modes were asked for; the model {model.case.model.type} with {model.dofs} DOFs has "
+                f"{found} ({name}); ask for fewer, or take more model.modes, more elements or a finer mesh"
+            )
+        wanted *= GROWTH
+    closed = int(np.count_nonzero(slopes > 0.0))
+    return HeldModes(
+        name=name,
+        closed=closed,
+        points=contact.size,
+        frequencies=frequencies[:kept],
+        shapes=shapes[:, :kept],
+        motions=motions[:kept],
+        places=sections.places,
+        masses=sections.masses,
+        length=beam.length,
+    )
+
+
+def _of_basis(model: Model, frequencies: Array, motions: tuple[SectionMotion, ...], count: int) -> int:
+    """Return how many modes lie below the highest that a reduced basis was made of; all for other models.
+
+    Raises:
+        UserError: Not all of the bending modes wanted do.
+    """
+    basis = model.body.basis
+    if basis is None:
+        return len(frequencies)
+    bending = [number for number, motion in enumerate(motions) if motion.kind == "bending"]
+    highest = frequencies[bending[count - 1]]
+    if highest > basis.highest_mode:
+        raise UserError(
+            f"{count} bending modes reach to {highest:.4g} Hz, the modes of the reduced basis only to "
+            f"{basis.highest_mode:.4g} Hz; take more model.modes, or ask for fewer"
+        )
+    return int(np.count_nonzero(frequencies <= basis.highest_mode))
+
+
+def _lowest(model: Model, springs: Springs, count: int) -> tuple[Array, Array]:
+    """Return the lowest frequencies, (k,), Hz, and shapes, (n, k); fewer than asked for where there are fewer."""
+    operators, on_mass, on_stiffness = model.system.operators, [], [springs]
+    if isinstance(operators, AttachedOperators):
+        outer, operators = operators, operators.body
+        assert isinstance(operators, PetscOperators)
+        on_mass.append(operators.as_springs(outer.masses))
+        on_stiffness.append(operators.as_springs(outer.springs))
+    if isinstance(operators, PetscOperators):
+        mass, stiffness = operators.with_springs(on_mass, on_stiffness)
+        shift = (2.0 * pi * overhang_frequency(model.case)) ** 2
+        factor = operators.shifted_solver(mass, stiffness.copy(), shift, operators.solver.tolerance)
+        modes = lowest_modes(mass, stiffness, factor, shift, count)
+        return modes.frequencies, modes.shapes
+    assert isinstance(operators, DenseOperators)
+    owned, slots = springs.interface.owned, springs.interface.slots
+    stiffness = operators.stiffness.copy()
+    stiffness[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]
+    squares, shapes = DenseOperators(operators.mass, stiffness).modes
+    order = np.argsort(squares)[:count]
+    return np.sqrt(np.maximum(squares[order], 0.0)) / (2.0 * pi), shapes[:, order]

@@ -1,0 +1,95 @@
+"""The period map of a dense system in modal coordinates, x = (q, v)."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+from gapbeam.solver.march.compiled.tangent_kernel import monodromy
+from gapbeam.solver.march.python.march import EffectiveOperators, March
+from gapbeam.solver.system.modal_coordinates import ModalSystem
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
+
+
+@dataclass(frozen=True)
+class ModalMap:
+    """A period in whole midpoint steps.
+
+    Attributes:
+        modal: The system; its loads are those of the steady state.
+        law: Contact law.
+        scheme: A scheme with a period map.
+        dt: Step, s.
+        steps: Steps in the period.
+    """
+
+    modal: ModalSystem
+    law: ContactLaw
+    scheme: TimeScheme
+    dt: float
+    steps: int
+
+    @property
+    def period(self) -> float:
+        """Length of the period, s."""
+        return self.dt * self.steps
+
+    @cached_property
+    def scale(self) -> Array:
+        """sqrt(s + (2 pi / period)^2) for q and 1 for v, (2n,), 1/s and 1: the norm is one of energy."""
+        rates = np.sqrt(self.modal.squares + (2.0 * np.pi / self.period) ** 2)
+        return np.concatenate([rates, np.ones_like(rates)])
+
+    @property
+    def plan(self) -> March:
+        """The march over a period."""
+        system = self.modal.system
+        return March(system, self.law, self.scheme, EffectiveOperators(system, self.scheme), self.dt, self.steps)
+
+    def over(self, periods: int) -> ModalMap:
+        """Return the map over several of these periods, or of p of p times as many forcing periods."""
+        return replace(self, steps=periods * self.steps)
+
+    def state(self, x: Array) -> State:
+        """Return x, (2n,), as a state at t = 0."""
+        system, n = self.modal.system, len(self.modal.squares)
+        u, v = self.modal.dofs(x[:n]), self.modal.dofs(x[n:])
+        depth = system.contact.depth(system.contact.interface.trace(u, system.operators))
+        still = np.zeros(system.contact.size)
+        return State(0.0, imaged(system.operators, u), imaged(system.operators, v), depth, still)
+
+    def coordinates(self, state: State) -> Array:
+        """Return a state as x, (2n,)."""
+        return np.concatenate([self.modal.coordinates(part[VALUE]) for part in (state.u, state.v)])
+
+    def after(self, x: Array) -> Array:
+        """Return P(x), (2n,)."""
+        for block in self._loop.blocks(self.state(x), self.steps):
+            end = block.motion
+        return np.concatenate([end.q, end.v])
+
+    def with_tangent(self, x: Array) -> tuple[Array, Array]:
+        """Return P(x), (2n,), and P'(x), (2n, 2n)."""
+        end, tangent = self._loop.tangent(self.state(x))
+        return self.coordinates(end), tangent
+
+    def tangent_along(self, places: Array) -> Array:
+        """Return the derivative of the state by that a period before, (2n, 2n), along q at the ends of all steps."""
+        depths = -(self.modal.system.contact.initial_gap + places @ self.modal.gaps.T)
+        return monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
+
+    def history(self, x: Array) -> tuple[Array, Array]:
+        """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""
+        records = [block.records for block in self._loop.blocks(self.state(x))]
+        places = np.concatenate([x[None, : len(self.modal.squares)], *(part.q for part in records)])
+        return self.modal.dofs(places), np.concatenate([part.force for part in records])
+
+    @cached_property
+    def _loop(self) -> CompiledLoop:
+        return CompiledLoop(self.plan)

@@ -1,0 +1,253 @@
+"""From a model and its seat to the periodic response that its case asks for."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+from math import ceil
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.errors import Interrupted
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.march_plan import march_of_model
+from gapbeam.solver.march.python.march import March, march
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.periodic.floquet import stability_of
+from gapbeam.solver.periodic.fourier_series import Fourier
+from gapbeam.solver.periodic.harmonic_continuation import Climb, climb
+from gapbeam.solver.periodic.harmonic_multipliers import NOTABLE_TRUNCATION, balanced_multipliers
+from gapbeam.solver.periodic.harmonic_steps import series_steps
+from gapbeam.solver.periodic.known_multipliers import UNKNOWN, Judgment, with_error
+from gapbeam.solver.periodic.marched_period_map import MarchedMap
+from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.periodic.newton_krylov import shoot_marched
+from gapbeam.solver.periodic.shooting import relative_change, shoot
+from gapbeam.solver.periodic.steady_forcing import SteadyModel, scheme_of_period, steady, with_whole_steps
+from gapbeam.solver.system.semi_discrete import State, Step
+
+LOG = logging.getLogger("gapbeam")
+MULTIPLIERS_REPORTED = 12
+NOTABLE_CHANGE = 0.01
+
+
+@dataclass(frozen=True)
+class Response:
+    """A periodic response.
+
+    Attributes:
+        steady: The model under steady forcing.
+        start: State at t = 0.
+        steps: Steps of one period from there.
+        figures: What the summary reports.
+        remarks: What a user has to know, one sentence each.
+        x: State at t = 0 in modal coordinates; None for models that are not dense.
+    """
+
+    steady: SteadyModel
+    start: State
+    steps: Iterator[Step]
+    figures: dict[str, Any]
+    remarks: list[str]
+    x: np.ndarray[Any, np.dtype[np.float64]] | None = None
+
+
+def find_response(
+    model: Model, seat: State, analysis: Periodic, asked: Callable[[], bool], talk: Callable[[float, int], None]
+) -> Response:
+    """Find the periodic response of a model.
+
+    Args:
+        model: The model.
+        seat: Its static seat.
+        analysis: What the case asks for.
+        asked: Whether to stop. Collective.
+        talk: Called with the time of the march before the search, s, and the steps since the last call.
+
+    Raises:
+        NotConverged: There is none near the start, or the method does not get there.
+        UserError: Harmonic balance would be too large.
+        Interrupted: It was asked for.
+
+    Collective.
+    """
+    clock = time.perf_counter()
+    model, per_period = with_whole_steps(model)
+    rounds = analysis.periods * ceil(model.case.time.end / (analysis.periods * per_period * model.step) - 1.0e-6)
+    marched = rounds if analysis.start == "march" else 0
+    begin = _marched(model, seat, marched * per_period, asked, talk)
+    held = steady(model, analysis)
+    settled = time.perf_counter()
+    period_map = held.modal_map()
+    if analysis.method == "harmonic-balance":
+        assert period_map is not None
+        response = _balanced(held, period_map, begin, analysis, near=marched > 0)
+    elif period_map is not None:
+        response = _shot(held, period_map, begin, analysis)
+    else:
+        response = _shot_by_krylov(held, begin, analysis, asked)
+    figures = {
+        "method": analysis.method,
+        "forcing_frequency": held.forcing_frequency,
+        "periods": analysis.periods,
+        "period": held.steps * held.model.step,
+        "steps_per_period": held.steps,
+        "ramps": "passed before the search",
+        "started_from": f"a march of {marched} forcing periods" if marched else "the seat",
+        "seconds_before_search": settled - clock,
+        "seconds_of_search": time.perf_counter() - settled,
+    }
+    return replace(response, figures=figures | response.figures)
+
+
+def _marched(
+    model: Model, seat: State, steps: int, asked: Callable[[], bool], talk: Callable[[float, int], None]
+) -> State:
+    """Return the end of a march under the loads of the case, ramps included, at t = 0 of the steady forcing."""
+    state = seat
+    if steps:
+        plan = replace(march_of_model(model, scheme_of_period(model.case)), steps=steps)
+        for state, taken in _states(plan, seat):
+            talk(state.time, taken)
+            if asked():
+                raise Interrupted(f"interrupted at t = {state.time:.6g} s of the march before the search")
+    return replace(state, time=0.0)
+
+
+def _states(plan: March, seat: State) -> Iterator[tuple[State, int]]:
+    """Yield states of a march up to its end, and the steps since the last: of every step, or of some. Collective."""
+    if why_not_compiled(plan) is None:
+        for block in CompiledLoop(plan).blocks(seat, plan.steps):
+            yield block.end, block.steps
+        return
+    for step in march(plan, seat):
+        if step.completes:
+            yield step.refreshed or step.new, 1
+
+
+def _shot(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic) -> Response:
+    orbit = shoot(period_map, period_map.coordinates(begin), analysis.tolerance, analysis.max_iterations)
+    start = period_map.state(orbit.x)
+    figures = {
+        "residual": orbit.residual,
+        "iterations": orbit.iterations,
+        "residuals": list(orbit.residuals),
+        **stability_figures(Judgment(orbit.stability, 0.0)),
+    }
+    remarks = _stability_remarks(Judgment(orbit.stability, 0.0))
+    return Response(held, start, march(held.plan, start), figures, remarks, orbit.x)
+
+
+def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, asked: Callable[[], bool]) -> Response:
+    def report(iteration: int, residual: float) -> None:
+        LOG.info("shooting, iteration %d: the state changes by %.2e over a period", iteration, residual)
+        if asked():
+            raise Interrupted(f"interrupted in iteration {iteration} of the search")
+
+    plan = held.plan
+    orbit = shoot_marched(MarchedMap(plan), begin, analysis.tolerance, analysis.max_iterations, report)
+    judgment = with_error(orbit.stability, orbit.multiplier_error)
+    figures = {
+        "residual": orbit.residual,
+        "iterations": orbit.iterations,
+        "residuals": list(orbit.residuals),
+        "marches_of_disturbances": orbit.products,
+        "multiplier_error": orbit.multiplier_error,
+        **stability_figures(judgment),
+    }
+    remarks = _stability_remarks(judgment, 'type = "reduced" in [model], which finds all multipliers')
+    return Response(held, orbit.state, march(plan, orbit.state), figures, remarks)
+
+
+def _balanced(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic, near: bool) -> Response:
+    x, n = period_map.coordinates(begin), len(period_map.modal.squares)
+    if near:
+        places, _ = period_map.history(x)
+        series = Fourier(min(analysis.harmonics, held.steps // 2 - 1), held.steps, held.omega)
+        start = series, series.analyze(np.array([period_map.modal.coordinates(place) for place in places[:-1]]))
+    else:
+        start = Fourier(0, 5, held.omega), x[None, :n]
+    found = climb(
+        period_map.modal,
+        held.model.law,
+        held.omega,
+        analysis.harmonics,
+        analysis.samples_per_harmonic,
+        start,
+        near,
+        analysis.tolerance,
+        analysis.max_iterations,
+    )
+    solution = found.solution
+    place, speed, _ = solution.motion(np.zeros(1))
+    x = np.concatenate([place[0], speed[0]])
+    end, tangent = period_map.with_tangent(x)
+    change = relative_change(period_map.scale, x, end)
+    judgment = balanced_multipliers(period_map, found, stability_of(tangent))
+    figures = {
+        "residual": solution.residual,
+        "iterations": sum(stage.iterations for stage in found.stages),
+        "residuals": list(solution.residuals),
+        "harmonics": analysis.harmonics,
+        "samples": solution.series.samples,
+        "ladder": [vars(stage) for stage in found.stages],
+        "change_from_last_rung": found.change,
+        "forces_beyond_harmonics": solution.truncated,
+        "change_when_marched": change,
+        "multiplier_error": judgment.error,
+        **stability_figures(judgment),
+    }
+    begin, steps = series_steps(period_map.modal, held.model.law, solution, held.model.step, held.steps)
+    advice = "analysis.method = shooting, or more analysis.harmonics"
+    remarks = [*_stability_remarks(judgment, advice), *_harmonic_remarks(found)]
+    accepting = held.model.case.gates.model_copy(update={"accept_energy_growth": True})
+    model = replace(held.model, case=held.model.case.model_copy(update={"gates": accepting}))
+    return Response(replace(held, model=model), begin, steps, figures, remarks, x)
+
+
+def stability_figures(judgment: Judgment) -> dict[str, Any]:
+    """Return what the summary reports about multipliers, the leading ones of them: nothing where they are not known."""
+    if not judgment.known:
+        return {"stability": UNKNOWN, "stable": None, "largest_multiplier": None, "multipliers": []}
+    stability = judgment.stability
+    report = stability.multipliers[:MULTIPLIERS_REPORTED]
+    return {
+        "stability": stability.kind,
+        "stable": stability.stable,
+        "largest_multiplier": stability.largest,
+        "multipliers": [{"real": float(mu.real), "imaginary": float(mu.imag)} for mu in report],
+    }
+
+
+def _stability_remarks(judgment: Judgment, advice: str = "") -> list[str]:
+    stability = judgment.stability
+    if not judgment.known:
+        return [f"whether the periodic response is stable is not known: {'; '.join(judgment.doubts)}; try {advice}"]
+    if stability.stable:
+        return []
+    return [
+        f"the periodic response is unstable ({stability.kind}; largest multiplier {stability.largest:.4g}): "
+        "a march leaves it, and so would the beam"
+    ]
+
+
+def _harmonic_remarks(found: Climb) -> list[str]:
+    remarks = []
+    if found.solution.truncated > NOTABLE_TRUNCATION:
+        remarks.append(
+            f"{found.solution.truncated:.0%} of the contact force lies beyond harmonic "
+            f"{found.solution.series.harmonics}: its peaks are not resolved; try more analysis.harmonics, or shooting"
+        )
+    if found.change is not None and found.change > NOTABLE_CHANGE:
+        remarks.append(
+            f"harmonics 1-5 still change by {found.change:.1%} from the last stage but one; try more analysis.harmonics"
+        )
+    failed = [stage.harmonics for stage in found.stages if not stage.converged]
+    if failed:
+        remarks.append(f"harmonic balance did not converge with {', '.join(map(str, failed))} harmonics on its way")
+    return remarks

@@ -1,0 +1,110 @@
+"""Everything a run writes: names, units, dimensions and meaning, in one place.
+
+Both the writers in `run.output` and the readers in `postprocess` take names and units from here, so that a
+record means the same on both sides.
+"""
+
+from __future__ import annotations
+
+import re
+from dataclasses import dataclass
+from pathlib import Path
+
+FORMAT_VERSION = 1
+
+CASE_FILE = "case.toml"
+HISTORY_FILE = "history.h5"
+FIELDS_FILE = "fields.xdmf"
+FIELDS_DATA_FILE = "fields.h5"
+SUMMARY_FILE = "summary.json"
+LOG_FILE = "run.log"
+FIELD_FOLDER = "fields"
+HISTORY_FOLDER = "history"
+CHECKPOINT_FOLDER = "checkpoint"
+CHECKPOINTS = "step-*.checkpoint"
+KEPT_MODEL = "model.checkpoint"
+LOCK_FILE = "run.lock"
+CURVE_FILE = "curve.json"
+CURVE_TABLE_FILE = "curve.csv"
+
+KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
+"""In no case: tomllib takes memory as the square of the parts of a key."""
+
+COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}
+TANGENTS = {2: ("x",), 3: ("x", "y")}
+
+
+@dataclass(frozen=True)
+class Record:
+    """One variable of `history.h5`.
+
+    Attributes:
+        name: Name of the variable.
+        unit: SI unit, "1" where there is none.
+        dims: Names of its dimensions; the first is always `time`.
+        meaning: One line for the `long_name` attribute.
+    """
+
+    name: str
+    unit: str
+    dims: tuple[str, ...]
+    meaning: str
+
+
+_PROBE = ("time", "probe", "component")
+_FACE = ("time", "face")
+_ALONG_FACE = ("time", "face", "tangent")
+
+HISTORY: tuple[Record, ...] = (
+    Record("displacement", "m", _PROBE, "displacement relative to the support, from the undeformed body"),
+    Record("velocity", "m/s", _PROBE, "velocity relative to the support"),
+    Record(
+        "acceleration_relative",
+        "m/s^2",
+        _PROBE,
+        "acceleration relative to the support, mean over the interval that ends at t",
+    ),
+    Record(
+        "acceleration_absolute",
+        "m/s^2",
+        _PROBE,
+        "acceleration in the inertial frame, mean over the interval that ends at t",
+    ),
+    Record("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),
+    Record("friction_force", "N", _ALONG_FACE, "friction force on the beam along the face; with friction only"),
+    Record("contact_moment", "N m", _FACE, "moment of the contact pressure about x = 0: integral of x p"),
+    Record("contact_area", "m^2", _FACE, "area with positive pressure"),
+    Record("penetration", "m", _FACE, "largest penetration; negative: smallest gap"),
+    Record("impulse", "N s", _FACE, "contact force integrated over time since t = 0"),
+    Record("kinetic_energy", "J", ("time",), "kinetic energy relative to the support"),
+    Record("strain_energy", "J", ("time",), "elastic energy, restraint excluded"),
+    Record("restraint_energy", "J", ("time",), "energy in the weak restraint"),
+    Record("contact_energy", "J", ("time",), "potential of the contact stiffness"),
+    Record("load_work", "J", ("time", "load"), "work of each load since t = 0"),
+    Record("structural_dissipation", "J", ("time",), "Rayleigh damping since t = 0"),
+    Record("contact_dissipation", "J", ("time",), "contact damping since t = 0"),
+    Record("friction_dissipation", "J", ("time",), "friction since t = 0"),
+    Record("algorithmic_dissipation", "J", ("time",), "loss by the scheme since t = 0; negative: created"),
+    Record("energy_residual", "J", ("time",), "what is left of the energy balance since t = 0"),
+    Record("iterations", "1", ("time",), "contact iterations in the interval that ends at t"),
+    Record("active_points", "1", _FACE, "contact points with positive pressure"),
+)
+
+FIELDS = {
+    "displacement": "m",
+    "velocity": "m/s",
+    "contact_pressure": "Pa",
+}
+
+STANDARD_GRAVITY = 9.80665
+
+
+def history_pieces(folder: Path) -> list[tuple[int, Path]]:
+    """Return the files of the history in a results folder with the number of their first record, in order.
+
+    While a run goes on its history is `history.h5` and pieces after it. Each holds from the first record of the next
+    one on nothing that counts: a run that continued from a checkpoint has written those records again.
+    """
+    named = [(re.fullmatch(r"([0-9]{12})\.h5", path.name), path) for path in (folder / HISTORY_FOLDER).glob("*.h5")]
+    pieces = sorted((int(name[1]), path) for name, path in named if name and not path.is_symlink())
+    return [(0, folder / HISTORY_FILE), *pieces]

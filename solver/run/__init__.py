@@ -1,0 +1,1 @@
+"""One run of a case: set-up, seat, march, outputs, verdict."""

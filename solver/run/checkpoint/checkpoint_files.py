@@ -1,0 +1,280 @@
+"""Checkpoint files: a line of text that says what follows and how it adds up, then JSON and arrays.
+
+    gapbeam-checkpoint VERSION SHA256 BYTES-OF-JSON BYTES-OF-ARRAYS
+
+The arrays are a numpy .npz without pickles. A file is put in place when it is whole and on the disk; the last two are
+kept. What does not add up is not looked at any further. Tables that lie on all ranks are written and read in pieces.
+"""
+
+from __future__ import annotations
+
+import hashlib
+import json
+import os
+import re
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from math import prod
+from pathlib import Path
+from typing import IO, Any
+from zipfile import ZIP_STORED, ZipFile
+
+import numpy as np
+from numpy.lib import format as format_of_arrays
+from numpy.typing import NDArray
+
+from gapbeam.solver.record_table import CHECKPOINT_FOLDER, CHECKPOINTS, KEPT_MODEL
+from gapbeam.solver.run.output.atomic_files import new_file, own_folder, part_of, put_in_place, written
+from gapbeam.solver.run.output.parallel_tables import PIECE, Pieces, Table
+
+VERSION = 2
+KEPT = 2
+MAGIC = b"gapbeam-checkpoint"
+LONGEST_LINE = 256
+AT_ONCE = 2**20  # bytes that are added up at once
+
+npy: Any = format_of_arrays  # numpy has no types for it
+Arrays = Mapping[str, NDArray[Any] | Table]
+
+
+class BrokenCheckpoint(Exception):  # noqa: N818 - the field's word
+    """A checkpoint that cannot be read; the message says why."""
+
+
+@dataclass(frozen=True)
+class Contents:
+    """What a checkpoint holds.
+
+    Attributes:
+        path: Its file.
+        header: Everything but arrays.
+        shapes: Of the arrays, by name.
+        start: Where the arrays begin, bytes.
+    """
+
+    path: Path
+    header: dict[str, Any]
+    shapes: dict[str, tuple[int, ...]]
+    start: int
+
+    def array(self, name: str) -> NDArray[Any]:
+        """Return a whole array.
+
+        Raises:
+            BrokenCheckpoint: It cannot be read.
+            KeyError: There is none.
+        """
+        if name not in self.shapes:
+            raise KeyError(name)
+        with self._opened(name) as entry:
+            return np.asarray(npy.read_array(entry, allow_pickle=False))
+
+    def pieces(self, name: str, layered: bool = False) -> Iterator[NDArray[Any]]:
+        """Yield some rows after the other of a table of numbers, layer by layer where it has layers.
+
+        Raises:
+            BrokenCheckpoint: It cannot be read, or holds other things.
+        """
+        shape = self.shapes[name]
+        count, row = (shape[1], shape[2:]) if layered else (shape[0], shape[1:])
+        with self._opened(name) as entry:
+            _, in_columns, kind = _described(entry)
+            if in_columns or kind != np.float64:
+                raise BrokenCheckpoint(f"its {name} holds other things than finite numbers: {kind}")
+            for _ in range(shape[0] if layered else 1):
+                for begin in range(0, count, PIECE):
+                    rows = min(PIECE, count - begin)
+                    data = entry.read(rows * prod(row) * kind.itemsize)
+                    yield np.frombuffer(data, dtype=kind).reshape(rows, *row)
+
+    @contextmanager
+    def _opened(self, name: str) -> Iterator[IO[bytes]]:
+        try:
+            with (
+                self.path.open("rb") as file,
+                ZipFile(_Section(file, self.start)) as stored,  # type: ignore[call-overload]
+                stored.open(f"{name}.npy") as entry,
+            ):
+                yield entry
+        except BrokenCheckpoint:
+            raise
+        except Exception as error:
+            raise BrokenCheckpoint(f"{type(error).__name__}: {error}") from error
+
+
+class _Section:
+    """A file from some byte on, for those who expect one of their own."""
+
+    def __init__(self, file: IO[bytes], start: int) -> None:
+        self._file, self._start = file, start
+        self.read, self.write, self.flush = file.read, file.write, file.flush
+        file.seek(start)
+
+    def seekable(self) -> bool:
+        return True
+
+    def tell(self) -> int:
+        return self._file.tell() - self._start
+
+    def seek(self, offset: int, whence: int = os.SEEK_SET) -> int:
+        self._file.seek(offset + (self._start if whence == os.SEEK_SET else 0), whence)
+        return self.tell()
+
+
+def write_checkpoint(folder: Path, step: int, header: Mapping[str, Any], arrays: Arrays, pieces: Pieces) -> Path:
+    """Write the checkpoint after a step to a results folder, and remove all but the last two.
+
+    Args:
+        folder: The results folder.
+        step: Steps that are done.
+        header: Everything but arrays, for JSON.
+        arrays: By name.
+        pieces: What yields the pieces of those that are tables on all ranks.
+
+    Raises:
+        NotWritten: It could not be written; those before it are as they were.
+    """
+    path = folder / CHECKPOINT_FOLDER / CHECKPOINTS.replace("*", f"{step:012d}")
+    with written(path):
+        _write(path, header, arrays, pieces)
+        for old in found(folder)[KEPT:]:
+            old.unlink()
+    return path
+
+
+def write_model(folder: Path, header: Mapping[str, Any], arrays: Arrays, pieces: Pieces) -> None:
+    """Write what all checkpoints of a results folder have in common, a model of few DOFs; as `write_checkpoint`.
+
+    Raises:
+        NotWritten: It could not be written; the one before it is as it was.
+    """
+    path = model_file(folder)
+    with written(path):
+        _write(path, header, arrays, pieces)
+
+
+def model_file(folder: Path) -> Path:
+    """Return the file of the model of few DOFs that the checkpoints of a results folder go on with."""
+    return folder / CHECKPOINT_FOLDER / KEPT_MODEL
+
+
+def _write(path: Path, header: Mapping[str, Any], arrays: Arrays, pieces: Pieces) -> None:
+    part = part_of(path)
+    text = json.dumps(header).encode()
+    own_folder(path.parent)
+    try:
+        with os.fdopen(new_file(part), "w+b") as file:
+            line = _line("0" * 64, len(text), 0)
+            file.write(line)
+            file.write(text)
+            _pack(_Section(file, len(line) + len(text)), arrays, pieces)
+            size = file.seek(0, os.SEEK_END) - len(line) - len(text)
+            file.seek(len(line))
+            total = _added_up(file)
+            file.seek(0)
+            file.write(_line(total, len(text), size))
+    except BaseException:
+        part.unlink(missing_ok=True)
+        raise
+    put_in_place(part, path)
+
+
+def _line(total: str, text: int, block: int) -> bytes:
+    """Return the first line, which is as long before the size of the arrays is known."""
+    return f"{MAGIC.decode()} {VERSION} {total} {text} {block:015d}\n".encode()
+
+
+def _pack(file: Any, arrays: Arrays, pieces: Pieces) -> None:
+    """Write an .npz, as numpy does."""
+    with ZipFile(file, "w", ZIP_STORED) as packed:
+        for name, array in arrays.items():
+            with packed.open(f"{name}.npy", "w", force_zip64=True) as entry:
+                if not isinstance(array, Table):
+                    npy.write_array(entry, np.asanyarray(array), allow_pickle=False)
+                    continue
+                kind = npy.dtype_to_descr(array.values.dtype)
+                npy.write_array_header_1_0(entry, {"descr": kind, "fortran_order": False, "shape": array.shape})
+                for piece in pieces(name):
+                    entry.write(piece.tobytes())
+
+
+def _added_up(file: IO[bytes]) -> str:
+    """Return the checksum of what follows in a file."""
+    total = hashlib.sha256()
+    while data := file.read(AT_ONCE):
+        total.update(data)
+    return total.hexdigest()
+
+
+def found(folder: Path) -> list[Path]:
+    """Return the checkpoints of a results folder, the last one first."""
+    paths = (folder / CHECKPOINT_FOLDER).glob(CHECKPOINTS)
+    return sorted((path for path in paths if path.is_file()), reverse=True)
+
+
+def read_checkpoint(path: Path) -> Contents:
+    """Read a checkpoint.
+
+    Raises:
+        BrokenCheckpoint: It is truncated, changed, of another version, or none at all.
+    """
+    try:
+        with path.open("rb") as file:
+            line = file.readline(LONGEST_LINE)
+            version, sum_, text_size, block_size = _announced(line)
+            there = path.stat().st_size - len(line)
+            if there != text_size + block_size:
+                raise BrokenCheckpoint(f"it has {there} bytes, expected {text_size + block_size}")
+            if version != VERSION:
+                raise BrokenCheckpoint(f"it is of version {version}, expected {VERSION}")
+            if _added_up(file) != sum_:
+                raise BrokenCheckpoint("its contents are not what was written: the checksum differs")
+            file.seek(len(line))
+            try:
+                header = json.loads(file.read(text_size))
+                shapes = _shapes(_Section(file, len(line) + text_size), block_size)
+            except BrokenCheckpoint:
+                raise
+            except Exception as error:  # a checksum that fits something which no run wrote
+                raise BrokenCheckpoint(f"{type(error).__name__}: {error}") from error
+    except OSError as error:
+        raise BrokenCheckpoint(error.strerror or str(error)) from error
+    if not isinstance(header, dict):
+        raise BrokenCheckpoint("its header is not a table")
+    return Contents(path, header, shapes, len(line) + text_size)
+
+
+def _shapes(file: Any, size: int) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of the arrays of an .npz, none of which is larger than what is there."""
+    found = {}
+    with ZipFile(file) as stored:
+        entries = stored.infolist()
+        if sum(entry.file_size for entry in entries) > size:
+            raise BrokenCheckpoint("its arrays are larger than it is")
+        for entry in entries:
+            name = entry.filename.removesuffix(".npy")
+            with stored.open(entry) as opened:
+                shape, _, kind = _described(opened)
+                if kind.hasobject:
+                    raise BrokenCheckpoint(f"its {name} holds pickled objects")
+                if opened.tell() + prod(shape) * kind.itemsize != entry.file_size:
+                    raise BrokenCheckpoint(f"its {name} is not an array of that size")
+            found[name] = shape
+    return found
+
+
+def _described(entry: IO[bytes]) -> tuple[tuple[int, ...], bool, np.dtype[Any]]:
+    """Return shape, whether column by column, and type of the array that follows."""
+    version = npy.read_magic(entry)
+    read = {(1, 0): npy.read_array_header_1_0, (2, 0): npy.read_array_header_2_0}[version]
+    shape, in_columns, kind = read(entry)
+    return tuple(shape), bool(in_columns), kind
+
+
+def _announced(line: bytes) -> tuple[int, str, int, int]:
+    match = re.fullmatch(MAGIC + rb" (\d{1,9}) ([0-9a-f]{64}) (\d{1,15}) (\d{1,15})\n", line)
+    if match is None:
+        raise BrokenCheckpoint("it is empty or no checkpoint of gapbeam")
+    version, sum_, text, block = match.groups()
+    return int(version), sum_.decode(), int(text), int(block)

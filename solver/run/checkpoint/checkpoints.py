@@ -1,0 +1,249 @@
+"""The checkpoints of a run: when one is due, what it holds, and the last good one."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.diagnostics.history_rows import Recorder
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import CASE_FILE
+from gapbeam.solver.run.checkpoint.case_fingerprint import FREE, differences, keys_of
+from gapbeam.solver.run.checkpoint.checkpoint_files import (
+    BrokenCheckpoint,
+    Contents,
+    found,
+    read_checkpoint,
+    write_checkpoint,
+)
+from gapbeam.solver.run.checkpoint.diagnostics_text import as_json, restore
+from gapbeam.solver.run.checkpoint.dof_layout import layout_of
+from gapbeam.solver.run.checkpoint.same_matrices import refuse_other_matrices
+from gapbeam.solver.run.checkpoint.same_model import keep_model, measures_of, model_as_it_was
+from gapbeam.solver.run.checkpoint.state_arrays import restored, stored
+from gapbeam.solver.run.checkpoint.state_checks import refuse_implausible
+from gapbeam.solver.run.output.field_files import FieldWriter
+from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.run.output.parallel_tables import Pieces, Table, on_rank_zero_with
+
+LOG = logging.getLogger("gapbeam")
+LARGEST_SHARE = 0.01  # of the wall time, for checkpoints
+
+
+@dataclass(frozen=True)
+class Left:
+    """Where a run was left.
+
+    Attributes:
+        model: The model that was marched.
+        paused: The march.
+        exact: Whether it goes on to the same bits.
+        header: What else the checkpoint holds.
+    """
+
+    model: Model
+    paused: Paused
+    exact: bool
+    header: dict[str, Any]
+
+    def restore(self, accounts: Accounts, recorder: Recorder) -> None:
+        """Bring accounts and recorder, as they are at a start, to where the run was left."""
+        restore(accounts, recorder, self.header["accounts"])
+
+
+class Checkpoints:
+    """Writes the checkpoints of a run.
+
+    Args:
+        folder: Results folder.
+        model: The model.
+        comm: Its ranks.
+        kept: What else a checkpoint shall hold, for JSON.
+        interval: Wall time between them, s; 0: none but those that are asked for.
+
+    Collective to make and to write.
+    """
+
+    def __init__(self, folder: Path, model: Model, comm: MPI.Comm, kept: Mapping[str, Any], interval: float) -> None:
+        self._folder, self._comm, self._interval = folder, comm, interval
+        self._layout = layout_of(model, comm)
+        self._kept = dict(kept) | {"basis": self._layout.basis, "modes": self._layout.modes, "ranks": comm.size}
+        self._kept |= {"case": on_rank_zero(comm, lambda: keys_of(model.case)), "measures": measures_of(model)}
+        self._next = time.perf_counter() + interval
+        self.count, self.seconds = 0, 0.0
+
+    @property
+    def due(self) -> bool:
+        """Whether it is time for one, by the clock of rank 0."""
+        return self._interval > 0.0 and self._comm.rank == 0 and time.perf_counter() >= self._next
+
+    def write(
+        self,
+        paused: Paused,
+        accounts: Accounts,
+        recorder: Recorder,
+        history: HistoryWriter | None,
+        fields: FieldWriter,
+    ) -> None:
+        """Bring histories and fields to the disk, and then the state of the march.
+
+        The next one is not due before a hundred times as long as this one took.
+
+        Args:
+            paused: The march.
+            accounts: What is kept of its steps.
+            recorder: What is kept for its records.
+            history: The history, on rank 0.
+            fields: The fields.
+
+        Raises:
+            NotWritten: It could not be written; the ones before it are as they were.
+
+        Collective.
+        """
+        started = time.perf_counter()
+        if not self.count:
+            keep_model(self._folder, self._layout)
+        arrays = stored(paused, self._layout)
+        tables = {name: array for name, array in arrays.items() if isinstance(array, Table)}
+
+        def write(pieces: Pieces) -> None:
+            assert history is not None
+            history.commit()
+            fields.commit()
+            header = self._kept | {
+                "time": paused.state.time,
+                "done": paused.done,
+                "since": paused.since,
+                "records": history.records,
+                "fields": fields.times,
+                "accounts": as_json(accounts, recorder),
+            }
+            write_checkpoint(self._folder, paused.done, header, arrays, pieces)
+
+        on_rank_zero_with(self._comm, tables, write)
+        now = time.perf_counter()
+        self.count, self.seconds = self.count + 1, self.seconds + now - started
+        self._next = now + max(self._interval, (now - started) / LARGEST_SHARE)
+        LOG.info("checkpoint at t = %.6g s, in %.2g s", paused.state.time, now - started)
+
+
+def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, every: Mapping[str, int]) -> Left | None:
+    """Return where the run in a results folder was left; None where it has no checkpoint yet.
+
+    Args:
+        folder: Results folder.
+        case: The case that shall go on, as it was read.
+        model: Its model, found anew.
+        comm: Its ranks.
+        every: Steps between records and between fields.
+
+    Raises:
+        UserError: The case differs from the one that was run, or no checkpoint can be read.
+
+    Collective.
+    """
+    keys = on_rank_zero(comm, lambda: keys_of(model.case))
+    paths = on_rank_zero(comm, lambda: found(folder))
+    reasons = []
+    for path in paths:
+        local: list[Contents] = []
+        try:
+            header = on_rank_zero(comm, partial(_header, path, local))
+            _refuse_another_case(path, keys, header, model, every)
+            contents = local[0] if local else None
+            same = model_as_it_was(folder, case, model, header, comm)
+            refuse_other_matrices(same.body, model.body, comm)
+            paused, exact = restored(contents, header, layout_of(same, comm))
+            refuse_implausible(paused, header, same, comm)
+            return Left(same, paused, exact, header)
+        except BrokenCheckpoint as broken:
+            reasons.append(f"{path}: {broken}")
+            LOG.warning("%s cannot be read: %s", path, broken)
+    if reasons:
+        raise UserError(
+            "no checkpoint can be read:\n  " + "\n  ".join(reasons) + "\nstart again with `overwrite=True`, or choose "
+            "another `output=`"
+        )
+    return None
+
+
+def _header(path: Path, local: list[Contents]) -> dict[str, Any]:
+    contents = read_checkpoint(path)
+    header = contents.header
+    wanted = {
+        "case": dict,
+        "accounts": dict,
+        "fields": list,
+        "every": dict,
+        "resumed": list,
+        "seat": dict,
+        "time": float,
+        "basis": str,
+    }
+    for name, kind in (wanted | {"done": int, "since": int, "records": int}).items():
+        if not isinstance(header.get(name), kind):
+            raise BrokenCheckpoint(f"its {name} is missing")
+    measures = header.get("measures")
+    if not isinstance(measures, list) or [type(one) for one in measures] != [float, float]:
+        raise BrokenCheckpoint("its measures are missing")
+    local.append(contents)
+    return header
+
+
+def _refuse_another_case(
+    path: Path, keys: dict[str, Any], header: dict[str, Any], model: Model, every: Mapping[str, int]
+) -> None:
+    faults = differences(keys, header["case"], FREE)
+    for name, steps in every.items():
+        if header["every"].get(name) != steps and f"output.{name}" not in " ".join(faults):
+            faults.append(
+                f"output.{name}: found {steps} steps, expected {header['every'].get(name)}: give it as a number of "
+                "seconds where time.end changes"
+            )
+    if header["done"] > round(model.case.time.end / model.step):
+        faults.append(f"time.end: found {model.case.time.end:g}, expected more than {header['time']:g}, the checkpoint")
+    refuse(faults, f"{path} is of another case")
+
+
+def refuse(faults: list[str], what: str) -> None:
+    """Refuse to go on with a case that differs.
+
+    Raises:
+        UserError: There are faults.
+    """
+    if faults:
+        raise UserError(
+            f"{what}:\n  " + "\n  ".join(faults) + "\ntake the case as it was run, or start again with "
+            "`overwrite=True` or in another `output=`"
+        )
+
+
+def refuse_another_case(folder: Path, model: Model, comm: MPI.Comm, free: frozenset[str]) -> None:
+    """Refuse a results folder whose `case.toml` is another case but for some keys; one without that file passes.
+
+    Raises:
+        UserError: It is another case.
+
+    Collective.
+    """
+
+    def look() -> None:
+        path = folder / CASE_FILE
+        if path.is_file():
+            refuse(differences(keys_of(model.case), keys_of(read_case(path)), free), f"{path} is another case")
+
+    on_rank_zero(comm, look)

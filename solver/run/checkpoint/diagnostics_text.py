@@ -1,0 +1,96 @@
+"""Accounts and recorder of a march as text that numbers survive to the last bit."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.history_rows import Recorder
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+
+LEDGER = "ledger"
+PARTS = ("gates", "episodes", "peaks", "tally")
+NOT_KEPT = {"limits", "contact", "dt"}
+RECORDED = ("largest_restraint_energy", "largest_energy", "_last_time")
+WATCHED = ("closest", "due", "highest", "at_start", "looks")
+VELOCITY = "_last_velocity"
+PAIR = 2  # numbers that are kept of a face
+
+
+def as_json(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
+    """Return everything that accounts and recorder keep, for JSON."""
+    kept = {
+        name: {key: _plain(value) for key, value in vars(getattr(accounts, name)).items() if key not in NOT_KEPT}
+        for name in PARTS
+    }
+    watch = recorder.watch
+    return kept | {
+        "watch": None if watch is None else {key: _plain(getattr(watch, key)) for key in WATCHED},
+        LEDGER: {key: _plain(value) for key, value in vars(accounts.ledger).items()},
+        "time": accounts.time,
+        "recorder": {key: _plain(getattr(recorder, key)) for key in (*RECORDED, VELOCITY)},
+    }
+
+
+def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> None:
+    """Bring accounts and recorder, as they are at a start, to what was stored.
+
+    Raises:
+        KeyError: Something is missing; likewise TypeError, ValueError, AttributeError and OverflowError where it is not
+            of the right form.
+    """
+    ledger = {key: _like(value, data[LEDGER][key]) for key, value in vars(accounts.ledger).items()}
+    accounts.ledger = replace(accounts.ledger, **ledger)
+    for name in PARTS:
+        part = getattr(accounts, name)
+        for key, value in vars(part).items():
+            if key not in NOT_KEPT:
+                setattr(part, key, _like(value, data[name][key]))
+    accounts.time = float(data["time"])
+    seen = data["recorder"]
+    for key in RECORDED:
+        setattr(recorder, key, None if seen[key] is None else _like(0.0, seen[key]))
+    if recorder.watch is not None:
+        for key in WATCHED:
+            setattr(recorder.watch, key, _like(getattr(recorder.watch, key), data["watch"][key]))
+    velocity = seen[VELOCITY]
+    form = np.zeros((1, len(recorder.labels["probe"]), len(recorder.labels["component"])))
+    recorder._last_velocity = None if velocity is None else _like(form, velocity)
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, dict):
+        return {str(key): _plain(entry) for key, entry in value.items()}
+    if isinstance(value, tuple):
+        return [_plain(entry) for entry in value]
+    if isinstance(value, np.ndarray | np.generic):
+        return value.tolist()
+    return value
+
+
+def _like(value: Any, stored: Any) -> Any:
+    """Return what was stored in the form of a value of the same meaning at a start; infinite only as there."""
+    if isinstance(value, np.ndarray):
+        array = np.array(stored, dtype=float)
+        if array.shape != value.shape or not np.all(np.isfinite(array) | (array == value)):
+            raise ValueError(f"an array of shape {array.shape}, expected finite numbers of shape {value.shape}")
+        return array
+    if isinstance(value, dict):
+        return {int(key): _entry(entry) for key, entry in stored.items()}
+    if isinstance(stored, bool) or not isinstance(stored, int | float) or not (isfinite(stored) or stored == value):
+        raise TypeError(f"{stored!r}, expected a number")
+    if isinstance(value, int) and not (isinstance(stored, int) and stored >= 0):
+        raise TypeError(f"{stored!r}, expected a count")
+    return type(value)(stored)
+
+
+def _entry(stored: Any) -> Any:
+    """Return what is kept of a face: a switch, or a pair of finite numbers."""
+    if isinstance(stored, bool):
+        return stored
+    if len(stored) != PAIR or not all(isinstance(number, int | float) and isfinite(number) for number in stored):
+        raise TypeError(f"{stored!r}, expected two numbers")
+    return tuple(stored)

@@ -1,0 +1,124 @@
+"""The matrices of a model of few DOFs as they were marched, in a file beside the checkpoints.
+
+A reduced basis that is found anew, on another number of ranks or by another library, spans the same motions to some
+1e-6 only, and with other signs. So the matrices themselves go on: every number of ranks marches the same bits.
+"""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import fields, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.reduction.projection import DenseRow
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.operators import Array, Interface
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+EXPANSION = "expansion"
+CONTACT = "contact"
+SPARSE = ("data", "indices", "indptr")
+
+Matrices = dict[str, NDArray[Any]]
+
+
+def matrices_of(body: Body) -> Matrices:
+    """Return the matrices of a body that is marched in few DOFs, replicated on all ranks; the expansion apart."""
+    operators = body.operators
+    assert isinstance(operators, DenseOperators)
+    found: Matrices = {
+        "mass": operators.mass,
+        "stiffness": operators.stiffness,
+        "restraint": operators.restraint,
+        "patterns": np.array(body.patterns).reshape(len(body.patterns), operators.size),
+    }
+    for number, probe in enumerate(body.probes.values()):
+        assert isinstance(probe, DenseRow)
+        found[f"probe.{number}"] = probe.matrix
+    return found | _named_arrays(CONTACT, body.contact)
+
+
+def sum_of(matrices: Mapping[str, NDArray[Any]]) -> str:
+    """Return a checksum of matrices."""
+    total = hashlib.sha256()
+    for name in sorted(matrices):
+        total.update(f"{name} {matrices[name].shape} {matrices[name].dtype.str} ".encode())
+        total.update(np.ascontiguousarray(matrices[name]).tobytes())
+    return total.hexdigest()
+
+
+def has_basis(body: Body) -> bool:
+    """Return whether DOFs are in a basis that was computed: fields need its columns. Beam elements need none."""
+    return isinstance(body.expansion, np.ndarray) and not isinstance(body.case.model, BeamModel)
+
+
+def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array | None) -> Body:
+    """Return a body with the matrices that were kept in the place of those found anew.
+
+    Args:
+        body: The body as it was found anew.
+        matrices: What `matrices_of` returned.
+        expansion: From the DOFs marched to those of the mesh that this rank owns; None: as it was found.
+
+    Raises:
+        ValueError: They are not those of such a body; likewise KeyError.
+    """
+    size = len(matrices["mass"])
+    square = [matrices[name] for name in ("mass", "stiffness", "restraint")]
+    if any(matrix.shape != (size, size) for matrix in square):
+        raise ValueError(f"operators of shapes {[matrix.shape for matrix in square]}")
+    rows = [matrices[f"probe.{number}"] for number in range(len(body.probes))]
+    if matrices["patterns"].shape != (len(body.patterns), size) or any(row.shape[1] != size for row in rows):
+        raise ValueError("loads or probes of another model")
+    for name, matrix in matrices.items():
+        if matrix.dtype.kind not in "fi" or not np.all(np.isfinite(matrix)):
+            raise ValueError(f"{name} holds other things than finite numbers")
+    return replace(
+        body,
+        operators=DenseOperators.of_whole(*square),
+        contact=_with(CONTACT, body.contact, matrices, size),
+        patterns=tuple(matrices["patterns"]),
+        probes=dict(zip(body.probes, map(DenseRow, rows), strict=True)),
+        expansion=body.expansion if expansion is None else expansion,
+    )
+
+
+def _named_arrays(name: str, contact: ContactOperator) -> Matrices:
+    """Return the arrays of an operator, those of operators in it with their names before theirs."""
+    found: Matrices = {}
+    for field in fields(contact):
+        value, key = getattr(contact, field.name), f"{name}.{field.name}"
+        if isinstance(value, ContactOperator):
+            found |= _named_arrays(key, value)
+        elif isinstance(value, csr_matrix):
+            found |= {f"{key}.{part}": getattr(value, part) for part in SPARSE}
+        elif isinstance(value, np.ndarray):
+            found[key] = value
+    return found
+
+
+def _with(name: str, contact: ContactOperator, matrices: Mapping[str, NDArray[Any]], size: int) -> ContactOperator:
+    """Return an operator on `size` DOFs with other arrays of the same meaning."""
+    everywhere = np.arange(size)
+    others: dict[str, Any] = {"interface": Interface(size, everywhere, everywhere)}
+    for field in fields(contact):
+        value, key = getattr(contact, field.name), f"{name}.{field.name}"
+        if isinstance(value, ContactOperator):
+            others[field.name] = _with(key, value, matrices, size)
+        elif isinstance(value, csr_matrix):
+            columns = size if value.shape[1] == contact.interface.size else value.shape[1]
+            sparse = csr_matrix(tuple(matrices[f"{key}.{part}"] for part in SPARSE), (value.shape[0], columns))
+            sparse.check_format(full_check=True)
+            others[field.name] = sparse
+        elif isinstance(value, np.ndarray):
+            if (matrices[key].shape, matrices[key].dtype) != (value.shape, value.dtype):
+                raise ValueError(f"{key} of shape {matrices[key].shape}, expected {value.shape}")
+            others[field.name] = matrices[key]
+    return replace(contact, **others)

@@ -1,0 +1,77 @@
+"""Whether and where a run in a results folder goes on."""
+
+from __future__ import annotations
+
+import json
+import logging
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import SUMMARY_FILE
+from gapbeam.solver.run.checkpoint.case_fingerprint import FREE
+from gapbeam.solver.run.checkpoint.checkpoints import Left, last_checkpoint, refuse_another_case
+from gapbeam.solver.run.run_consumers import steps_between
+
+LOG = logging.getLogger("gapbeam")
+LARGEST_SUMMARY = 64 * 2**20  # bytes
+
+
+def refuse_to_resume(case: Case) -> None:
+    """Refuse a case whose runs have no checkpoints.
+
+    Raises:
+        UserError: It looks for a periodic response.
+    """
+    if isinstance(case.analysis, Periodic):
+        raise UserError(
+            '`resume=True` with analysis.type = "periodic": a search has no checkpoints; expected a transient; '
+            "start again with `overwrite=True`, or with a shorter march before the search (time.end)"
+        )
+
+
+def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | dict[str, Any] | None:
+    """Return where the run in a results folder was left.
+
+    Args:
+        folder: Results folder, held by this run.
+        case: The case that shall go on, as it was read.
+        model: Its model, found anew.
+        comm: Its ranks.
+
+    Returns:
+        Where to go on; the summary of a run that is done; or None where a run has not come to its first checkpoint, or
+        there is none, and the run starts.
+
+    Raises:
+        UserError: The case differs from the one that was run, or no checkpoint can be read.
+
+    Collective.
+    """
+    summary: dict[str, Any] = on_rank_zero(comm, lambda: _summary(folder))
+    if summary.get("status") == "completed":
+        refuse_another_case(folder, model, comm, frozenset(FREE - {"time.end"}))
+        return summary
+    left = last_checkpoint(folder, case, model, comm, steps_between(model))
+    if left is None:
+        refuse_another_case(folder, model, comm, frozenset(FREE))
+        LOG.info("%s has no checkpoint: the run starts", folder)
+    return left
+
+
+def _summary(folder: Path) -> dict[str, Any]:
+    """Return the summary of a run; of one that cannot be read, nothing."""
+    path = folder / SUMMARY_FILE
+    try:
+        if path.stat().st_size > LARGEST_SUMMARY:
+            return {}
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError, RecursionError):
+        return {}
+    return found if isinstance(found, dict) and isinstance(found.get("message"), str) else {}

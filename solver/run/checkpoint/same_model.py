@@ -1,0 +1,124 @@
+"""The model that a run goes on with: the one that was marched, to the last bit where that is more than its mesh."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import isclose
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.models.model import Model, model_of
+from gapbeam.solver.run.checkpoint.checkpoint_files import (
+    BrokenCheckpoint,
+    Contents,
+    model_file,
+    read_checkpoint,
+    write_model,
+)
+from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS, Layout, layout_of
+from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, Matrices, has_basis, matrices_of, sum_of, taken_up
+from gapbeam.solver.run.output.parallel_tables import on_rank_zero_with, taken
+
+ROUND_OFF = 1.0e-12  # of lengths and areas that ranks add up in another order
+
+
+def measures_of(model: Model) -> list[float]:
+    """Return what the law makes its stiffness of: area of the faces, m^2, and length of their facets, m."""
+    return [model.body.contact.support.area, model.facet_length]
+
+
+def keep_model(folder: Path, layout: Layout) -> None:
+    """Write the matrices of a model of few DOFs to a results folder, unless they are there; for others nothing.
+
+    Raises:
+        NotWritten: They could not be written.
+
+    Collective.
+    """
+    body, comm = layout.model.body, layout.comm
+    if not layout.basis or on_rank_zero(comm, lambda: _kept_sum(folder) == layout.basis):
+        return
+    tables = {NODES: layout.node_table}
+    if has_basis(body):
+        assert isinstance(body.expansion, np.ndarray)
+        tables[EXPANSION] = layout.table(body.expansion.T)
+    arrays = matrices_of(body) | {POINTS: layout.places} | tables
+    on_rank_zero_with(comm, tables, lambda pieces: write_model(folder, {"basis": layout.basis}, arrays, pieces))
+
+
+def model_as_it_was(folder: Path, case: Case, model: Model, header: Mapping[str, Any], comm: MPI.Comm) -> Model:
+    """Return the model that a checkpoint goes on with.
+
+    Args:
+        folder: Results folder.
+        case: The case, as it was read.
+        model: Its model, found anew.
+        header: That of the checkpoint.
+        comm: The ranks.
+
+    Raises:
+        BrokenCheckpoint: Its matrices are others, and those that were marched cannot be read.
+
+    Collective.
+    """
+    body, found, before = model.body, measures_of(model), header["measures"]
+    near = all(isclose(one, other, rel_tol=ROUND_OFF) for one, other in zip(found, before, strict=True))
+    if near and found != before:
+        meshed = replace(body.meshed, facet_length=before[1])
+        support = replace(body.contact.support, area=before[0])
+        model = model_of(case, replace(body, contact=replace(body.contact, support=support), meshed=meshed))
+    layout = layout_of(model, comm)
+    if header["basis"] == layout.basis or not layout.basis:
+        return model
+    try:
+        return _kept_model(folder, case, model, header, layout)
+    except BrokenCheckpoint as broken:
+        raise BrokenCheckpoint(
+            f"{model_file(folder)}, which it goes on with on other ranks or another machine, cannot be read: {broken}; "
+            f"try as many ranks as before, {header.get('ranks')}"
+        ) from broken
+
+
+def _kept_model(folder: Path, case: Case, model: Model, header: Mapping[str, Any], layout: Layout) -> Model:
+    comm = layout.comm
+    local: list[Contents] = []
+
+    def read() -> tuple[Matrices, tuple[int, ...]]:
+        contents = read_checkpoint(model_file(folder))
+        local.append(contents)
+        points = layout.points_in(contents)
+        if not np.array_equal(points, np.arange(len(points))):
+            raise ValueError("contact points in another order")
+        small = {name: contents.array(name) for name in contents.shapes.keys() - {NODES, POINTS, EXPANSION}}
+        if sum_of(small) != header["basis"]:
+            raise ValueError("matrices of another model")
+        taken_up(model.body, small, None)
+        shape = contents.shapes.get(EXPANSION, ())
+        if has_basis(model.body) and shape != (len(small["mass"]), layout.rows.count, layout.components):
+            raise ValueError(f"{EXPANSION} of the shape {shape}")
+        return small, shape
+
+    try:
+        small, shape = on_rank_zero(comm, read)
+        rows = layout.found_in(local[0] if local else None)
+        columns = None
+        if has_basis(model.body):
+            whole = taken(rows, shape, lambda: local[0].pieces(EXPANSION, layered=True), layered=True)
+            columns = np.ascontiguousarray(whole.reshape(len(whole), -1).T)
+    except (KeyError, ValueError, IndexError, TypeError) as error:  # the same on all ranks
+        raise BrokenCheckpoint(f"its arrays do not fit the model: {error}") from error
+    return model_of(case, taken_up(model.body, small, columns))
+
+
+def _kept_sum(folder: Path) -> str:
+    try:
+        contents = read_checkpoint(model_file(folder))
+    except BrokenCheckpoint:
+        return ""
+    return str(contents.header.get("basis"))

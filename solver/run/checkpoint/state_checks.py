@@ -1,0 +1,173 @@
+"""Whether what a checkpoint holds belongs together: a checksum that fits does not make it a state of the model.
+
+    M x, K x of u, v, a;    d = -(g0 + G u);    T, V and Psi of the ledger;    X q = u;    t = n dt
+
+are stored beside what they follow from, so that they are checked by computing them again.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import pairwise
+from math import inf, isfinite
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from gapbeam.solver.diagnostics.energy_ledger import open_ledger
+from gapbeam.solver.diagnostics.history_rows import Recorder
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.march.paused_march import Paused
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint
+from gapbeam.solver.run.checkpoint.diagnostics_text import restore
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.modal_coordinates import modal_system
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, State
+
+CARRIED = 1.0e-4  # of an image: how far it may have drifted since it was formed anew, iterative solves included
+ROUND_OFF = 1.0e6  # of the round-off of a product with K
+MEASURED = 1.0e-4  # of the energies: how far those of the ledger may be from those of the state
+SAME = 1.0e-9  # of the largest value, where the same is stored twice
+BEYOND_PEAK = 10.0  # of the largest force of a face so far: what a point may carry, at another instant of a step
+OF_A_STEP = 1.0e-3  # how far a time may be from a whole number of steps
+
+
+def refuse_implausible(paused: Paused, header: dict[str, Any], model: Model, comm: MPI.Comm) -> None:
+    """Refuse a state that is not one of the model, or that the accounts do not belong to.
+
+    Args:
+        paused: The march, on the DOFs of this rank.
+        header: What else the checkpoint holds.
+        model: The model.
+        comm: Its ranks.
+
+    Raises:
+        BrokenCheckpoint: Something follows from something else, and is not what follows; all of that is reported.
+
+    Collective.
+    """
+    state = paused.state
+    found = [*_of_accounts(paused, header, model), *_of_header(paused, header, model.step)]
+    found += [*_of_parts(state, model), *_of_images(state, model), *_of_points(state, model)]
+    found += [*_of_modes(paused, model), *_of_ledger(state, header, model)]
+    faults = comm.bcast(found)
+    if faults:
+        raise BrokenCheckpoint("what it holds does not belong together: " + "; ".join(faults))
+
+
+def _of_header(paused: Paused, header: dict[str, Any], step: float) -> Iterator[str]:
+    time = paused.state.time
+    if not isfinite(time) or abs(time / step - paused.done) > OF_A_STEP:
+        yield f"its time is {time:g} s, expected {paused.done * step:g} s after {paused.done} steps"
+    if min(paused.done, paused.since) < 0 or header["records"] < 1:
+        yield "a number of steps or records is negative"
+    fields = header["fields"]
+    times_are = all(isinstance(entry, float) and 0.0 <= entry <= time for entry in [*fields, *header["resumed"]])
+    if not times_are or any(not later > earlier for earlier, later in pairwise(fields)):
+        yield "the times of its fields are not those of a run up to then"
+    values = [value for entry in header["seat"].values() for value in _leaves(entry)]
+    if not all(isinstance(value, int | float) and isfinite(value) for value in values):
+        yield "its seat holds other things than numbers"
+
+
+def _leaves(entry: Any) -> list[Any]:
+    """Return what describes a seat: a number, or those of each probe."""
+    if not isinstance(entry, dict):
+        return [entry]
+    return [number for place in entry.values() for number in (place if isinstance(place, list) else [place])]
+
+
+def _of_accounts(paused: Paused, header: dict[str, Any], model: Model) -> Iterator[str]:
+    """Bring accounts that nobody keeps to what is stored."""
+    accounts, recorder = Accounts.opened(model.system, model.law, paused.state, model.step), Recorder(model)
+    try:
+        restore(accounts, recorder, header["accounts"])
+    except (KeyError, TypeError, ValueError, AttributeError, OverflowError) as error:
+        yield f"its accounts cannot be read ({error!r})"
+        return
+    state, weights = paused.state, model.system.contact.weights
+    if accounts.time != state.time:
+        yield f"its accounts are of {accounts.time:g} s, expected {state.time:g} s"
+    if not recorder.agrees_with(state.time, state.v[VALUE], CARRIED):
+        yield "the probes do not move as in the last record"
+    largest = BEYOND_PEAK * _largest(accounts.peaks.force)
+    if not _largest(weights * state.pressure) <= largest:
+        yield "a contact pressure is far beyond the largest force so far"
+    if state.traction is not None and not _largest(weights[:, None] * state.traction) <= largest:
+        yield "a friction traction is far beyond the largest force so far"
+
+
+def _of_parts(state: State, model: Model) -> Iterator[str]:
+    """Miss what a march of the case carries along."""
+    needed = {
+        "a": model.case.time.scheme.carries_acceleration,
+        "touch_speed": model.law.touch_product is not None,
+        "closed_since": model.case.time.adaptive,
+    }
+    for name, carried in needed.items():
+        if carried and getattr(state, name) is None:
+            yield f"{name} is missing"
+
+
+def _of_images(state: State, model: Model) -> Iterator[str]:
+    operators = model.system.operators
+    for name in ("u", "v", "a"):
+        x = getattr(state, name)
+        if x is None:
+            continue
+        mass, stiffness = operators.apply_mass(x[VALUE]), operators.apply_stiffness(x[VALUE])
+        noise = ROUND_OFF * operators.stiffness_round_off(x[VALUE])
+        for image, product, other in ((x[MASS], mass, 0.0 * noise), (x[STIFFNESS], stiffness, noise)):
+            off = image - product
+            square, size, rough = operators.sum(np.array([off @ off, product @ product, other @ other]))
+            if not square <= CARRIED**2 * size + rough:
+                yield f"{name} and what mass and stiffness make of it differ"
+
+
+def _of_points(state: State, model: Model) -> Iterator[str]:
+    contact, operators = model.system.contact, model.system.operators
+    depth = contact.depth(contact.interface.trace(state.u[VALUE], operators))
+    largest = max(_largest(depth), _largest(contact.initial_gap))
+    if not _largest(state.depth - depth) <= CARRIED * largest:
+        yield "the depth of the contact points is not that of u"
+    closed = state.closed_since
+    if closed is not None and not np.all((closed <= state.time) & (closed >= 0.0) | (closed == inf)):
+        yield "faces closed at times that are none"
+
+
+def _of_modes(paused: Paused, model: Model) -> Iterator[str]:
+    state, operators = paused.state, model.system.operators
+    modal = modal_system(model.system) if paused.modal and isinstance(operators, DenseOperators) else None
+    if modal is None or paused.modal is None:
+        return
+    q, v, a, depth, pressure, touched = paused.modal[:6]
+    pairs = [(modal.dofs(q), state.u[VALUE]), (modal.dofs(v), state.v[VALUE]), (depth, state.depth)]
+    pairs.append((pressure, state.pressure))
+    if state.a is not None:
+        pairs.append((modal.dofs(a), state.a[VALUE]))
+    if state.touch_speed is not None:
+        pairs.append((touched, state.touch_speed))
+    for one, other in pairs:
+        if not _largest(one - other) <= SAME * max(_largest(other), _largest(one)):
+            yield "the state of the compiled loop is another one"
+            return
+
+
+def _of_ledger(state: State, header: dict[str, Any], model: Model) -> Iterator[str]:
+    law = model.law.touched_at(state.touch_speed)
+    now, words = open_ledger(model.system, law, state), header["accounts"].get("ledger")
+    if not isinstance(words, dict):
+        yield "its energies are missing"
+        return
+    scale = MEASURED * (now.kinetic + abs(now.strain) + now.contact) + now.round_off
+    for name in ("kinetic", "strain", "contact"):
+        value = words.get(name)
+        if not isinstance(value, float) or not abs(value - getattr(now, name)) <= scale:
+            yield f"its {name} energy is {value!r} J, expected {getattr(now, name):g} J"
+
+
+def _largest(x: Array) -> float:
+    return float(np.max(np.abs(x), initial=0.0))

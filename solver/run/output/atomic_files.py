@@ -1,0 +1,179 @@
+"""Writing so that a reader sees a whole file or none, and so that a full disk is reported as one."""
+
+from __future__ import annotations
+
+import os
+import shutil
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+from typing import Any
+
+import h5py
+
+from gapbeam.solver.errors import NotWritten
+
+
+@contextmanager
+def written(path: Path) -> Iterator[None]:
+    """Turn what goes wrong while a file is written into an error that says where, what, and what to try.
+
+    Args:
+        path: The file.
+
+    Raises:
+        NotWritten: By the operating system or by HDF5.
+    """
+    try:
+        yield
+    except (OSError, RuntimeError) as error:
+        reason = (error.strerror if isinstance(error, OSError) else None) or str(error).split("\n")[0]
+        raise NotWritten(
+            f"{path} could not be written: {reason}; look for a full disk, a quota, or a folder that was moved or made "
+            "read-only, then go on with `resume=True`"
+        ) from error
+
+
+def to_disk(path: Path) -> None:
+    """Wait until a file, or the names in a folder, are on the disk."""
+    place = os.open(path, os.O_RDONLY)
+    try:
+        os.fsync(place)
+    finally:
+        os.close(place)
+
+
+def new_file(path: Path) -> int:
+    """Open a file that is not there yet, to read and to write; what has its name goes, a link as such.
+
+    So nothing is ever written through a link that somebody put where a file is about to be written.
+
+    Raises:
+        OSError: By the operating system, also where another process makes such a file at the same time.
+    """
+    path.unlink(missing_ok=True)
+    return os.open(path, os.O_RDWR | os.O_CREAT | os.O_EXCL | os.O_NOFOLLOW | os.O_CLOEXEC, 0o666)
+
+
+def part_of(path: Path) -> Path:
+    """Return the file beside a file that it is written to."""
+    return path.with_name(path.name + ".part")
+
+
+def copy_beside(path: Path) -> Path:
+    """Copy a file to the one beside it, to go on with, and return that."""
+    part = part_of(path)
+    with path.open("rb") as source, os.fdopen(new_file(part), "wb") as target:
+        shutil.copyfileobj(source, target, 2**20)
+    return part
+
+
+def own_folder(path: Path) -> None:
+    """Make a folder in a results folder, if it is not there.
+
+    Raises:
+        OSError: It cannot be made, or is a link that leads elsewhere.
+    """
+    path.mkdir(exist_ok=True)
+    if path.is_symlink():
+        raise OSError("it is a link; gapbeam does not write through it")
+
+
+def put_in_place(part: Path, path: Path) -> None:
+    """Put a file that was written beside in its place, after its contents are on the disk."""
+    to_disk(part)
+    part.replace(path)
+    to_disk(path.parent)
+
+
+class Sink:
+    """What HDF5 writes a file through: HDF5 does not hear that the disk is full.
+
+    HDF5 that cannot write does not get over it: it tries again whenever something is let go, and ends the process. So
+    the first trouble is kept, nothing more is written, and whoever writes asks for it.
+
+    Args:
+        path: The file.
+        new: Whether to make it; it is there otherwise.
+
+    Attributes:
+        trouble: What went wrong first.
+    """
+
+    def __init__(self, path: Path, new: bool) -> None:
+        self._file: Any = os.fdopen(new_file(path), "w+b", buffering=0) if new else path.open("r+b", buffering=0)
+        self.trouble: OSError | None = None
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place."""
+        return int(self._file.seek(offset, whence))
+
+    def tell(self) -> int:
+        """Return the place."""
+        return int(self._file.tell())
+
+    def readinto(self, buffer: Any) -> int:
+        """Read into a buffer."""
+        return int(self._file.readinto(buffer))
+
+    def read(self, size: int = -1) -> bytes:
+        """Read."""
+        return bytes(self._file.read(size))
+
+    def write(self, data: Any) -> int:
+        """Write all of it, or keep what went wrong."""
+        rest = memoryview(data)
+        size = len(rest)
+        try:
+            while len(rest) and self.trouble is None:
+                rest = rest[self._file.write(rest) :]
+        except OSError as error:
+            self.trouble = error
+        return size
+
+    def truncate(self, size: int) -> int:
+        """Change the size, or keep what went wrong."""
+        try:
+            if self.trouble is None:
+                self._file.truncate(size)
+        except OSError as error:
+            self.trouble = error
+        return size
+
+    def flush(self) -> None:
+        """Nothing is kept back."""
+
+    def check(self) -> None:
+        """Raise what went wrong.
+
+        Raises:
+            OSError: By the operating system.
+        """
+        if self.trouble is not None:
+            raise self.trouble
+
+    def close(self) -> None:
+        """Close the file."""
+        self._file.close()
+
+
+@contextmanager
+def new_hdf5(path: Path) -> Iterator[h5py.File]:
+    """Write an HDF5 file.
+
+    Args:
+        path: The file; it is removed where it could not be written.
+
+    Raises:
+        OSError: It could not be written.
+    """
+    sink = Sink(path, new=True)
+    try:
+        with h5py.File(sink, "w") as file:
+            yield file
+        sink.check()
+    except BaseException:
+        path.unlink(missing_ok=True)
+        raise
+    finally:
+        sink.close()

@@ -1,0 +1,320 @@
+"""fields.xdmf and fields.h5: displacement, velocity and contact pressure on the linear mesh.
+
+One temporal collection that ParaView and meshio read. While a run goes on, every field is a small file of its own in
+the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place: whatever happens to
+the run, the series can be read. At the end all fields are gathered in fields.h5.
+"""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+from dolfinx import fem
+from scipy.sparse import csr_matrix
+
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
+from gapbeam.solver.run.output import parallel_tables
+from gapbeam.solver.run.output.atomic_files import new_hdf5, own_folder, part_of, put_in_place, to_disk, written
+from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
+from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
+from gapbeam.solver.run.output.parallel_tables import Pieces, Rows, Table
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, State
+
+XDMF_CELLS = {
+    "triangle": "Triangle",
+    "quadrilateral": "Quadrilateral",
+    "tetrahedron": "Tetrahedron",
+    "hexahedron": "Hexahedron",
+}
+# DOLFINx counts the corners of quadrilaterals and hexahedra row by row, XDMF around.
+AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
+
+
+class FieldWriter:
+    """Writes fields at their own cadence; rank 0 holds the files.
+
+    Args:
+        folder: Results folder.
+        model: The model.
+        times: Of the fields to go on after, s; None: make new files. Files that are there change with the first field.
+
+    Raises:
+        UserError: The fields to go on after are not there.
+        NotWritten: The files cannot be written.
+
+    Collective to make and to write with.
+    """
+
+    def __init__(self, folder: Path, model: Model, times: Sequence[float] | None = None) -> None:
+        mesh = model.space.mesh
+        self._comm = mesh.comm
+        self._space = fem.functionspace(mesh, ("Lagrange", 1, (mesh.geometry.dim,)))
+        self._fine, self._coarse = fem.Function(model.space), fem.Function(self._space)
+        self._folder = folder
+        self._contact_rows(model)
+        index_map = self._space.dofmap.index_map
+        owned_cells = mesh.topology.index_map(mesh.topology.dim).size_local
+        cell = mesh.topology.cell_name()
+        local_cells = self._space.dofmap.list[:owned_cells]
+        corners = index_map.local_to_global(np.ascontiguousarray(local_cells).reshape(-1).astype(np.int32)).reshape(
+            local_cells.shape
+        )
+        points = self._space.tabulate_dof_coordinates()[: index_map.size_local]
+        self._rows = parallel_tables.rank_by_rank(self._comm, len(points))  # of the corners of this rank in the files
+        self._first = index_map.local_range[0]
+        mesh_tables = {
+            "points": Table(self._rows, points),
+            "cells": Table(
+                parallel_tables.rank_by_rank(self._comm, owned_cells),
+                corners[:, AROUND.get(cell, list(range(corners.shape[1])))],
+            ),
+        }
+        self._shapes = {name: table.shape for name, table in mesh_tables.items()}
+        self._topology = XDMF_CELLS[cell]
+        self.times: list[float] = list(times or ())  # of each field written
+        self._gathered = 0  # how many of them are in fields.h5
+        self._safe = len(self.times)  # how many of them are on the disk
+        self._going_on = times is not None  # and nothing has been written yet
+        self._series = GrowingSeries(folder / FIELDS_FILE)
+        self._grids: list[str]  # XML of each field written
+        if times is None:
+            parallel_tables.on_rank_zero_with(self._comm, mesh_tables, partial(self._begin, mesh_tables))
+        else:
+            on_rank_zero(self._comm, self._go_on)
+            self._rows = self._found_rows(points)
+
+    def write(self, state: State, model: Model) -> None:
+        """Add the fields of a state.
+
+        Raises:
+            NotWritten: They could not be written; what is there is as it was.
+
+        Collective.
+        """
+        contact = model.system.contact
+        forces = self._hat_forces @ contact.spread(contact.weights * state.pressure)
+        pressures = np.zeros(len(self._rows.places))
+        here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + len(pressures))
+        pressures[self._contact_nodes[here] - self._first] = (forces / self._hat_areas)[here]
+        tables = {
+            "displacement": Table(self._rows, self._nodal(model.expand(state.u[VALUE]))),
+            "velocity": Table(self._rows, self._nodal(model.expand(state.v[VALUE]))),
+            "contact_pressure": Table(self._rows, pressures),
+        }
+        parallel_tables.on_rank_zero_with(self._comm, tables, partial(self._write, float(state.time), tables))
+
+    def _write(self, time: float, tables: Mapping[str, Table], pieces: Pieces) -> None:
+        piece = self._piece(len(self.times))
+        part = piece.with_suffix(".part")
+        with written(piece):
+            own_folder(piece.parent)
+            self._cut()
+            with new_hdf5(part) as file:
+                _fill(file, tables, pieces)
+            part.replace(piece)
+            self.times.append(time)
+            self._grids.append(self._grid(len(self.times) - 1))
+            if len(self.times) == 1:
+                self._series.write(self._grids)
+            else:
+                self._series.add(self._grids)
+
+    def commit(self) -> None:
+        """Wait until every field so far is on the disk; rank 0 only.
+
+        Raises:
+            NotWritten: It could not be.
+        """
+        with written(self._folder / FIELD_FOLDER):
+            for number in range(max(self._safe, self._gathered), len(self.times)):
+                to_disk(self._piece(number))
+            if self._safe < len(self.times):
+                to_disk(self._folder / FIELDS_FILE)
+        self._safe = len(self.times)
+
+    def close(self) -> None:
+        """Gather all fields in fields.h5.
+
+        Raises:
+            NotWritten: They could not be, and stay where they are; on rank 0 alone.
+        """
+        if self._comm.rank != 0 or self._gathered == len(self.times):
+            return
+        target = self._folder / FIELDS_DATA_FILE
+        part, pieces = part_of(target), range(self._gathered, len(self.times))
+        with written(target):
+            self._cut()
+            with new_hdf5(part) as whole:
+                self._gather_in(whole)
+            put_in_place(part, target)
+            self._gathered = len(self.times)
+            self._grids = [self._grid(number) for number in range(len(self.times))]
+            self._series.finish(self._grids)
+        with suppress(OSError):
+            for number in pieces:
+                self._piece(number).unlink()
+            (self._folder / FIELD_FOLDER).rmdir()
+
+    def _begin(self, tables: Mapping[str, Table], pieces: Pieces) -> None:
+        """Make fields.h5 with the mesh alone."""
+        target = self._folder / FIELDS_DATA_FILE
+        part = part_of(target)
+        with written(target):
+            with new_hdf5(part) as file:
+                _fill(file, tables, pieces)
+            put_in_place(part, target)
+        self._grids = []
+
+    def _go_on(self) -> None:
+        """Find the fields before."""
+        source, count = self._folder / FIELDS_DATA_FILE, len(self.times)
+        try:
+            with h5py.File(source, "r") as file:
+                refuse_other_data(file, self._shapes)
+                groups = [file.get(name, ()) for name in FIELDS]
+                while self._gathered < count and all(str(self._gathered) in group for group in groups):
+                    self._gathered += 1
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            raise UserError(f"{source} cannot be read ({error}); start again with `overwrite=True`") from error
+        missing = [piece for piece in map(self._piece, range(self._gathered, count)) if not piece.is_file()]
+        if missing:
+            raise UserError(f"{missing[0]} is missing, a field before the checkpoint; start anew with `overwrite=True`")
+        for piece in map(self._piece, range(self._gathered, count)):
+            self._check_piece(piece)
+        self._grids = [self._grid(number) for number in range(count)]
+
+    def _found_rows(self, points: Array) -> Rows:
+        """Return where the nodes of this rank are in fields before, whose order comes from the number of ranks."""
+        source = self._folder / FIELDS_DATA_FILE
+
+        def pieces() -> Iterator[Array]:
+            with h5py.File(source, "r") as file:
+                for begin in range(0, len(file["points"]), parallel_tables.PIECE):
+                    yield file["points"][begin : begin + parallel_tables.PIECE]
+
+        try:
+            return parallel_tables.found_rows(self._comm, points, pieces)
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            raise UserError(f"{source} cannot be read ({error}); start again with `overwrite=True`") from error
+
+    def _check_piece(self, path: Path) -> None:
+        """Refuse a field that is not one of this mesh."""
+        shapes = {name: self._shapes["points"][: 1 if name == "contact_pressure" else None] for name in FIELDS}
+        try:
+            with h5py.File(path, "r") as file:
+                refuse_other_data(file, shapes)
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            raise UserError(f"{path} cannot be read ({error}); start again with `overwrite=True`") from error
+
+    def _cut(self) -> None:
+        """Take out of the series what a march left that had come further than where this one goes on."""
+        if not self._going_on:
+            return
+        self._going_on = False
+        self._series.write(self._grids)
+        for piece in (self._folder / FIELD_FOLDER).glob("*.h5"):
+            if piece.stem.isdecimal() and int(piece.stem) >= len(self.times):
+                piece.unlink()
+
+    def _gather_in(self, whole: h5py.File) -> None:
+        """Copy mesh and fields to one file."""
+        with h5py.File(self._folder / FIELDS_DATA_FILE, "r") as before:
+            for name in ("points", "cells"):
+                before.copy(name, whole)
+            for name in FIELDS:
+                group = whole.create_group(name)
+                for number in range(self._gathered):
+                    before.copy(f"{name}/{number}", group, str(number))
+        for number in range(self._gathered, len(self.times)):
+            with h5py.File(self._piece(number), "r") as piece:
+                for name in FIELDS:
+                    piece.copy(name, whole[name], str(number))
+
+    def _piece(self, number: int) -> Path:
+        return self._folder / FIELD_FOLDER / f"{number:06d}.h5"
+
+    def _contact_rows(self, model: Model) -> None:
+        """Tabulate hat functions at the contact points: nodal pressure = int N p / int N, never negative."""
+        parts = [self._points_on(name, model) for name in model.system.contact.face_names]
+        nodes = np.concatenate([part.nodes for part in parts])
+        values = np.concatenate([part.values for part in parts])
+        weights = np.concatenate([part.weights for part in parts])
+        values = np.where(np.abs(values) > 1e-12, values, 0.0)
+        self._contact_nodes = np.unique(nodes[values != 0.0])
+        point, local = np.nonzero(values)
+        place = np.searchsorted(self._contact_nodes, nodes[point, local])
+        shape = (len(self._contact_nodes), len(weights))
+        self._hat_forces = csr_matrix((values[point, local], (place, point)), shape)
+        self._hat_areas = self._hat_forces @ weights
+
+    def _points_on(self, face: str, model: Model) -> FacePoints:
+        """Return the contact points of a face with the hat functions of the linear mesh. Collective."""
+        width = model.case.beam.width if model.case.mesh.dimension == 2 else 1.0
+        facets, rule = model.tagged.facets_of(face), model.point_rule
+        coarse = gather_points(self._comm, face_points(self._space, facets, rule, width))
+        if not rule.nodal:
+            return coarse
+        rows, weights = at_nodes(gather_points(self._comm, face_points(model.space, facets, rule, width)))
+        return replace(coarse.taken(rows), weights=weights)
+
+    def _nodal(self, values: Array) -> Any:
+        self._fine.x.array[: len(values)] = values
+        self._fine.x.scatter_forward()
+        self._coarse.interpolate(self._fine)
+        block = self._space.dofmap.index_map_bs
+        owned = self._space.dofmap.index_map.size_local
+        local = self._coarse.x.array[: owned * block].reshape(-1, block)
+        return np.pad(local, ((0, 0), (0, 3 - block)))
+
+    def _grid(self, number: int) -> str:
+        """Return the XML of one field."""
+        gathered = number < self._gathered
+        file = FIELDS_DATA_FILE if gathered else self._piece(number).relative_to(self._folder).as_posix()
+        grid = ET.Element("Grid", Name=f"step {number}", GridType="Uniform")
+        ET.SubElement(grid, "Time", Value=repr(self.times[number]))
+        cells, points = self._shapes["cells"], self._shapes["points"]
+        topology = ET.SubElement(grid, "Topology", TopologyType=self._topology, NumberOfElements=str(cells[0]))
+        geometry = ET.SubElement(grid, "Geometry", GeometryType="XYZ")
+        _item(topology, f"{FIELDS_DATA_FILE}:/cells", cells, "Int")
+        _item(geometry, f"{FIELDS_DATA_FILE}:/points", points, "Float")
+        for name in FIELDS:
+            scalar = name == "contact_pressure"
+            attribute = ET.SubElement(
+                grid,
+                "Attribute",
+                Name=name,
+                AttributeType="Scalar" if scalar else "Vector",
+                Center="Node",
+            )
+            place = f"{file}:/{name}/{number}" if gathered else f"{file}:/{name}"
+            _item(attribute, place, (points[0],) if scalar else points, "Float")
+        return ET.tostring(grid, encoding="unicode")
+
+
+def _fill(file: h5py.File, tables: Mapping[str, Table], pieces: Pieces) -> None:
+    """Write tables, piece by piece."""
+    for name, table in tables.items():
+        data, begin = file.create_dataset(name, table.shape, table.values.dtype), 0
+        for piece in pieces(name):
+            data[begin : begin + len(piece)] = piece
+            begin += len(piece)
+
+
+def _item(parent: ET.Element, place: str, shape: tuple[int, ...], kind: str) -> None:
+    item = ET.SubElement(
+        parent, "DataItem", Dimensions=" ".join(map(str, shape)), NumberType=kind, Precision="8", Format="HDF"
+    )
+    item.text = place

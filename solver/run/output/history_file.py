@@ -1,0 +1,242 @@
+"""history.h5: labeled time histories that xarray opens, written by rank 0.
+
+While a run goes on, what every checkpoint adds is put in place as a piece in the folder `history`, when it is whole
+and on the disk; a piece that is small yet is continued instead. At the end all pieces are gathered in history.h5. So a
+checkpoint costs what is new, and whatever happens to the run, the records up to the last checkpoint can be read.
+"""
+
+from __future__ import annotations
+
+from contextlib import suppress
+from pathlib import Path
+
+import h5py
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.record_table import FORMAT_VERSION, HISTORY, HISTORY_FILE, HISTORY_FOLDER, history_pieces
+from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder, part_of, put_in_place, written
+from gapbeam.solver.run.output.hdf5_contents import Shape, refuse_other_data
+from gapbeam.solver.system.operators import Array
+
+BLOCK = 256  # records kept in memory between writes
+GATHERED = 2**14  # records copied at once
+SMALL = 2**20  # bytes of a piece that is continued
+
+
+class HistoryWriter:
+    """Appends records to a netCDF-like HDF5 file with dimension scales.
+
+    Args:
+        folder: Results folder.
+        labels: Names along each labeled dimension: probe, component, face, load.
+        kept: Records there to keep and go on after; None: make a new history. Files change with the first record.
+
+    Raises:
+        UserError: The records to go on after cannot be read, or are fewer.
+    """
+
+    def __init__(self, folder: Path, labels: dict[str, tuple[str, ...]], kept: int | None = None) -> None:
+        self._folder, self._labels = folder, labels
+        self._rows: list[dict[str, Array]] = []
+        self._waiting = 0
+        self._length, self._begun = kept or 0, False
+        self._first = 0  # record of the file that is written
+        self._file: h5py.File | None = None
+        self._sink: Sink
+        self._target = folder / HISTORY_FILE
+        if kept is not None:
+            _check_there(folder, kept, labels)
+
+    @property
+    def records(self) -> int:
+        """How many records there are so far."""
+        return self._length + self._waiting
+
+    def append(self, rows: dict[str, Array]) -> None:
+        """Add records: `time` and every variable of `records.HISTORY`, each with a leading axis of times.
+
+        Raises:
+            NotWritten: They could not be written.
+        """
+        self._rows.append(rows)
+        self._waiting += len(rows["time"])
+        if self._waiting >= BLOCK:
+            self.flush()
+
+    def flush(self) -> None:
+        """Bring every record so far to the file that is written beside."""
+        if not self._rows:
+            return
+        end = self._length + self._waiting
+        with written(part_of(self._target)):
+            file = self._file or self._begin()
+            for name, data in along_time(file).items():
+                data.resize(end - self._first, axis=0)
+                data[self._length - self._first :] = np.concatenate([rows[name] for rows in self._rows])
+            file.flush()
+            self._sink.check()
+        self._length = end
+        self._rows.clear()
+        self._waiting = 0
+
+    def commit(self) -> None:
+        """Put what has been recorded so far in place, on the disk."""
+        self.flush()
+        if self._file is None:
+            return
+        with written(self._target):
+            file, self._file = self._file, None
+            self._put(file, self._target)
+
+    def close(self) -> None:
+        """Make history.h5 all that has been recorded, on the disk."""
+        self.commit()
+        (_, whole), *pieces = history_pieces(self._folder)
+        if not pieces or not self._begun:
+            return
+        with written(whole):
+            self._sink = Sink(copy_beside(whole), new=False)
+            file = self._file = h5py.File(self._sink, "r+")
+            ends = [first for first, _ in pieces[1:]] + [self._length]
+            _resize(file, pieces[0][0])
+            for (first, path), end in zip(pieces, ends, strict=True):
+                _copy(path, file, min(end, self._length) - first)
+            self._file = None
+            self._put(file, whole)
+        for _, path in pieces:  # in order: those that are left go on after what was gathered
+            with suppress(OSError):
+                path.unlink()
+        with suppress(OSError):
+            (self._folder / HISTORY_FOLDER).rmdir()
+
+    def abandon(self) -> None:
+        """Leave the records as they were last put in place."""
+        self._rows.clear()
+        self._waiting = 0
+        if self._file is not None:
+            with suppress(OSError, RuntimeError, ValueError):
+                self._file.close()
+            self._file = None
+        with suppress(OSError, AttributeError):
+            self._sink.close()
+            part_of(self._target).unlink()
+
+    def _begin(self) -> h5py.File:
+        """Open a file to write to: the last piece where it is small, a new one elsewhere."""
+        self._first, self._target = 0, self._folder / HISTORY_FILE
+        begun, self._begun = self._begun, True
+        if self._length == 0:
+            return self._open_new()
+        if not begun:
+            self._cut()
+        first, path = history_pieces(self._folder)[-1]
+        if path.stat().st_size <= SMALL:
+            self._first, self._target = first, path
+            self._sink = Sink(copy_beside(path), new=False)
+            self._file = h5py.File(self._sink, "r+")
+            _resize(self._file, self._length - first)
+            return self._file
+        own_folder(self._folder / HISTORY_FOLDER)
+        self._first, self._target = self._length, self._folder / HISTORY_FOLDER / f"{self._length:012d}.h5"
+        return self._open_new()
+
+    def _cut(self) -> None:
+        """Remove what a march left that had come further than where this one goes on, the last piece first."""
+        for first, path in reversed(history_pieces(self._folder)[1:]):
+            if first >= self._length:
+                path.unlink()
+        for part in (self._folder / HISTORY_FOLDER).glob("*.h5.part"):
+            part.unlink()
+
+    def _open_new(self) -> h5py.File:
+        self._sink = Sink(part_of(self._target), new=True)
+        self._file = h5py.File(self._sink, "w")
+        _create(self._file, self._labels)
+        return self._file
+
+    def _put(self, file: h5py.File, path: Path) -> None:
+        """Close a file that was written beside, and put it in place."""
+        file.close()
+        self._sink.check()
+        self._sink.close()
+        put_in_place(part_of(path), path)
+
+
+def along_time(file: h5py.File) -> dict[str, h5py.Dataset]:
+    """Return what has a row for every record, by name."""
+
+    def has_time(data: h5py.Dataset) -> bool:
+        return "time" in [scale.keys()[0] for scale in data.dims if len(scale)]
+
+    return {name: data for name, data in file.items() if name == "time" or has_time(data)}
+
+
+def _create(file: h5py.File, labels: dict[str, tuple[str, ...]]) -> None:
+    file.attrs["format"] = FORMAT_VERSION
+    time = file.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(BLOCK,))
+    time.attrs["units"], time.attrs["long_name"] = "s", "time"
+    time.make_scale("time")
+    for dimension, names in labels.items():
+        if names:
+            scale = file.create_dataset(dimension, data=list(names), dtype=h5py.string_dtype())
+            scale.make_scale(dimension)
+    shapes = _shapes(labels)
+    for record in HISTORY:
+        if record.name not in shapes:
+            continue
+        shape = shapes[record.name][1:]
+        data = file.create_dataset(record.name, (0, *shape), "f8", maxshape=(None, *shape), chunks=(BLOCK, *shape))
+        data.attrs["units"], data.attrs["long_name"] = record.unit, record.meaning
+        for axis, dimension in enumerate(record.dims):
+            data.dims[axis].attach_scale(file[dimension])
+
+
+def _shapes(labels: dict[str, tuple[str, ...]]) -> dict[str, Shape]:
+    """Return the shape of every variable along time, by name; those without entries are left out."""
+    shapes: dict[str, Shape] = {
+        record.name: (None, *(len(labels[dimension]) for dimension in record.dims[1:])) for record in HISTORY
+    }
+    return {"time": (None,)} | {name: shape for name, shape in shapes.items() if 0 not in shape}
+
+
+def _check_there(folder: Path, kept: int, labels: dict[str, tuple[str, ...]]) -> None:
+    """Refuse to go on after records that are not there, or are of another form."""
+    pieces = history_pieces(folder)
+    ends = [first for first, _ in pieces[1:]] + [kept]
+    last = -np.inf  # time before a piece
+    for (first, path), end in zip(pieces, ends, strict=True):
+        wanted = min(end, kept) - first
+        if wanted <= 0:
+            continue
+        try:
+            with h5py.File(path, "r") as stored:
+                refuse_other_data(stored, _shapes(labels), along_time=True)
+                there = min(len(data) for data in along_time(stored).values())
+                times = np.concatenate([[last], stored["time"][: min(there, wanted)]])
+                if not np.all(np.diff(times) > 0.0) or not np.all(np.isfinite(times[1:])):
+                    raise ValueError("its times do not increase")
+                last = times[-1]
+        except (OSError, RuntimeError, KeyError, ValueError) as error:
+            raise UserError(f"{path} cannot be read ({error}); start again with `overwrite=True`") from error
+        if there < wanted:
+            raise UserError(
+                f"{path} holds {there} records; expected at least {wanted}, those up to the checkpoint; "
+                "start again with `overwrite=True`"
+            )
+
+
+def _resize(file: h5py.File, count: int) -> None:
+    for data in along_time(file).values():
+        data.resize(count, axis=0)
+
+
+def _copy(path: Path, target: h5py.File, count: int) -> None:
+    """Add the first records of a piece."""
+    with h5py.File(path, "r") as piece:
+        for name, data in along_time(target).items():
+            begin = len(data)
+            data.resize(begin + count, axis=0)
+            for first in range(0, count, GATHERED):
+                taken = slice(first, min(first + GATHERED, count))
+                data[begin + taken.start : begin + taken.stop] = piece[name][taken]

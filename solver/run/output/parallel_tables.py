@@ -1,0 +1,206 @@
+"""Tables whose rows lie on all ranks, written and read in pieces: no rank ever holds a whole one."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any, TypeVar
+
+import numpy as np
+from mpi4py import MPI
+from numpy.typing import NDArray
+from scipy.spatial import cKDTree
+
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.solver.run.output.point_order import SAME_PLACE
+from gapbeam.solver.system.operators import Array, Indices
+
+PIECE = 2**15  # rows at once
+TAG = 71
+
+Result = TypeVar("Result")
+Values = NDArray[Any]
+
+
+@dataclass(frozen=True)
+class Rows:
+    """Where the rows of this rank are in a whole table.
+
+    Attributes:
+        comm: The ranks.
+        places: Number of each in the whole table, (n,).
+        count: Rows of all ranks.
+        reach: First number of each rank and the one after its last.
+    """
+
+    comm: MPI.Comm
+    places: Indices
+    count: int
+    reach: tuple[tuple[int, int], ...]
+
+    @property
+    def in_order(self) -> bool:
+        """Whether the whole table has the rows rank by rank. Collective."""
+        first = sum(self.comm.allgather(len(self.places))[: self.comm.rank])
+        natural = np.array_equal(self.places, first + np.arange(len(self.places)))
+        return bool(self.comm.allreduce(natural, op=MPI.LAND))
+
+
+@dataclass(frozen=True)
+class Table:
+    """What this rank has of a table.
+
+    Attributes:
+        rows: Where it belongs.
+        values: Its rows, (n, ...), or several tables of such rows, (layers, n, ...).
+        layered: Whether they are several.
+    """
+
+    rows: Rows
+    values: Values
+    layered: bool = False
+
+    @property
+    def shape(self) -> tuple[int, ...]:
+        """Shape of the whole."""
+        axis = int(self.layered)
+        return (*self.values.shape[:axis], self.rows.count, *self.values.shape[axis + 1 :])
+
+    def part(self, layer: int, begin: int, end: int) -> tuple[Indices, Values]:
+        """Return those of this rank among some rows of the whole, and which they are."""
+        values = self.values[layer] if self.layered else self.values
+        here = np.flatnonzero((self.rows.places >= begin) & (self.rows.places < end))
+        return np.asarray(self.rows.places[here] - begin), np.ascontiguousarray(values[here])
+
+
+Pieces = Callable[[str], Iterator[Values]]
+
+
+def rank_by_rank(comm: MPI.Comm, count: int) -> Rows:
+    """Return the rows of tables that have those of one rank after those of the other. Collective."""
+    ends = np.cumsum(comm.allgather(count))
+    reach = tuple((int(end) - size, int(end)) for end, size in zip(ends, comm.allgather(count), strict=True))
+    return Rows(comm, np.arange(*reach[comm.rank]), int(ends[-1]), reach)
+
+
+def on_rank_zero_with(comm: MPI.Comm, tables: Mapping[str, Table], work: Callable[[Pieces], Result]) -> Result:
+    """Do work on rank 0 that takes tables of all ranks, piece by piece, in the order of their rows.
+
+    Args:
+        comm: The ranks.
+        tables: By name, the same names on all ranks.
+        work: Called on rank 0 only, with a function that yields the pieces of a table; it must not communicate.
+
+    Returns:
+        What `work` returned, on all ranks.
+
+    Raises:
+        BaseException: What `work` raised, on all ranks.
+
+    Collective.
+    """
+
+    def pieces(name: str) -> Iterator[Values]:
+        table = tables[name]
+        layers = len(table.values) if table.layered else 1
+        for layer in range(layers):
+            for begin in range(0, table.rows.count, PIECE):
+                end = min(begin + PIECE, table.rows.count)
+                whole = np.empty((end - begin, *table.shape[1 + table.layered :]), dtype=table.values.dtype)
+                for rank, (first, last) in enumerate(table.rows.reach):
+                    if first >= end or last <= begin:
+                        continue
+                    if rank == comm.rank:
+                        which, values = table.part(layer, begin, end)
+                    else:
+                        comm.send((name, layer, begin, end), rank, TAG)
+                        which, values = comm.recv(source=rank, tag=TAG)
+                    whole[which] = values
+                yield whole
+
+    def asking() -> Result:
+        try:
+            return work(pieces)
+        finally:
+            for rank in range(1, comm.size):
+                comm.send(None, rank, TAG)
+
+    if comm.rank != 0:
+        while (asked := comm.recv(source=0, tag=TAG)) is not None:
+            name, *place = asked
+            comm.send(tables[name].part(*place), 0, TAG)
+    return on_rank_zero(comm, asking)
+
+
+def broadcast(comm: MPI.Comm, pieces: Callable[[], Iterator[Values]]) -> Iterator[Values]:
+    """Yield on all ranks what rank 0 yields, and raise what it raises. Collective."""
+    source: list[Iterator[Values]] = []
+
+    def following() -> Values | None:
+        if not source:
+            source.append(pieces())
+        return next(source[0], None)
+
+    while (piece := on_rank_zero(comm, following)) is not None:
+        yield piece
+
+
+def found_rows(comm: MPI.Comm, places: Array, pieces: Callable[[], Iterator[Values]]) -> Rows:
+    """Return where the rows of this rank are in a table of places that rank 0 reads.
+
+    Args:
+        comm: The ranks.
+        places: Those of this rank, up to round-off, (n, d), m.
+        pieces: Yields the rows of the table on rank 0.
+
+    Raises:
+        ValueError: They are not the same places, or some are there twice.
+
+    Collective.
+    """
+    ends = comm.allgather((np.min(places, axis=0, initial=np.inf), np.max(places, axis=0, initial=-np.inf)))
+    low, high = np.min([one for one, _ in ends], axis=0), np.max([other for _, other in ends], axis=0)
+    tolerance = SAME_PLACE * float(np.max(high - low))
+    tree, count = cKDTree(places), 0
+    found, times = np.zeros(len(places), dtype=np.int64), np.zeros(len(places), dtype=np.int64)
+    for piece in broadcast(comm, pieces):
+        near, which = tree.query(piece, distance_upper_bound=2.0 * tolerance)
+        here = np.flatnonzero(near <= tolerance)
+        found[which[here]] = count + here
+        np.add.at(times, which[here], 1)
+        count += len(piece)
+    wanted = comm.allreduce(len(places))
+    if count != wanted:
+        raise ValueError(f"{count} places, expected {wanted}")
+    if comm.allreduce(int(np.count_nonzero(times != 1))):
+        raise ValueError("other places, or places that are there twice")
+    reach = (int(found.min()), int(found.max()) + 1) if len(found) else (0, 0)
+    return Rows(comm, found, count, tuple(comm.allgather(reach)))
+
+
+def taken(rows: Rows, shape: tuple[int, ...], pieces: Callable[[], Iterator[Values]], layered: bool = False) -> Array:
+    """Return the rows of this rank of a table that rank 0 reads.
+
+    Args:
+        rows: Which they are.
+        shape: Of the whole, (count, ...) or (layers, count, ...).
+        pieces: Yields the rows of the table, layer by layer, on rank 0; none reach from one layer to the next.
+        layered: Whether there are layers.
+
+    Raises:
+        ValueError: There are other values than finite numbers.
+
+    Collective.
+    """
+    layers, rest = (shape[0], shape[2:]) if layered else (1, shape[1:])
+    result = np.empty((layers, len(rows.places), *rest))
+    begin, layer = 0, 0
+    for piece in broadcast(rows.comm, pieces):
+        here = np.flatnonzero((rows.places >= begin) & (rows.places < begin + len(piece)))
+        result[layer, here] = piece[rows.places[here] - begin]
+        begin += len(piece)
+        if begin == rows.count:
+            begin, layer = 0, layer + 1
+    if not rows.comm.allreduce(bool(np.all(np.isfinite(result))), op=MPI.LAND):
+        raise ValueError("other things than finite numbers")
+    return result if layered else result[0]

@@ -1,0 +1,118 @@
+"""summary.json: the figures of a run, its gates, its costs."""
+
+from __future__ import annotations
+
+import json
+import math
+import resource
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import FORMAT_VERSION, SUMMARY_FILE
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.seat.static_seat import Seat
+from gapbeam.solver.system.semi_discrete import VALUE
+
+
+def describe_model(model: Model) -> dict[str, Any]:
+    """Return the size of a model. Collective."""
+    contact, comm = model.system.contact, model.space.mesh.comm
+    topology = model.space.mesh.topology
+    parts: dict[str, Any] = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
+    if isinstance(model.body.operators, PetscOperators):
+        parts["solver"] = vars(model.body.operators.solver)
+    return parts | {
+        "type": model.case.model.type,
+        "dimension": model.case.mesh.dimension,
+        "cell": topology.cell_name(),
+        "cells": topology.index_map(topology.dim).size_global,
+        "degree": model.case.mesh.degree,
+        "dofs": model.dofs,
+        "mesh_dofs": model.mesh_dofs,
+        "contact_points": contact.size,
+        "interface_dofs": contact.interface.size,
+        "ranks": comm.size,
+        "contact_facets_per_rank": comm.allgather(sum(map(len, model.body.meshed.faces.values()))),
+        "rayleigh": {"mass": model.system.mass_damping, "stiffness": model.system.stiffness_damping},
+    }
+
+
+def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
+    """Return reactions, penetration and probe displacements of the seat. Collective."""
+    contact, state = model.system.contact, seat.state
+    forces = contact.weights * state.pressure
+    total = np.bincount(contact.faces, weights=forces, minlength=len(contact.face_names))
+    reactions = {f"{name}_force": float(f) for name, f in zip(contact.face_names, total, strict=True)}
+    return reactions | {
+        "largest_penetration": float(np.max(contact.penetration_of(state, model.system.operators))),
+        "iterations": seat.iterations,
+        "last_update": seat.last_update,
+        "probes": {
+            name: [float(x) for x in probe.evaluate(state.u[VALUE], model.system.operators)]
+            for name, probe in model.probes.items()
+        },
+    }
+
+
+def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
+    """Return the ledger at the end and what the gates saw."""
+    exchanged = ledger.exchanged
+    return {
+        "kinetic": ledger.kinetic,
+        "strain": ledger.strain,
+        "contact": ledger.contact,
+        "load_work": [float(x) for x in ledger.load_work],
+        "structural_dissipation": ledger.structural,
+        "contact_dissipation": ledger.contact_loss,
+        "friction_dissipation": ledger.friction_loss,
+        "algorithmic_dissipation": ledger.algorithmic,
+        "residual": ledger.residual,
+        "exchanged": exchanged,
+        "round_off": ledger.round_off,
+        "absolute_work": ledger.absolute_work,
+        "relative_residual": ledger.residual / exchanged if exchanged > 0.0 else 0.0,
+        "created": ledger.created,
+        "relative_growth": gates.growth(ledger),
+    }
+
+
+def describe_gates(gates: EnergyGates) -> dict[str, Any]:
+    """Return what the impact gates saw."""
+    return {
+        "impacts": gates.impacts,
+        "violations": gates.violations,
+        "largest_growth": gates.largest_growth,
+        "largest_loss": gates.largest_loss,
+        "limits": gates.limits.model_dump(),
+    }
+
+
+def peak_memory(comm: MPI.Comm) -> list[int]:
+    """Return the largest resident memory of every rank, bytes. Collective."""
+    return list(comm.allgather(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024))
+
+
+def write_summary(folder: Path, summary: dict[str, Any]) -> None:
+    """Write summary.json; numbers that are not finite become null."""
+    text = json.dumps(finite(summary | {"format": FORMAT_VERSION}), indent=2, allow_nan=False)
+    write_beside(folder / SUMMARY_FILE, text + "\n")
+
+
+def finite(value: Any) -> Any:
+    """Return a value as JSON can hold it: numbers that are not finite are null."""
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(entry) for entry in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value

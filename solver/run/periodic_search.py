@@ -1,0 +1,155 @@
+"""The part of a run that looks for periodic responses: progress, interruption, what the summary reports, the curve."""
+
+from __future__ import annotations
+
+import logging
+import time
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from mpi4py import MPI
+
+from gapbeam.solver.case.analysis_table import Continuation, Periodic
+from gapbeam.solver.case.checks.periodic_checks import value_of
+from gapbeam.solver.errors import Interrupted
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.periodic.continuation import Curve, CurvePoint, CurveSettings, follow
+from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.periodic.periodic_response import Response, find_response
+from gapbeam.solver.periodic.steady_forcing import SteadyModel, varied
+from gapbeam.solver.run.interruption import Interruption
+from gapbeam.solver.run.output.curve_files import curve_rows, unit_of, write_curve
+from gapbeam.solver.run.output.progress import ProgressLine
+from gapbeam.solver.system.semi_discrete import State
+
+LOG = logging.getLogger("gapbeam")
+
+
+def search(
+    model: Model,
+    seat: State,
+    analysis: Periodic,
+    folder: Path,
+    comm: MPI.Comm,
+    summary: dict[str, Any],
+    deadline: float | None = None,
+) -> Response:
+    """Find the response of a case, and the curve through it where one is asked for.
+
+    Args:
+        model: The model of the case.
+        seat: Its static seat.
+        analysis: What the case asks for.
+        folder: Results folder, for the curve.
+        comm: The ranks.
+        summary: Takes what is found, under "periodic" and "warnings".
+        deadline: When to stop, by `time.perf_counter`, s; None: never.
+
+    Raises:
+        NotConverged: There is no periodic response near the start.
+        UserError: Harmonic balance would be too large.
+        Interrupted: A signal came, or the deadline.
+
+    Collective.
+    """
+    progress = ProgressLine(model.case.time.end, summary["forcing"]["period"], quiet=comm.rank != 0)
+    with progress, Interruption(comm, deadline) as interruption:
+
+        def talk(now: float, steps: int) -> None:
+            progress.advance(now, steps, "before the search")
+
+        try:
+            response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
+        except Interrupted as stopped:
+            raise Interrupted(str(stopped), interruption.agreed().exit_status) from stopped
+    found = response.figures
+    summary["periodic"] = found
+    summary["warnings"] += response.remarks
+    LOG.info(
+        "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
+        found["method"],
+        found["periods"],
+        found["iterations"],
+        found["residual"],
+        stability_words(found),
+    )
+    for remark in response.remarks:
+        LOG.warning("%s", remark)
+    if analysis.continuation is not None:
+        assert response.x is not None
+        _follow_curve(response.steady, response.x, analysis, analysis.continuation, folder, comm, found)
+    return response
+
+
+def stability_words(found: dict[str, Any]) -> str:
+    """Return what the figures of a response say about its stability."""
+    if found["stable"] is None:
+        return f"stability {found['stability']}"
+    kind = "stable" if found["stable"] else f"unstable: {found['stability']}"
+    return f"{kind}, largest multiplier {found['largest_multiplier']:.4g}"
+
+
+def _follow_curve(
+    held: SteadyModel,
+    x: np.ndarray[Any, np.dtype[np.float64]],
+    analysis: Periodic,
+    asked: Continuation,
+    folder: Path,
+    comm: MPI.Comm,
+    found: dict[str, Any],
+) -> None:
+    started = time.perf_counter()
+    case = held.model.case
+    tables = {"support": case.support, "contact": case.contact}
+    value = value_of(asked.key, tables, dict(enumerate(case.load)))
+    assert value is not None
+    settings = CurveSettings(
+        asked.low,
+        asked.high,
+        asked.first_step,
+        asked.longest_step,
+        max_points=asked.max_points,
+        tolerance=analysis.tolerance,
+    )
+
+    @lru_cache(maxsize=4)
+    def model_at(at: float) -> SteadyModel:
+        return varied(held, asked.key, at)
+
+    @lru_cache(maxsize=4)
+    def map_at(at: float) -> ModalMap:
+        period_map = model_at(at).modal_map()
+        assert period_map is not None
+        return period_map
+
+    curve = follow(map_at, value, x, settings)
+    unit = unit_of(asked.key, held)
+    rows = curve_rows(curve, model_at)
+    if comm.rank == 0:
+        write_curve(folder, asked.key, unit, analysis.periods, curve, rows)
+    found["curve"] = {
+        "key": asked.key,
+        "unit": unit,
+        "points": len(curve.points),
+        "endings": list(curve.endings),
+        "events": [{"value": point.value, "event": point.event} for point in curve.events],
+        "unstable_points": sum(not point.stability.stable for point in curve.points),
+        "seconds": time.perf_counter() - started,
+    }
+    _log_curve(asked.key, unit, curve)
+
+
+def _log_curve(key: str, unit: str, curve: Curve) -> None:
+    LOG.info("curve in %s: %d points from %s to %s", key, len(curve.points), *map(_end, _ends(curve), curve.endings))
+    for point in curve.events:
+        LOG.info("%s at %s = %.6g %s", point.event, key, point.value, unit)
+
+
+def _ends(curve: Curve) -> tuple[CurvePoint, CurvePoint]:
+    return curve.points[0], curve.points[-1]
+
+
+def _end(point: CurvePoint, why: str) -> str:
+    return f"{point.value:.6g} ({why})"

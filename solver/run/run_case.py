@@ -1,0 +1,320 @@
+"""One run of a case: set-up, seat, march, outputs, verdict."""
+
+from __future__ import annotations
+
+import logging
+import time
+from contextlib import suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from gapbeam.meshes.distribution.rank_zero import all_there, on_rank_zero
+from gapbeam.meshes.versions.installed_versions import versions
+from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.record_checksums import with_checksums
+from gapbeam.solver.errors import Interrupted, NotWritten, RunError
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.memory.out_of_memory import out_of_memory_reported
+from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
+from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.periodic.probe_figures import ProbeFigures
+from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
+from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
+from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
+from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
+from gapbeam.solver.run.interruption import SetUp, Wish
+from gapbeam.solver.run.output import run_summary as summaries
+from gapbeam.solver.run.output.atomic_files import written
+from gapbeam.solver.run.output.disk_space import check_space, size_of_results
+from gapbeam.solver.run.output.folder_lock import locked
+from gapbeam.solver.run.output.log_file import log_file
+from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, clear, prepare_folder, write_beside
+from gapbeam.solver.run.periodic_search import search
+from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
+from gapbeam.solver.run.recorded_content import recorded_content
+from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
+from gapbeam.solver.run.verdict import (
+    assumptions,
+    balance_words,
+    contact_words,
+    figures,
+    friction_words,
+    judge_run,
+    remarks,
+    remarks_on_model,
+    resolution_remarks,
+)
+from gapbeam.solver.seat.static_seat import Seat
+
+LOG = logging.getLogger("gapbeam")
+
+
+@dataclass(frozen=True, repr=False)
+class Outcome:
+    """Result of a run.
+
+    Attributes:
+        folder: Where its results are.
+        exit_status: 0, or the status of what went wrong.
+        message: One line for the user.
+        summary: The contents of summary.json.
+    """
+
+    folder: Path
+    exit_status: int
+    message: str
+    summary: dict[str, Any]
+
+    def __repr__(self) -> str:
+        return f"<Outcome: exit status {self.exit_status}: {self.message}; in {self.folder}>"
+
+
+def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, resume: bool = False) -> Outcome:
+    """Run a case into a results folder, or go on with a run that was left there.
+
+    Args:
+        case: What to run.
+        folder: Where results go.
+        comm: The ranks that share the work.
+        overwrite: Replace the results of an earlier run.
+        resume: Continue from its last checkpoint; from the start where it has none yet.
+
+    Returns:
+        The outcome; its exit status is not zero when the run created energy, did not converge or was
+        interrupted, and what was computed up to then is on disk.
+
+    Raises:
+        UserError: The folder holds results, cannot be written or has no room for them, a point lies outside the mesh,
+            or scheme and contact are known to create energy and the case does not accept that.
+        CaseError: The computed time step does not go with the rest of the case.
+        RecordError: The record of a load cannot be used, or is another one than its checksum says.
+        MeshError: The mesh file does not fit the case.
+
+    Collective.
+    """
+    ends, case = comm.Dup(), with_checksums(case)
+    with SetUp(case.output.wall_time) as set_up:
+        try:
+            outcome = _run_case(case, folder, comm, ends, overwrite, resume, set_up)
+        except Interrupted as stopped:
+            set_up.over()
+            if comm.size > 1 and not all_there(ends):  # the others wait for this rank
+                raise
+            summary = left_behind(case, folder, comm, stopped, resume, set_up.started)
+            outcome = Outcome(folder, stopped.exit_status, summary["message"], summary)
+    ends.Free()
+    return outcome
+
+
+def _run_case(
+    case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, set_up: SetUp
+) -> Outcome:
+    """Run a case; where it is interrupted before anything is in the folder, that is raised."""
+    on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume, overwrite))
+    if resume:
+        refuse_to_resume(case)
+    with out_of_memory_reported("the model was made"):
+        model = build_model(case, comm)
+    set_up.check()
+    refuse_energy_creators(model)
+    if not isinstance(model.case.analysis, Periodic):
+        sizes = size_of_results(model)
+        on_rank_zero(comm, lambda: check_space(folder, *sizes))
+    with locked(folder, comm):
+        left = find_left(folder, case, model, comm) if resume else None
+        if isinstance(left, dict):
+            return Outcome(folder, 0, f"was done before: {left['message']}", left)
+        consumers = None
+        if left is None:
+            on_rank_zero(comm, lambda: prepare_folder(folder))
+        else:
+            model = left.model
+            consumers = RunConsumers(model, folder, comm, left)  # or a refusal, before anything in the folder changes
+        with log_file(folder, comm):
+            summary = _opening(model)
+            try:
+                _write_opening(model, folder, comm, summary)
+                with out_of_memory_reported("the model was marched"):
+                    _run(model, folder, comm, summary, left, consumers, set_up)
+            except RunError as error:
+                if comm.size > 1 and not all_there(ends):  # the others wait for this rank
+                    raise
+                summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
+                summary["exit_status"], summary["message"] = error.exit_status, str(error)
+                summary["reason"] = error.reason
+                if isinstance(error, Interrupted) and set_up.heard != Wish.NONE:
+                    summary["message"] = stopped_words(case, error, left is not None)
+                LOG.error("%s", summary["message"])
+            except BaseException as error:
+                summary["status"], summary["exit_status"] = "crashed", 1
+                summary["message"] = f"{type(error).__name__}: {error}"
+                if comm.rank == 0:
+                    with suppress(OSError):
+                        summaries.write_summary(folder, summary)
+                raise
+            summary["wall_time"]["total"] = time.perf_counter() - set_up.started
+            summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
+            _close(folder, comm, summary)
+    return Outcome(folder, summary["exit_status"], summary["message"], summary)
+
+
+def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
+    def write() -> None:
+        with written(folder / CASE_FILE):
+            write_beside(folder / CASE_FILE, _case_text(model.case, summary["versions"]))
+            summaries.write_summary(folder, summary)
+
+    on_rank_zero(comm, write)
+
+
+def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
+    """Write the summary; of a run that is done, the checkpoints go. Collective."""
+
+    def write() -> None:
+        with written(folder / SUMMARY_FILE):
+            summaries.write_summary(folder, summary)
+            if summary["status"] == "completed":
+                clear(folder, CHECKPOINT_FOLDER)
+
+    try:
+        on_rank_zero(comm, write)
+    except NotWritten as error:
+        LOG.error("%s", error)
+        if summary["exit_status"] == 0:
+            summary["status"], summary["exit_status"], summary["message"] = "failed", error.exit_status, str(error)
+
+
+def _opening(model: Model) -> dict[str, Any]:
+    """Return the summary of a run that has only been set up, and log it."""
+    case, contact = model.case, model.system.contact
+    crowding = filter(None, [crowded(model.space.mesh.comm)])
+    summary: dict[str, Any] = {
+        "title": case.title,
+        "status": "running",
+        "exit_status": None,
+        "reason": None,
+        "message": "",
+        "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(model), *crowding],
+        "versions": versions(),
+        "forcing": _forcing(case),
+        "model": summaries.describe_model(model),
+        "defaults": [vars(default) for default in model.defaults],
+        "wall_time": dict(model.seconds),
+        "resumed": [],
+    }
+    for warning in summary["warnings"]:
+        LOG.warning("%s", warning)
+    LOG.info(
+        "%d DOFs, %d contact points on %d interface DOFs, ranks: %d, threads a rank: %d",
+        model.dofs,
+        contact.size,
+        contact.interface.size,
+        summary["model"]["ranks"],
+        threads_a_rank(),
+    )
+    for default in model.defaults:
+        LOG.info("%s = %.4g %s: %s", default.key, default.value, default.unit, default.reason)
+    return summary
+
+
+def _run(
+    model: Model,
+    folder: Path,
+    comm: MPI.Comm,
+    summary: dict[str, Any],
+    left: Left | None,
+    consumers: RunConsumers | None,
+    set_up: SetUp,
+) -> None:
+    simulation = Simulation(model)
+    plan = simulation.plan
+    summary["wall_time"] |= simulation.factor()
+    reason = why_not_compiled(plan)
+    summary["loop"] = "compiled" if reason is None else f"step by step: {reason}"
+    deadline = set_up.deadline
+    checkpoints, steps, response = None, None, None
+    if left is not None:
+        _log_resumed(left, summary)
+    else:
+        seat = _seated(simulation, summary)
+        start = simulation.start(seat)
+        set_up.check()
+        if isinstance(model.case.analysis, Periodic):
+            set_up.over()
+            response = search(model, seat.state, model.case.analysis, folder, comm, summary, deadline)
+            model, plan, start = response.steady.model, response.steady.plan, response.start
+    if response is None:
+        kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(model)}
+        checkpoints = Checkpoints(folder, model, comm, kept, model.case.output.checkpoint_interval)
+    probes = ProbeFigures(model)
+    if response is not None:
+        steps = probes.listening(response.steps)
+    consumers = consumers or RunConsumers(model, folder, comm, start)
+    set_up.over()
+    set_up.check()
+    try:
+        with consumers:
+            consumers.follow(plan, steps, summary["forcing"]["period"], deadline, checkpoints)
+    finally:
+        if response is not None:
+            summary["periodic"]["probes"] = probes.figures(response.steady.periods)
+        accounts = consumers.accounts
+        summary |= figures(model, consumers.recorder, accounts)
+        summary["contact_episodes"] = accounts.episodes.figures()
+        summary["convergence"] = accounts.tally.convergence()
+        summary["wall_time"] |= accounts.tally.seconds()
+        summary["checkpoints"] = consumers.costs()
+        findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
+        summary["assumptions"] = [finding.as_data() for finding in findings]
+        noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
+        summary["warnings"] += noted
+        for line in [*(finding.line for finding in findings), contact_words(model, accounts.peaks)]:
+            LOG.info("%s", line)
+        if model.law.friction is not None:
+            LOG.info("%s", friction_words(accounts))
+        for remark in noted:
+            LOG.warning("%s", remark)
+    judge_run(model, accounts, findings)
+    summary["status"], summary["exit_status"] = "completed", 0
+    summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
+
+
+def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat:
+    clock = time.perf_counter()
+    seat = simulation.seat()
+    summary["seat"] = summaries.describe_seat(seat, simulation.model)
+    summary["wall_time"]["seat"] = time.perf_counter() - clock
+    LOG.info(
+        "seated in %d iterations: base %.4g N, gland %.4g N, largest penetration %.3g m",
+        seat.iterations,
+        summary["seat"]["base_force"],
+        summary["seat"]["gland_force"],
+        summary["seat"]["largest_penetration"],
+    )
+    return seat
+
+
+def _log_resumed(left: Left, summary: dict[str, Any]) -> None:
+    state = left.paused.state
+    summary["seat"], summary["resumed"] = left.header["seat"], [*left.header["resumed"], state.time]
+    bits = "to the same bits" if left.exact else "to round-off: other ranks, or another machine, than before"
+    LOG.info("continues from t = %.6g s, step %d, %s", state.time, left.paused.done, bits)
+
+
+def _forcing(case: Case) -> dict[str, float | None]:
+    frequencies = forcing_frequencies(case.load)
+    frequency = frequencies[0] if len(frequencies) == 1 else None
+    return {"frequency": frequency, "period": 1.0 / frequency if frequency else None}
+
+
+def _case_text(case: Case, used: dict[str, str]) -> str:
+    made = ", ".join(f"{name} {version}" for name, version in used.items())
+    return f"{AS_RUN}, with every default, by {made}.\n{case_to_toml(case)}"

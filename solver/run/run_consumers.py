@@ -1,0 +1,232 @@
+"""A march and everything that consumes it: accounts, history, fields, checkpoints, progress."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from pathlib import Path
+from types import TracebackType
+
+import numpy as np
+from mpi4py import MPI
+
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.solver.diagnostics.assumptions.assumption import let_pass
+from gapbeam.solver.diagnostics.assumptions.motion_findings import of_contact, of_pose
+from gapbeam.solver.diagnostics.assumptions.pose_rows import watch_of
+from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.errors import Interrupted, NotWritten, RunError
+from gapbeam.solver.march.python.march import March
+from gapbeam.solver.march.step_blocks import StepBlock, Wanted, marched, step_blocks_of
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
+from gapbeam.solver.run.interruption import Interruption, Wish
+from gapbeam.solver.run.output.field_files import FieldWriter
+from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.run.output.progress import ProgressLine
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import State, Step
+
+
+def steps_between(model: Model) -> dict[str, int]:
+    """Return the steps between records, and between fields, by the keys of [output]."""
+    output, dt = model.case.output, model.step
+    return {
+        "history_interval": round((output.history_interval or dt) / dt),
+        "fields_interval": max(1, round((output.fields_interval or model.case.time.end / 100.0) / dt)),
+    }
+
+
+class RunConsumers:
+    """A march and everything that consumes it.
+
+    Collective to make and to use.
+
+    Args:
+        model: The model.
+        folder: Results folder. Where a march goes on, nothing in it changes before `follow`.
+        comm: Its ranks.
+        start: Where the march starts, or where it was left.
+
+    Attributes:
+        recorder: Makes records.
+        accounts: Ledger, gates, episodes, peaks and counts.
+        fields: Where fields go.
+
+    Raises:
+        UserError: The histories to go on after are not there.
+        NotWritten: The files cannot be written.
+    """
+
+    def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State | Left) -> None:
+        self.model, self.comm = model, comm
+        self._checkpoints: Checkpoints | None = None
+        self.recorder = Recorder(model, watch_of(model))
+        left = start if isinstance(start, Left) else None
+        self._start = start.paused if isinstance(start, Left) else start
+        begin = self._start if isinstance(self._start, State) else self._start.state
+        self.accounts = Accounts.opened(model.system, model.law, begin, model.step, model.case.gates)
+        if left is not None:
+            left.restore(self.accounts, self.recorder)
+        self._trouble: NotWritten | None = None
+        self._passed = (0, 0.0)  # looks and penetration that were let pass
+        self._history: HistoryWriter | None = None
+        kept = None if left is None else int(left.header["records"])
+        on_rank_zero(comm, lambda: self._open_history(folder, kept))
+        self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
+
+    def follow(
+        self,
+        plan: March,
+        steps: Iterator[Step] | None,
+        period: float | None,
+        deadline: float | None = None,
+        checkpoints: Checkpoints | None = None,
+    ) -> None:
+        """Follow given steps, or march the plan.
+
+        Args:
+            plan: The march.
+            steps: Its steps; None: march it, compiled where that is possible.
+            period: That of the forcing, s, for the progress shown.
+            deadline: When to stop, by `time.perf_counter`, s; None: never.
+            checkpoints: What writes them; None: the march cannot be resumed.
+
+        Raises:
+            RunError: The march failed, created energy, was interrupted or could not be written; what was computed up
+                to then is on disk, or up to the last checkpoint.
+        """
+        self._checkpoints = checkpoints
+        case, every = self.model.case, steps_between(self.model)
+        fields_every = every["fields_interval"]
+        if isinstance(self._start, State):
+            self._record(self.recorder.row(self._start, self.accounts), self._start)
+            on_rank_zero(self.comm, self._begin_history)
+            self._let_pass()
+        wanted = Wanted(every["history_interval"], fields_every, ends=True)
+        if steps is None:
+            blocks_of_steps = marched(plan, self._start, self.accounts, self.recorder, wanted, self.comm)
+        else:
+            blocks_of_steps = step_blocks_of(steps, plan.steps, self.accounts, self.recorder, wanted)
+        clock, before = time.perf_counter(), self.accounts.tally.march
+        progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0, begin=self.accounts.time)
+        try:
+            with progress, Interruption(self.comm, deadline) as interruption:
+                for step_block in blocks_of_steps:
+                    shown = step_block.done % fields_every == 0 or step_block.done == plan.steps
+                    self._record(step_block.rows, step_block.end if shown else None)
+                    progress.advance(step_block.time, step_block.steps, self._contact_words(step_block.pressure))
+                    wish = interruption.agreed(self._wish())
+                    if wish == Wish.GIVE_UP:
+                        self._give_up()
+                    self._let_pass()
+                    if step_block.done < plan.steps and wish != Wish.NONE:
+                        self.accounts.tally.march = before + time.perf_counter() - clock
+                        self._pause(step_block, wish)
+        finally:
+            self.accounts.tally.march = before + time.perf_counter() - clock
+
+    def __enter__(self) -> RunConsumers:
+        """Keep the files open."""
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        """Close the files; those that cannot be written stay as they were at the last checkpoint.
+
+        Collective, but after an error that other ranks may not have: then every field stays in a file of its own.
+
+        Raises:
+            NotWritten: A file could not be written.
+        """
+        if error is None or isinstance(error, RunError):
+            on_rank_zero(self.comm, self._close)
+        elif self._history is not None:
+            with suppress(NotWritten):
+                self._close_history()
+
+    def _close(self) -> None:
+        try:
+            self._close_history()
+        finally:
+            self.fields.close()
+
+    def _close_history(self) -> None:
+        assert self._history is not None
+        if self._trouble is not None:
+            self._history.abandon()
+            return
+        try:
+            self._history.close()
+        except NotWritten:
+            self._history.abandon()
+            raise
+
+    def costs(self) -> Mapping[str, float]:
+        """Return what the checkpoints cost: how many, and their wall time, s."""
+        checkpoints = self._checkpoints
+        return {} if checkpoints is None else {"count": checkpoints.count, "seconds": checkpoints.seconds}
+
+    def _open_history(self, folder: Path, kept: int | None) -> None:
+        self._history = HistoryWriter(folder, self.recorder.labels, kept)
+
+    def _begin_history(self) -> None:
+        """Put the history in place with its first record, so that a run that is killed leaves one."""
+        assert self._history is not None
+        if self._trouble is None:
+            self._history.commit()
+
+    def _record(self, rows: Rows | None, shown: State | None) -> None:
+        """Write records and fields; what goes wrong is kept until all ranks can hear of it. Collective."""
+        try:
+            if shown is not None:
+                self.fields.write(shown, self.model)
+            if self._history is not None and rows is not None:
+                self._history.append(rows)
+        except NotWritten as trouble:
+            self._trouble = self._trouble or trouble
+
+    def _let_pass(self) -> None:
+        """End the run where an assumption of the equations is broken beyond all sense, by the bits of every rank."""
+        watch, accounts = self.recorder.watch, self.accounts
+        if watch is None or (watch.looks, float(np.max(accounts.peaks.deepest))) == self._passed:
+            return
+        self._passed = watch.looks, float(np.max(accounts.peaks.deepest))
+        let_pass([*of_pose(watch, self.model.case), *of_contact(self.model.case, accounts.peaks, accounts.episodes)])
+
+    def _wish(self) -> Wish:
+        if self._trouble is not None:
+            return Wish.GIVE_UP
+        return Wish.CHECKPOINT if self._checkpoints is not None and self._checkpoints.due else Wish.NONE
+
+    def _give_up(self) -> None:
+        def report() -> None:
+            assert self._trouble is not None
+            raise self._trouble
+
+        on_rank_zero(self.comm, report)
+
+    def _pause(self, step_block: StepBlock, wish: Wish) -> None:
+        """Write a checkpoint, and end the run where that was asked for."""
+        if self._checkpoints is not None:
+            try:
+                self._checkpoints.write(step_block.paused, self.accounts, self.recorder, self._history, self.fields)
+            except NotWritten as trouble:
+                self._trouble = trouble
+                raise
+        if wish.ends:
+            resumes = "" if self._checkpoints is None else "; `resume=True` continues from there"
+            raise Interrupted(
+                f"{wish.words} at t = {step_block.time:.6g} s of {self.model.case.time.end:g} s; "
+                f"the results up to then are on disk{resumes}",
+                wish.exit_status,
+            )
+
+    def _contact_words(self, pressure: Array) -> str:
+        contact = self.model.system.contact
+        pressed = pressure > 0.0
+        closed = [name for face, name in enumerate(contact.face_names) if np.any(pressed[contact.faces == face])]
+        return "contact: " + (" and ".join(closed) or "none")

@@ -1,0 +1,177 @@
+"""The figures of a finished or ended march, and whether they can be trusted."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Assumption, Finding, let_pass
+from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
+from gapbeam.solver.diagnostics.assumptions.frequency_findings import of_frequencies
+from gapbeam.solver.diagnostics.assumptions.motion_findings import of_contact, of_pose, of_restraint
+from gapbeam.solver.diagnostics.contact_peaks import Peaks
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.diagnostics.history_rows import Recorder
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.step_counts import Tally
+from gapbeam.solver.errors import EnergyCreated, EnergyLost
+from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.models.reduction.basis_report import basis_remarks
+from gapbeam.solver.models.time_step import frequency_of_interest
+from gapbeam.solver.run.output.run_summary import describe_energy, describe_gates
+
+LOG = logging.getLogger("gapbeam")
+NOTABLE_LOSS = 0.2  # of the loss that ends a run
+TAKEN = "energy kept by the scheme", "energy that the scheme took over that exchanged", "1"
+TAKEN_MEANING = (
+    "the scheme itself damps the motion; try a smaller time.step, or the scheme discrete-gradient, which takes none"
+)
+
+
+def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
+    """Return what the summary reports about energy, gates, contact and restraint."""
+    faces, peaks = model.system.contact.face_names, accounts.peaks
+    deepest = float(np.max(peaks.deepest))
+    clearance = abs(model.case.support.clearance)
+    found = {
+        "energy": describe_energy(accounts.ledger, accounts.gates),
+        "gates": describe_gates(accounts.gates),
+        "penetration": {
+            "largest": deepest,
+            "relative_to_clearance": deepest / clearance if clearance > 0.0 else None,
+        },
+        "peak_contact_force": dict(zip(faces, (float(x) for x in peaks.force), strict=True)),
+        "restraint": {
+            "largest_energy": recorder.largest_restraint_energy,
+            "share_of_energy": recorder.restraint_share,
+        },
+    }
+    if model.law.friction is not None:
+        largest = dict(zip(faces, (float(x) for x in peaks.friction), strict=True))
+        found["friction"] = vars(model.law.friction) | {"peak_force": largest}
+    return found
+
+
+def friction_words(accounts: Accounts) -> str:
+    """Return what friction did in one line."""
+    faces, ledger = accounts.system.contact.face_names, accounts.ledger
+    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, accounts.peaks.friction, strict=True))
+    share = f", {ledger.friction_loss / ledger.exchanged:.2%} of the energy exchanged" if ledger.exchanged > 0.0 else ""
+    return f"largest friction force: {forces}; friction took {ledger.friction_loss:.3g} J{share}"
+
+
+def contact_words(model: Model, peaks: Peaks) -> str:
+    """Return the peaks of contact in one line."""
+    faces = model.system.contact.face_names
+    forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, peaks.force, strict=True))
+    deepest, clearance = float(np.max(peaks.deepest)), model.case.support.clearance
+    size = "interference" if clearance < 0.0 else "clearance"
+    share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
+    return f"largest contact force: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
+
+
+def balance_words(ledger: Ledger) -> str:
+    """Return how well the energy balance closes."""
+    if abs(ledger.residual) <= ledger.round_off or ledger.exchanged == 0.0:
+        return "energy accounted for to round-off"
+    return f"energy residual {abs(ledger.residual) / ledger.exchanged:.1e} of the energy exchanged"
+
+
+def assumptions(
+    model: Model, recorder: Recorder, accounts: Accounts, content: FrequencyContent | None
+) -> list[Finding]:
+    """Return how close a run came to the limits of every assumption. Collective."""
+    case, ledger, gates = model.case, accounts.ledger, accounts.gates
+    found = [] if recorder.watch is None else of_pose(recorder.watch, case)
+    found += of_contact(case, accounts.peaks, accounts.episodes)
+    found.append(of_restraint(recorder.largest_restraint_energy, recorder.restraint_share))
+    found += of_frequencies(model, content, ledger)
+    taken = Assumption(*TAKEN, NOTABLE_LOSS * gates.limits.total_loss, None, TAKEN_MEANING)
+    return [*found, Finding(taken, gates.loss(ledger), detail=f"{ledger.algorithmic:.3g} J")]
+
+
+def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> list[str]:
+    """Return what a user has to know before using the figures, one sentence each."""
+    found = [finding.remark for finding in findings if finding.verdict == WARNING]
+    ledger, gates = accounts.ledger, accounts.gates
+    if gates.violations:
+        found.append(
+            f"{gates.violations} of {gates.impacts} impacts changed the energy by more than the gates allow "
+            f"(largest growth {gates.largest_growth:.2%}, largest loss {gates.largest_loss:.2%}): "
+            "try a smaller time.step"
+        )
+    driven = ledger.absolute_work > 0.0
+    if driven and ledger.round_off > gates.limits.impact_growth * ledger.exchanged:
+        found.append(
+            f"round-off hides {ledger.round_off:.2g} J from the energy balance, "
+            f"{ledger.round_off / ledger.exchanged:.1%} of the energy exchanged: less could be created unseen; "
+            "try a smaller time.step"
+        )
+    if gates.failed(ledger) and model.case.gates.accept_energy_growth:
+        found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
+    return found
+
+
+def remarks_on_model(model: Model) -> list[str]:
+    """Return what a user has to know of a basis, or of steps by iterations, before using it, one sentence each."""
+    found = list(basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]))
+    operators = model.body.operators
+    if isinstance(operators, PetscOperators) and operators.solver.iterative:
+        found.append(
+            f"{model.dofs} DOFs are marched by conjugate gradients ({operators.solver.reason}), several solves of "
+            'dozens of products in every step: type = "reduced" in [model] needs them only once, for its basis'
+        )
+    return found
+
+
+def resolution_remarks(model: Model, tally: Tally) -> list[str]:
+    """Return what adaptive steps could not resolve, one sentence or none."""
+    if tally.unresolved == 0:
+        return []
+    return [
+        f"{tally.unresolved} steps of {tally.shortest:.2g} s do not resolve how faces open and close, which takes "
+        f"{RESOLVING_SHARE * model.contact_duration:.2g} s: peak forces and accelerations follow the step; try more "
+        "time.max_halvings, a smaller time.step or a softer contact.stiffness"
+    ]
+
+
+def judge(model: Model, ledger: Ledger, gates: EnergyGates) -> None:
+    """Pass a march that reached its end, or raise.
+
+    Raises:
+        EnergyCreated: More energy was created over the run than the gate of an impact allows.
+    """
+    if gates.failed(ledger) and not model.case.gates.accept_energy_growth:
+        raise EnergyCreated(
+            f"the scheme {model.case.time.scheme.type} created {ledger.created:.3g} J, "
+            f"{gates.growth(ledger):.2%} of the energy exchanged (allowed: {gates.limits.impact_growth:.2%}): "
+            "the results are not to be trusted. Use the scheme discrete-gradient, a smaller time.step or a "
+            "softer contact.stiffness; gates.accept_energy_growth = true accepts it"
+        )
+
+
+def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> None:
+    """Pass a run that reached its end, or raise.
+
+    Raises:
+        EnergyCreated: As in `judge`.
+        EnergyLost: The scheme took more of the energy than the gates allow.
+        AssumptionBroken: A limit beyond which the figures mean nothing is passed.
+    """
+    judge(model, accounts.ledger, accounts.gates)
+    ledger, gates = accounts.ledger, accounts.gates
+    share = gates.loss(ledger)
+    if share > gates.limits.total_loss and not gates.limits.accept_energy_loss:
+        raise EnergyLost(
+            f"the scheme {model.case.time.scheme.type} took {ledger.algorithmic:.3g} J, {share:.1%} of the energy "
+            f"exchanged (allowed: {gates.limits.total_loss:.1%}); damping and contact took {ledger.lost:.3g} J: "
+            "the results are not to be trusted. Use the scheme discrete-gradient or a smaller time.step; "
+            "gates.total_loss allows more, gates.accept_energy_loss = true accepts it"
+        )
+    let_pass(findings)

@@ -1,0 +1,1 @@
+"""The static seat, and the start of a run."""

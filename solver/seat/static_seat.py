@@ -1,0 +1,154 @@
+"""The static seat: contact equilibrium under the static loads, the start of every run.
+
+    K u = f + G^T (w p),    p = law(d),    d = -(g0 + G u)
+
+A beam with play is held by contact alone, so K by itself is (nearly) singular. The proximal point iteration
+
+    (K + s G^T w G) (u' - u) = f + G^T (w p(u')) - K u
+
+solves a strictly convex contact problem in each iteration and converges to an equilibrium for every s > 0, from
+any start and for any clearance; its residual is formed with K, so s leaves no trace in the answer. The springs s
+on both faces hold just the motions that the weak restraint leaves free; s well below the contact stiffness makes
+the iteration contract fast, and not much smaller keeps the first free motion moderate.
+
+Nothing slides at rest, so the regularized friction bears nothing: the seat is found without it.
+
+Source: Rockafellar (1976) for the proximal point algorithm.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.solve.contact_solve import solve_contact
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed, condensed_operator
+from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import (
+    STIFFNESS,
+    VALUE,
+    ContactOperator,
+    Imaged,
+    SemiDiscreteSystem,
+    State,
+    imaged,
+)
+
+MAX_ITERATIONS = 400
+TOLERANCE = 1.0e-12  # of the energy norm
+INNER_TOLERANCE = 1.0e-6  # of iterative solves: each iteration mends what the one before has left
+STALLED = 1.0e-6
+NOISE_SAFETY = 10.0
+NOISY = 3  # updates that have stopped to contract
+
+
+@dataclass(frozen=True, repr=False)
+class Seat:
+    """The seated state at t = 0, the size of the last update (energy norm, relative), and the iterations."""
+
+    state: State
+    last_update: float
+    iterations: int
+
+    def __repr__(self) -> str:
+        return f"<Seat in {self.iterations} iterations, last update {self.last_update:.1e}: {self.state!r}>"
+
+
+def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carries_acceleration: bool = False) -> Seat:
+    """Find the contact equilibrium under the static loads.
+
+    Args:
+        system: The system; loads with `static` act with their factor at t = 0.
+        law: The contact law; its damping plays no part.
+        springs: s, Pa/m; well below the stiffness of the contact and of the body.
+        carries_acceleration: Whether the state needs a (zero) acceleration.
+
+    Returns:
+        The seat, at rest.
+
+    Raises:
+        NotConverged: No equilibrium found: nothing holds the beam against the static loads.
+
+    Collective.
+    """
+    system = replace(system, contact=replace(system.contact, tangents=None))
+    contact, operators = system.contact, system.operators
+    condensed = condensed_operator(system, 0.0, 1.0, springs=contact.springs(springs), seldom=True)
+    condensed.loosen(INNER_TOLERANCE)
+    force = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))
+    u: Imaged = np.zeros((3, operators.size))
+    depth = contact.depth(np.zeros(contact.interface.size))
+    point_forces: Array = np.zeros(contact.size)
+    updates: list[float] = []
+    for iteration in range(1, MAX_ITERATIONS + 1):
+        unbalanced = force - u[STIFFNESS]
+        contact.interface.add(unbalanced, contact.resultant(point_forces))
+        free = condensed.solve_free(unbalanced)
+        held_depth = depth - contact.gap_matrix @ contact.interface.trace(free, operators)
+        solution = solve_contact(
+            condensed, 1.0, held_depth, contact.weights, law.static, point_forces, augmented=law.augmented
+        )
+        moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.change, None, solution.response))
+        moved += u
+        point_forces = solution.forces
+        before, depth = depth, contact.depth(contact.interface.trace(u[VALUE], operators))
+        energy, change = system.dots([(u[VALUE], u[STIFFNESS]), (moved[VALUE], moved[STIFFNESS])])
+        potential = 2.0 * float(contact.weights @ law.potential(depth))
+        updates.append(float(np.sqrt(abs(change) / (abs(energy) + potential))) if change != 0.0 else 0.0)
+        settled = updates[-1] <= TOLERANCE
+        if not settled and _is_noise(updates):
+            noise = _noise(system, condensed, u[VALUE]) / (abs(energy) + potential)
+            settled = updates[-1] <= max(STALLED, NOISE_SAFETY * float(np.sqrt(noise)))
+        if settled:
+            pressure = point_forces / contact.weights
+            return Seat(_at_rest(u, depth, pressure, carries_acceleration), updates[-1], iteration)
+    worst = int(np.argmax(np.abs(depth - before)))
+    raise NotConverged(
+        f"no static seat was found in {MAX_ITERATIONS} iterations (last relative update {updates[-1]:.2e}): "
+        f"{_unsettled(contact, worst, point_forces, depth)}",
+        tuple(updates),
+        worst,
+    )
+
+
+def _unsettled(contact: ContactOperator, worst: int, point_forces: Array, depth: Array) -> str:
+    """Return what does not settle, where, and what to try."""
+    face = contact.face_names[int(contact.faces[worst])]
+    place = f"{face} at x = {contact.positions[worst, 0]:.4g} m"
+    pressed = int(np.count_nonzero(point_forces))
+    if pressed == 0:
+        return (
+            f"the static loads push the beam where neither base, gland nor restraint holds it; the gap of {place} is "
+            f"{-depth[worst]:.3g} m and still changes; check the direction of gravity and [restraint]"
+        )
+    return (
+        f"{pressed} of {contact.size} contact points press, and the {place} still opens and closes most; a transient "
+        'with analysis.start = "undeformed" needs no seat: the beam falls to it'
+    )
+
+
+def _is_noise(updates: list[float]) -> bool:
+    """Return whether the updates no longer contract: the last ones are not half of the one before them."""
+    return len(updates) > NOISY and min(updates[-NOISY:]) >= 0.5 * updates[-NOISY - 1]
+
+
+def _noise(system: SemiDiscreteSystem, condensed: Condensed, u: Array) -> float:
+    """Return twice the energy of an update that round-off in K u alone makes. Collective."""
+    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(u))
+    moved = condensed.solve_free(signs * system.operators.stiffness_round_off(u))
+    return abs(float(system.dots([(moved, system.operators.apply_stiffness(moved))])[0]))
+
+
+def _at_rest(u: Imaged, depth: Array, pressure: Array, carries_acceleration: bool) -> State:
+    rest = np.zeros_like(u)
+    return State(
+        time=0.0,
+        u=u,
+        v=rest,
+        depth=depth,
+        pressure=pressure,
+        a=rest.copy() if carries_acceleration else None,
+    )

@@ -1,1 +1,0 @@
-"""Many analyses of one case."""

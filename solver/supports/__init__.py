@@ -1,0 +1,1 @@
+"""Supports: faces, gaps, area and stiffness of what the beam lies in."""

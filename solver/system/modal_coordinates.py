@@ -1,0 +1,80 @@
+"""A dense system in modal coordinates, where M = 1 and K is diagonal: the form that the compiled march takes.
+
+    q'' + C q' + s q = sum_k s_k(t) L_k + Phi^T f,    d = -(g0 + Phi q),    x = X q,    Phi = G X
+
+with X^T M X = 1, X^T K X = diag(s) and C = diag(c_M + c_K s) + sum_j c_j beta_j beta_j^T, the dashpots. A time step
+without contact is then a handful of products per DOF.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.operators import Array, RankOnes
+from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+
+
+@dataclass(frozen=True)
+class ModalSystem:
+    """A system with M = 1, K = diag(s), C = c_M + c_K s and dashpots.
+
+    Attributes:
+        system: The dense system that this is.
+        shapes: X, from modal coordinates to the DOFs of the system, (n, n).
+        squares: s, squares of the angular frequencies, (n,), 1/s^2.
+        gaps: Phi, (m, n).
+        loads: L_k = X^T f_k, (loads, n).
+        dashpots: beta_j = X^T b_j and c_j, (k, n) and (k,); k = 0 without dashpots.
+        restraint: X^T K_restraint X, (n, n), 1/s^2: what of K is the weak restraint.
+    """
+
+    system: SemiDiscreteSystem
+    shapes: Array
+    squares: Array
+    gaps: Array
+    loads: Array
+    dashpots: RankOnes
+    restraint: Array
+
+    @property
+    def damping(self) -> Array:
+        """C without the dashpots, (n,), 1/s."""
+        return np.asarray(self.system.mass_damping + self.system.stiffness_damping * self.squares)
+
+    @property
+    def damping_matrix(self) -> Array:
+        """C, (n, n), 1/s."""
+        return np.asarray(np.diag(self.damping) + self.dashpots.matrix)
+
+    def coordinates(self, x: Array) -> Array:
+        """Return q = X^T M x, (n,), of DOFs x, (n,)."""
+        return np.asarray(self.shapes.T @ self.system.operators.apply_mass(x))
+
+    def dofs(self, q: Array) -> Array:
+        """Return X q; q is (n,) or, row by row, (times, n)."""
+        return np.asarray(q @ self.shapes.T) if q.ndim == 1 else row_product(q, self.shapes.T)
+
+
+def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
+    """Return a dense system in modal coordinates; None where it is not dense, has massless DOFs, or H is not G."""
+    operators, contact = system.operators, system.contact
+    if not isinstance(operators, DenseOperators) or np.any(operators.massless) or not contact.symmetric:
+        return None
+    squares, shapes = operators.modes
+    interface = contact.interface
+    dashpots = system.dashpots or RankOnes(np.zeros((0, operators.size)), np.zeros(0))
+    traced = np.zeros((interface.size, operators.size))
+    traced[interface.slots] = shapes[interface.owned]
+    return ModalSystem(
+        system,
+        shapes,
+        np.maximum(squares, 0.0),
+        np.ascontiguousarray(contact.gap_matrix @ traced),
+        np.array([load.pattern @ shapes for load in system.loads]).reshape(len(system.loads), operators.size),
+        RankOnes(np.ascontiguousarray(dashpots.patterns @ shapes), dashpots.coefficients),
+        shapes.T @ operators.restraint @ shapes,
+    )

@@ -1,0 +1,151 @@
+"""Point masses, springs and dampers on a body as rank-one updates of its operators.
+
+    M = M_body + sum_j m_j b_j b_j^T,    K = K_body + sum_j k_j b_j b_j^T
+
+b_j are the nodal forces of a unit force at the place. With A^-1 known, that of A + B^T diag(a) B, B of rows b_j, takes
+
+    A'^-1 = A^-1 - W R W^T,    W = A^-1 B^T,    R = (1 + diag(a) B W)^-1 diag(a),
+
+one back-substitution for each place when the factor is made, and a scalar product for each when it is used.
+
+Source: Woodbury (1950); Hager (1989), SIAM Rev. 31.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import ClassVar
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.operators import Array, Factor, Interface, Operators, RankOnes, Springs
+
+
+@dataclass(frozen=True)
+class UpdatedFactor:
+    """The factor of A + sum_j a_j b_j b_j^T from that of A.
+
+    Attributes:
+        factor: That of A.
+        operators: They sum over ranks.
+        responses: W, (n, k).
+        inner: R, (k, k), symmetric.
+    """
+
+    factor: Factor
+    operators: Operators
+    responses: Array
+    inner: Array
+    tolerance: ClassVar[float] = 0.0
+
+    def keeps(self, columns: int) -> bool:
+        """Return whether so many columns A^-1 E X may be kept in memory."""
+        return self.factor.keeps(columns)
+
+    def solve(self, right_side: Array) -> Array:
+        """Return A'^-1 b, (n,). Collective."""
+        seen = self.operators.sum(self.responses.T @ right_side)
+        return np.asarray(self.factor.solve(right_side) - self.responses @ (self.inner @ seen))
+
+    def solve_columns(self, interface: Interface, columns: csr_matrix) -> Array:
+        """Return A'^-1 E X, (n, r), column-major. Collective."""
+        solved = self.factor.solve_columns(interface, columns)
+        seen = self.operators.sum(np.asarray(columns[interface.slots].T @ self.responses[interface.owned]).T)
+        solved -= self.responses @ (self.inner @ seen)
+        return solved
+
+    def interface_block(self, interface: Interface) -> Array | None:
+        """Return E^T A'^-1 E, (interface.size, interface.size), symmetric, or None. Collective."""
+        block = self.factor.interface_block(interface)
+        if block is None:
+            return None
+        mine = np.zeros((interface.size, len(self.inner)))
+        mine[interface.slots] = self.responses[interface.owned]
+        seen = self.operators.sum(mine)
+        changed = block - seen @ (self.inner @ seen.T)
+        return np.asarray(0.5 * (changed + changed.T))
+
+
+def updated(factor: Factor, operators: Operators, added: RankOnes | None) -> Factor:
+    """Return the factor of A + sum_j a_j b_j b_j^T.
+
+    Args:
+        factor: The factor of A.
+        operators: They sum over ranks.
+        added: The sum; None: A stays what it is.
+
+    Collective.
+    """
+    if added is None:
+        return factor
+    responses = np.stack([factor.solve(pattern) for pattern in added.patterns], axis=1)
+    flexibility = operators.sum(added.patterns @ responses)
+    scaled = added.coefficients[:, None] * (0.5 * (flexibility + flexibility.T))
+    inner = np.linalg.solve(np.eye(len(scaled)) + scaled, np.diag(added.coefficients))
+    return UpdatedFactor(factor, operators, responses, 0.5 * (inner + inner.T))
+
+
+class AttachedOperators:
+    """M and K of a body with masses and springs at some of its places.
+
+    Args:
+        body: The operators of the body alone.
+        masses: Moving masses, kg.
+        springs: Springs to the frame, N/m, at the same places.
+
+    Attributes:
+        body: The operators of the body alone.
+        masses: As given.
+        springs: As given.
+    """
+
+    def __init__(self, body: Operators, masses: RankOnes, springs: RankOnes) -> None:
+        self.body, self.masses, self.springs = body, masses, springs
+        self.size, self.massless = body.size, body.massless
+        self._spring_diagonal = springs.coefficients @ springs.patterns**2
+
+    def apply_mass(self, x: Array) -> Array:
+        """Return M x. Collective."""
+        return self.body.apply_mass(x) + self.masses.apply(x, self.body)
+
+    def apply_stiffness(self, x: Array) -> Array:
+        """Return K x. Collective."""
+        return self.body.apply_stiffness(x) + self.springs.apply(x, self.body)
+
+    def stiffness_round_off(self, x: Array) -> Array:
+        """Return about how far the entries of K x are off by round-off."""
+        springs = np.finfo(float).eps * self._spring_diagonal * np.abs(x)
+        return np.asarray(self.body.stiffness_round_off(x) + springs)
+
+    def apply_restraint(self, x: Array) -> Array:
+        """Return the part of K x that the restraint adds. Collective."""
+        return self.body.apply_restraint(x)
+
+    def factor(
+        self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
+    ) -> Factor:
+        """Factor mass M + stiffness K + springs + added; rows of massless DOFs as in `Operators`. Collective."""
+        both = self.masses.times(mass).and_also(self.springs.times(stiffness)).and_also(added)
+        return self.body.factor(mass, stiffness, springs, both)
+
+    def sum(self, local: Array) -> Array:
+        """Sum a small array over all ranks. Collective."""
+        return self.body.sum(local)
+
+
+def attached(body: Operators, masses: RankOnes, springs: RankOnes) -> Operators:
+    """Return the operators of a body with masses and springs at some of its places.
+
+    Args:
+        body: The operators of the body alone, which do not change.
+        masses: Moving masses, kg.
+        springs: Springs to the frame, N/m, at the same places.
+    """
+    if not (np.any(masses.coefficients) or np.any(springs.coefficients)):
+        return body
+    if isinstance(body, DenseOperators):
+        elastic = body.stiffness - body.restraint
+        return DenseOperators(body.mass + masses.matrix, elastic + springs.matrix, body.restraint)
+    return AttachedOperators(body, masses, springs)

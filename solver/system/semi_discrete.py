@@ -1,0 +1,315 @@
+"""The semi-discrete system: the equation of motion with contact.
+
+    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p) + T^T (w t),    C = c_M M + c_K K + dashpots,    g = g0 + G u
+
+G (m x n) takes degrees of freedom to the gap at m contact points, H puts pressures back as forces, w (m) are areas, p
+the contact pressure. H = G but for Nitsche's method, where both contain the stress (`nitsche`). With friction,
+T takes them to the motion along the faces, and t is the tangential traction (`laws.coulomb_friction`).
+Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
+never know which. Vectors are numpy arrays of the part that this rank owns.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.supports.support import Support
+from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
+
+
+@dataclass(frozen=True)
+class ContactOperator:
+    """G, H, w and g0 at the m contact points, replicated on all ranks.
+
+    Attributes:
+        interface: The DOFs that G and H touch.
+        gap_matrix: G on the interface DOFs, (m, interface.size).
+        weights: Area that belongs to each point, (m,), m^2.
+        initial_gap: Gap of the undeformed body, (m,), m.
+        faces: Index of the face of each point, (m,).
+        support: The support that the faces belong to.
+        positions: Coordinates of the points, (m, 3), m.
+        force_matrix: H on the interface DOFs, (m, interface.size); None: H = G.
+        geometry_matrix: G without the stress of Nitsche's method, (m, interface.size); None: G.
+        tangents: T on the interface DOFs, (m k, interface.size), point by point: the motion along x and, in 3D, across;
+            k = 1 or 2. None: without friction.
+    """
+
+    interface: Interface
+    gap_matrix: csr_matrix
+    weights: Array
+    initial_gap: Array
+    faces: Indices
+    support: Support
+    positions: Array
+    force_matrix: csr_matrix | None = None
+    geometry_matrix: csr_matrix | None = None
+    tangents: csr_matrix | None = None
+
+    @property
+    def symmetric(self) -> bool:
+        """Whether H = G."""
+        return self.force_matrix is None
+
+    @property
+    def size(self) -> int:
+        """Number of contact points m."""
+        return len(self.weights)
+
+    @property
+    def area(self) -> float:
+        """Area of all faces, m^2."""
+        return float(self.weights.sum())
+
+    def spread(self, forces: Array) -> Array:
+        """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""
+        return forces
+
+    @property
+    def face_names(self) -> tuple[str, ...]:
+        """Names of the faces."""
+        return self.support.face_names
+
+    def at_clearance(self, clearance: float) -> ContactOperator:
+        """Return the operator of the same support at another clearance, m."""
+        if clearance == self.support.clearance:
+            return self
+        support, growth = self.support.opened_to(clearance)
+        return replace(self, support=support, initial_gap=self.initial_gap + growth[self.faces])
+
+    def depth(self, interface_values: Array) -> Array:
+        """Return what the law takes, d = -(g0 + G u), (m,), m; negative where the gap is open."""
+        return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values))
+
+    def penetration(self, interface_values: Array) -> Array:
+        """Return the penetration of the faces themselves, (m,), m: the same but for Nitsche's method."""
+        matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
+        return np.asarray(-(self.initial_gap + matrix @ interface_values))
+
+    def penetration_of(self, state: State, operators: Operators) -> Array:
+        """Return the penetration of the faces in a state, (m,), m. Collective for Nitsche's method."""
+        if self.geometry_matrix is None:
+            return state.depth
+        return self.penetration(self.interface.trace(state.u[VALUE], operators))
+
+    def springs(self, stiffness: float) -> Springs:
+        """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed."""
+        matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
+        return Springs(self.interface, csr_matrix(matrix.T @ matrix.multiply((stiffness * self.weights)[:, None])))
+
+    def resultant(self, forces: Array, friction: Array | None = None) -> Array:
+        """Return H^T f + T^T h on the interface DOFs, (interface.size,), N, for f = w p (m,) and h = w t (m, k)."""
+        normal = np.asarray(self.resultants @ forces)
+        if friction is None:
+            return normal
+        return np.asarray(normal + self.friction_resultants @ friction.reshape(-1))
+
+    def slip(self, interface_values: Array) -> Array:
+        """Return T x, (m, k): the motion of the contact points along the faces; for operators with tangents."""
+        assert self.tangents is not None
+        return np.asarray(self.tangents @ interface_values).reshape(self.size, -1)
+
+    @cached_property
+    def resultants(self) -> csr_matrix:
+        """H^T on the interface DOFs, (interface.size, m)."""
+        return csr_matrix((self.gap_matrix if self.force_matrix is None else self.force_matrix).T)
+
+    @cached_property
+    def friction_resultants(self) -> csr_matrix:
+        """T^T on the interface DOFs, (interface.size, m k); without columns where there is no friction."""
+        return csr_matrix((self.interface.size, 0) if self.tangents is None else self.tangents.T)
+
+    def closing(self, old: State, new: State, operators: Operators) -> Array:
+        """Return -H (u1 - u0), (m,), m: what point forces do work on. Collective where H is not G."""
+        if self.symmetric:
+            return new.depth - old.depth
+        return np.asarray(-(self.resultants.T @ self.interface.trace(new.u[VALUE] - old.u[VALUE], operators)))
+
+
+@dataclass(frozen=True)
+class Load:
+    """A spatial pattern times a function of time, with the motion of the frame where it is an inertia load.
+
+    Attributes:
+        name: Name in the case file.
+        pattern: Nodal forces per unit factor, (n,), N.
+        factor: s(t).
+        static: Whether it acts on the seat before t = 0.
+        frame_direction: Direction of a base motion with acceleration s(t), (3,), or None for other loads.
+        frame_mean: Mean of s over intervals from starts, (times,), to ends, (times,), for base motion.
+        of_arrays: Whether s also takes an array of times.
+    """
+
+    name: str
+    pattern: Array
+    factor: Callable[[float], float]
+    static: bool = False
+    frame_direction: Array | None = None
+    frame_mean: Callable[[Array, Array], Array] | None = None
+    of_arrays: bool = False
+
+    def factors(self, times: Array) -> Array:
+        """Return s at many times, (times,)."""
+        if self.of_arrays:
+            of_arrays: Callable[[Any], Any] = self.factor
+            return np.asarray(np.broadcast_to(of_arrays(times), times.shape), dtype=float)
+        return np.array([self.factor(float(time)) for time in times])
+
+
+@dataclass(frozen=True)
+class SemiDiscreteSystem:
+    """M a + C v + K u = f(t) + H^T (w p) + T^T (w t), with C = mass_damping M + stiffness_damping K + dashpots."""
+
+    operators: Operators
+    contact: ContactOperator
+    loads: tuple[Load, ...] = ()
+    mass_damping: float = 0.0
+    stiffness_damping: float = 0.0
+    dashpots: RankOnes | None = None
+
+    @cached_property
+    def contact_is_massless(self) -> bool:
+        """Whether the DOFs that gaps depend on carry no mass, found once. Collective the first time."""
+        massless = self.operators.massless[self.contact.interface.owned]
+        return bool(self.operators.sum(np.array([float(np.sum(massless))]))[0] > 0.0)
+
+    def load_factors(self, time: float) -> Array:
+        """Return s_k(t) of all loads."""
+        return np.array([load.factor(time) for load in self.loads])
+
+    def load_factor_rows(self, times: Array) -> Array:
+        """Return s_k(t) of all loads at many times, (times, loads)."""
+        rows = np.empty((len(times), len(self.loads)))
+        for place, load in enumerate(self.loads):
+            rows[:, place] = load.factors(times)
+        return rows
+
+    def combine_loads(self, factors: Array) -> Array:
+        """Return sum_k s_k f_k, (n,), N."""
+        total = np.zeros(self.operators.size)
+        for load, factor in zip(self.loads, factors, strict=True):
+            if factor != 0.0:
+                total += factor * load.pattern
+        return total
+
+    def damping_force(self, velocity: Imaged) -> Array:
+        """Return C v, (n,), N, of a velocity with its images, (3, n). Collective."""
+        force = self.mass_damping * velocity[MASS] + self.stiffness_damping * velocity[STIFFNESS]
+        if self.dashpots is not None:
+            force += self.dashpots.apply(velocity[VALUE], self.operators)
+        return np.asarray(force)
+
+    def dots(self, pairs: Sequence[tuple[Array, Array]]) -> Array:
+        """Return several scalar products with a single reduction. Collective."""
+        return self.operators.sum(np.array([x @ y for x, y in pairs]))
+
+
+# An imaged vector: rows x, M x and K x, shape (3, n). Linear combinations of imaged vectors are imaged vectors,
+# so that a time step never needs a product with K: K x follows from the equation that x solves.
+Imaged = Array
+VALUE, MASS, STIFFNESS = 0, 1, 2
+
+
+def imaged(operators: Operators, x: Array) -> Imaged:
+    """Return (x, M x, K x), (3, n), by two products. Collective."""
+    return np.stack([x, operators.apply_mass(x), operators.apply_stiffness(x)])
+
+
+@dataclass(frozen=True, repr=False)
+class State:
+    """The motion at one time.
+
+    Attributes:
+        time: t, s.
+        u: Displacement and its images, (3, n).
+        v: Velocity and its images, (3, n).
+        a: Acceleration and its images, (3, n), for the schemes that carry one.
+        lagged: K v as it stood in the last balance of an explicit scheme, (n,), N/s; None: that of v.
+        touch_speed: Approach speed of each contact point, frozen while it is closed, (m,), m/s, for the laws that ask.
+        depth: Penetration at the contact points, (m,), m.
+        pressure: Contact pressure that acted last, (m,), Pa.
+        traction: Tangential traction of friction on the beam that acted last, (m, k), Pa; None: none has acted.
+        closed_since: Start of the step in which each face closed, (faces,), s, infinite while it is open, for
+            adaptive marches.
+    """
+
+    time: float
+    u: Imaged
+    v: Imaged
+    depth: Array
+    pressure: Array
+    a: Imaged | None = None
+    touch_speed: Array | None = None
+    lagged: Array | None = None
+    traction: Array | None = None
+    closed_since: Array | None = None
+
+    def __repr__(self) -> str:
+        closed = int(np.count_nonzero(self.pressure))
+        return f"<State at {self.time:.6g} s: {self.u.shape[-1]} DOFs, {closed} of {len(self.depth)} points pressed>"
+
+
+@dataclass(frozen=True)
+class Stage:
+    """The balance that a step satisfied: what the energy ledger needs to know.
+
+    Attributes:
+        load_factors: s_k in the balance.
+        inertia_and_elastic: M a + K u as they stood in the balance, (n,), N.
+        velocity: Velocity in the damping term, with images, (3, n).
+        pressure: Contact pressure in the balance, (m,), Pa.
+        elastic_pressure: Its part that derives from the contact potential, (m,), Pa.
+        traction: Tangential traction of friction in the balance, (m, k), Pa; None: without friction.
+        unresolved: Work of contact forces that round-off in the contact solve hides, J.
+    """
+
+    load_factors: Array
+    inertia_and_elastic: Array
+    velocity: Imaged
+    pressure: Array
+    elastic_pressure: Array
+    traction: Array | None = None
+    unresolved: float = 0.0
+
+
+@dataclass(frozen=True, repr=False)
+class Step:
+    """One accepted step.
+
+    Attributes:
+        old: State at its start.
+        new: State at its end.
+        stage: The balance that held.
+        iterations: Iterations of the contact solve.
+        completes: False for a part of a halved step that leaves a rest to do.
+        failures: Attempts right before it that did not converge and were halved.
+        refinements: Attempts right before it that did not resolve the contact and were halved.
+        unresolved: Whether it does not resolve the contact either, at the limit of halvings.
+        refreshed: `new` with its images formed anew by products with M and K, when that was due.
+        timings: Wall time of parts of the step, s.
+    """
+
+    old: State
+    new: State
+    stage: Stage
+    iterations: int
+    completes: bool = True
+    failures: int = 0
+    refinements: int = 0
+    unresolved: bool = False
+    refreshed: State | None = None
+    timings: dict[str, float] = field(default_factory=dict)
+
+    @property
+    def size(self) -> float:
+        """Step size, s."""
+        return self.new.time - self.old.time
+
+    def __repr__(self) -> str:
+        return f"<Step to {self.new.time:.6g} s: {self.size:.4g} s, {self.iterations} contact iterations>"

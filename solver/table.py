@@ -1,0 +1,42 @@
+"""What the values of a case file may be, and what all its tables have in common."""
+
+from __future__ import annotations
+
+from typing import Annotated, get_args
+
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict
+
+Number = Annotated[float, Strict(), AllowInfNan(False)]
+Positive = Annotated[Number, Field(gt=0)]
+NonNegative = Annotated[Number, Field(ge=0)]
+Whole = Annotated[int, Strict()]
+Switch = Annotated[bool, Strict()]
+Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)]
+Vector = tuple[Number, Number] | tuple[Number, Number, Number]
+
+
+class Table(BaseModel):
+    """A table of the case file: immutable, unknown keys refused, no text or switch taken for a number.
+
+    Descriptions read "what it is, unit; default where the default is derived": messages, the JSON schema, the
+    case file that a run leaves behind and docs/reference/case-files.md are made from them.
+    """
+
+    model_config = ConfigDict(frozen=True, extra="forbid")
+
+
+def named(value: object) -> object:
+    """Read a plain name, scheme = "newmark", as the table that holds only that type."""
+    return {"type": value} if isinstance(value, str) else value
+
+
+def models_in(annotation: object) -> list[type[BaseModel]]:
+    """Return the models that an annotation may hold, through unions, tuples and Annotated."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return [annotation]
+    return [model for part in get_args(annotation) for model in models_in(part)]
+
+
+def type_name(model: type[BaseModel]) -> str:
+    """Return the value of `type` that selects this model, or "" where there is no such key."""
+    return str(get_args(model.model_fields["type"].annotation)[0]) if "type" in model.model_fields else ""

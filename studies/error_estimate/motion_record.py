@@ -1,0 +1,85 @@
+"""What error estimates read of a motion: bending displacement, velocity gained, impulses, at evenly spaced times."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.solver.system.operators import Array
+
+
+@dataclass(frozen=True)
+class MotionRecord:
+    """The motion of a run, or of a companion of it, on the same times.
+
+    Attributes:
+        times: Of the records, evenly spaced from t = 0, (n,), s.
+        probes: Names of the probes.
+        displacement: In the bending direction, (n, probes), m.
+        velocity_gained: Absolute acceleration integrated over time, (n, probes), m/s.
+        faces: Names of the contact faces.
+        force: Normal contact force, (n, faces), N.
+        impulse: Contact force integrated over time, (n, faces), N s.
+    """
+
+    times: Array
+    probes: tuple[str, ...]
+    displacement: Array
+    velocity_gained: Array
+    faces: tuple[str, ...]
+    force: Array
+    impulse: Array
+
+    @classmethod
+    def of_history(cls, history: xr.Dataset) -> MotionRecord:
+        """Return the motion in the records of a run, up to the last whole interval."""
+        times = np.asarray(history["time"].values, dtype=float)
+        even = len(times)
+        if even > 2 and abs((times[-1] - times[-2]) - (times[1] - times[0])) > 1.0e-6 * times[1]:
+            even -= 1  # the end of a run is recorded whatever its interval
+        probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
+        count, still = len(times), np.zeros((len(times), 0))
+        displacement = np.asarray(history["displacement"].values)[:, :, -1] if probes else still
+        gained = still
+        if probes:
+            steps = np.diff(times, prepend=times[0])[:, None]
+            gained = np.cumsum(np.asarray(history["acceleration_absolute"].values)[:, :, -1] * steps, axis=0)
+        faces = tuple(str(name) for name in history["face"].values)
+        force, impulse = (np.asarray(history[name].values).reshape(count, -1) for name in ("contact_force", "impulse"))
+        return cls(times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even])
+
+    @property
+    def interval(self) -> float:
+        """Time between records, s."""
+        return float(self.times[1] - self.times[0])
+
+    @property
+    def end(self) -> float:
+        """Time of the last record, s."""
+        return float(self.times[-1])
+
+    def between(self, start: float, end: float) -> MotionRecord:
+        """Return the records from one time to another, s."""
+        first, last = (round(time / self.interval) for time in (start, end))
+        part = slice(first, last + 1)
+        return MotionRecord(
+            self.times[part], self.probes, self.displacement[part], self.velocity_gained[part],
+            self.faces, self.force[part], self.impulse[part],
+        )  # fmt: skip
+
+
+def window_means(integral: Array, interval: float, width: float) -> Array:
+    """Return the means of a quantity over every window of a width, from its integral over time.
+
+    Args:
+        integral: (n, columns), evenly spaced.
+        interval: Time between its values, s.
+        width: Of the window, s; rounded to whole intervals, at least one.
+
+    Returns:
+        (windows, columns); a single one over all where the record is shorter than a window.
+    """
+    steps = min(max(1, round(width / interval)), len(integral) - 1)
+    return np.asarray((integral[steps:] - integral[:-steps]) / (steps * interval))

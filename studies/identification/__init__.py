@@ -1,0 +1,1 @@
+"""Identification of unknown parameters from measurements."""

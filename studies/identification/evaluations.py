@@ -1,0 +1,175 @@
+"""All evaluations of an identification: computed side by side, each once, and on disk as soon as they are there."""
+
+from __future__ import annotations
+
+import json
+import math
+import shutil
+from collections.abc import Callable, Iterable, Sequence
+from pathlib import Path
+from typing import Any
+
+from gapbeam.postprocess.report.study_json import read_object
+from gapbeam.postprocess.results.bounded_files import read_plain
+from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.reading.known_keys import flat
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.wording.short_words import printable
+from gapbeam.studies.identification.experiment_trial import Job, Piece, Record, compute
+from gapbeam.studies.identification.identification_problem import Problem, Values
+from gapbeam.studies.stored_records import REMEDY, StoredPiece, checked, differing, refuse_links
+from gapbeam.studies.trials.worker_processes import SideBySide
+
+LOG_FILE, PLAN_FILE, CASE_FILE = "evaluations.jsonl", "plan.json", "case.toml"
+RESULT_FILES = ("identification.json", "identified.toml", "identified-case.toml", "evaluations.csv")
+FORMAT = 1
+
+
+class Evaluations:
+    """The evaluations in a folder, and the processes that add to them.
+
+    Attributes:
+        problem: The identification.
+        folder: Its folder.
+        computed: Pieces computed by this call.
+
+    Args:
+        problem: The identification.
+        folder: A folder that `prepare` has made.
+        processes: Side by side.
+        reported: Called after every piece that was computed.
+    """
+
+    def __init__(
+        self, problem: Problem, folder: Path, processes: SideBySide, difference: Callable[[], None] = lambda: None
+    ) -> None:
+        self.problem, self.folder, self.computed = problem, folder, 0
+        self._processes, self._report = processes, difference
+        self._records = _read_log(folder / LOG_FILE, problem)
+
+    @property
+    def records(self) -> list[Record]:
+        """All records, in the order in which they were computed."""
+        return list(self._records.values())
+
+    def of(self, points: Sequence[Values], experiments: Iterable[int], start: int = 0) -> list[list[Record]]:
+        """Return the records of sets of values, a list of one for each experiment; what is not there is computed."""
+        wanted = [[Piece(values, number, start) for number in experiments] for values in points]
+        missing = list(dict.fromkeys(piece for row in wanted for piece in row if piece not in self._records))
+        if missing:
+            self._compute(missing)
+        return [[self._records[piece] for piece in row] for row in wanted]
+
+    def _compute(self, missing: Sequence[Piece]) -> None:
+        """Compute pieces and put them on disk one by one, in whatever order they end."""
+        case = self.folder / CASE_FILE
+        jobs = [Job(self.problem, case, pieces) for pieces in _shares(missing, self._processes.jobs)]
+        with (self.folder / LOG_FILE).open("a", encoding="utf-8") as log:
+            for _, records in self._processes.done(compute, jobs):
+                for record in records:
+                    self._records[_piece(record)] = record
+                    log.write(json.dumps(record, allow_nan=False) + "\n")
+                    self.computed += 1
+                log.flush()
+                self._report()
+
+
+def _shares(pieces: Sequence[Piece], processes: int) -> list[tuple[Piece, ...]]:
+    """Return what each job computes: all experiments with one set of values, which share a body, if there are enough.
+
+    Otherwise every experiment is a job of its own, so that no process waits for another.
+    """
+    by_values: dict[Values, list[Piece]] = {}
+    for piece in pieces:
+        by_values.setdefault(piece.values, []).append(piece)
+    if len(by_values) >= 2 * processes:
+        return [tuple(share) for share in by_values.values()]
+    return [(piece,) for piece in pieces]
+
+
+def _piece(record: Record) -> Piece:
+    return Piece(tuple(record["values"]), int(record["experiment"]), int(record["start"]))
+
+
+def _read_log(path: Path, problem: Problem) -> dict[Piece, Record]:
+    """Return the records of a log; a last line that was cut off while it was written is taken off the file.
+
+    Raises:
+        ResultsError: A line is no record of an experiment of the problem.
+    """
+    if not path.exists():
+        return {}
+    content = read_plain(path, "a file of records", REMEDY)
+    whole = content[: content.rfind(b"\n") + 1]
+    if len(whole) < len(content):
+        path.write_bytes(whole)
+    records: dict[Piece, Record] = {}
+    for number, line in enumerate(whole.split(b"\n")[:-1], 1):
+        try:
+            found = json.loads(line)
+        except (ValueError, RecursionError) as fault:
+            found = f"text that is not JSON in line {number} ({printable(fault)})"
+            raise ResultsError(path, found, "a record a line", REMEDY) from fault
+        record = checked(found, StoredPiece, path)
+        piece = _piece(record)
+        if piece.experiment >= len(problem.experiments) or len(piece.values) != len(problem.coordinates):
+            found = f"experiment {piece.experiment} with {len(piece.values)} values in line {number}"
+            expected = f"{len(problem.experiments)} experiments with {len(problem.coordinates)} values"
+            raise ResultsError(path, found, expected, REMEDY)
+        lacking = [one.name for one in problem.experiments[piece.experiment].figures]
+        lacking = [name for name in lacking if name not in record.get("figures", {})]
+        if lacking and not failed(record):
+            raise ResultsError(path, f"no figure {', '.join(lacking)} in line {number}", "all of them", REMEDY)
+        records[piece] = record
+    return records
+
+
+def prepare(problem: Problem, folder: Path, overwrite: bool) -> None:
+    """Make the folder of an identification, or go on with the one that is there.
+
+    Raises:
+        UserError: The folder holds another identification: which key differs, and how; or it cannot be written.
+    """
+    plan, path = _plan(problem), folder / PLAN_FILE
+    refuse_links(folder)
+    if path.exists() and not overwrite:
+        difference = differing(read_object(path, remedy=REMEDY), plan)
+        if difference:
+            raise UserError(
+                f"{folder} holds another identification: {difference}; only [search] may change when it goes on. "
+                "Choose another `output=`, or pass `overwrite=True` to begin anew"
+            )
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        if overwrite and path.exists():
+            for name in (LOG_FILE, *RESULT_FILES):
+                (folder / name).unlink(missing_ok=True)
+            shutil.rmtree(folder / "pictures", ignore_errors=True)
+        write_beside(path, json.dumps(plan, indent=1) + "\n")
+        write_beside(folder / CASE_FILE, case_to_toml(problem.base, ["the case of an identification, with its [set]"]))
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written ({error.strerror}); choose another `output=`") from error
+
+
+def _plan(problem: Problem) -> dict[str, Any]:
+    """Return what evaluations and results depend on, key by key, but for how the search goes."""
+    file = problem.file.model_dump(mode="json", exclude={"title", "case", "set", "search"})
+    plan: dict[str, Any] = {"format": FORMAT} | flat(problem.base.model_dump(mode="json"))
+    for table in ("unknown", "figure", "measurement"):
+        for number, entry in enumerate(file[table], 1):
+            plan[f"[[{table}]] number {number}"] = entry
+    plan["transient"] = problem.file.transient
+    plain: dict[str, Any] = json.loads(json.dumps(plan, default=str))
+    return plain
+
+
+def failed(record: Record) -> bool:
+    """Return whether a record has no figures that can be trusted."""
+    return bool(record["exit_status"])
+
+
+def mean(record: Record, figure: str) -> float:
+    """Return a figure of a record; not a number where it failed."""
+    return math.nan if failed(record) else float(record["figures"][figure]["mean"])

@@ -1,0 +1,207 @@
+"""From the file of an identification to a problem, or to one error with every fault in it."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.case_reader import read_case, read_tables
+from gapbeam.solver.case.reading.known_keys import candidates, flat, value_at
+from gapbeam.solver.case.reading.overrides import override, pairs
+from gapbeam.solver.faults import CaseError, Fault
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.record_table import COMPONENTS
+from gapbeam.solver.wording.near_names import near
+from gapbeam.solver.wording.short_words import either
+from gapbeam.studies.identification.identification_checks import contradictions
+from gapbeam.studies.identification.identification_problem import Coordinate, Experiment, Problem
+from gapbeam.studies.identification.identification_tables import (
+    ForceFigure,
+    FrequencyFigure,
+    Identification,
+    MotionFigure,
+    Unknown,
+)
+
+_AT_POINTS = re.compile(r"of each of contact\.points in ([^;)]+)")
+_IN_BRACKETS = re.compile(r"\([^()]*\)")
+
+
+def read_identification(path: Path, overrides: Sequence[str] = ()) -> Problem:
+    """Read the file of an identification with its case.
+
+    Args:
+        path: The file.
+        overrides: Of the case, texts KEY=VALUE, over those of the file.
+
+    Raises:
+        CaseError: A file cannot be read, or there are faults: all of those that can be distinguished from each other.
+    """
+    file = read_tables(path, Identification, contradictions)
+    empty = [name for name in ("unknown", "figure", "measurement") if not getattr(file, name)]
+    if empty:
+        raise CaseError(
+            str(path),
+            [Fault((), f"{name} = []", f"at least one [[{name}]]", where=f"{path}: {name}") for name in empty],
+        )
+    case = path.parent / file.case
+    typed = list(pairs(overrides))
+    if any(isinstance(entry, Fault) for entry in typed):
+        override({}, overrides)
+        raise CaseError(str(path), [entry for entry in typed if isinstance(entry, Fault)])
+    changes = settings_of(file.set) | dict(entry for entry in typed if not isinstance(entry, Fault))
+    places = {key: f"{path}: [set] {key}" for key in settings_of(file.set)}
+    try:
+        base = read_case(case, changes)
+    except CaseError as error:
+        raise CaseError(error.source, _placed(error.faults, places)) from error
+    faults = [*_case_faults(file, base, path), *_figure_faults(file, base, path)]
+    coordinates = tuple(_coordinate(unknown, base) for unknown in file.unknown)
+    problem = _problem(file, base, coordinates)
+    faults += _experiment_faults(problem, case, changes, places, path)
+    if faults:
+        raise CaseError(str(path), list({(fault.where, fault.found): fault for fault in faults}.values()))
+    return problem
+
+
+def settings_of(table: Mapping[str, Any], inside: str = "") -> dict[str, Any]:
+    """Return a table of overrides as dotted keys; a table with a type replaces what it stands for as a whole."""
+    found: dict[str, Any] = {}
+    for key, value in table.items():
+        name = f"{inside}.{key}" if inside else key
+        if isinstance(value, Mapping) and "type" not in value:
+            found |= settings_of(value, name)
+        else:
+            found[name] = value
+    return found
+
+
+def _problem(file: Identification, base: Case, coordinates: tuple[Coordinate, ...]) -> Problem:
+    """Return the problem: one experiment for every distinct set of settings."""
+    settings = [settings_of(one.set) for one in file.measurement]
+    distinct = [entry for place, entry in enumerate(settings) if entry not in settings[:place]]
+    places = tuple(distinct.index(entry) for entry in settings)
+    named = {figure.name: figure for figure in file.figure}
+    experiments = []
+    for number, entry in enumerate(distinct):
+        here = [one for one, place in zip(file.measurement, places, strict=True) if place == number]
+        figures = tuple(named[name] for name in dict.fromkeys(one.figure for one in here))
+        experiments.append(Experiment(entry, figures))
+    return Problem(file, base, coordinates, tuple(experiments), places)
+
+
+def _coordinate(unknown: Unknown, base: Case) -> Coordinate:
+    """Return an unknown with its unit, and the length of the list that its key holds."""
+    tables = base.model_dump(mode="json")
+    value = flat(tables).get(unknown.key)
+    return Coordinate(unknown, unit_of_key(unknown.key, base), len(value) if isinstance(value, list) else None)
+
+
+def unit_of_key(key: str, base: Case) -> str:
+    """Return the unit of a key of a case, as its description says; "" where it does not."""
+    tables: Any = base.model_dump(mode="json")
+    way: tuple[str | int, ...] = ()
+    for part in key.split("."):
+        here = value_at(way, tables)
+        if isinstance(here, list):
+            names = [entry.get("name") for entry in here]
+            way = (*way, names.index(part) if part in names else int(part) if part.isdecimal() else -1)
+        else:
+            way = (*way, part)
+    for model in candidates(way[:-1], tables):
+        field = model.model_fields.get(str(way[-1]))
+        if field is not None and field.description:
+            at_points = _AT_POINTS.search(field.description)
+            if at_points and base.contact.points is not None:
+                return at_points[1].strip()
+            plain = _IN_BRACKETS.sub("", field.description).partition(";")[0]
+            return plain.rpartition(", ")[2].strip() if ", " in plain else ""
+    return ""
+
+
+def _case_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault]:
+    """What an identification asks of its case."""
+    where = f"{path}: case = {file.case}"
+    frequencies = forcing_frequencies(base.load)
+    marched = any(not isinstance(figure, FrequencyFigure) for figure in file.figure)
+    if marched and len(frequencies) != 1:
+        words = ", ".join(f"{f:g}" for f in frequencies) or "none"
+        yield Fault((), f"{words} Hz", "loads of one forcing frequency, whose periods are the windows", where=where)
+    if isinstance(base.analysis, Periodic):
+        hint = '"analysis.type" = "transient" in [set]'
+        yield Fault((), 'analysis.type = "periodic"', '"transient": responses are marched to', hint, where=where)
+    if base.time.step == "auto":
+        hint = '"time.step" = 1e-4 in [set]; gapbeam check says which step "auto" takes'
+        yield Fault((), 'time.step = "auto"', "a step in s: one that changes with the unknowns makes the misfit jump",
+                    hint, where=where)  # fmt: skip
+
+
+def _figure_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault]:
+    """Figures of probes and components that the case has."""
+    probes = [probe.name for probe in base.probe]
+    known = COMPONENTS[base.mesh.dimension]
+    frequency = max(forcing_frequencies(base.load), default=1.0)
+    for number, figure in enumerate(file.figure, 1):
+        where = f'{path}: [[figure]] number {number} (name "{figure.name}")'
+        if isinstance(figure, MotionFigure):
+            if figure.probe not in probes:
+                close = near(figure.probe, probes)
+                expected = f"a [[probe]] of the case: {either(probes)}" if probes else "a [[probe]] in the case"
+                hint = f'did you mean "{close}"?' if close else ""
+                yield Fault((), f'probe = "{figure.probe}"', expected, hint, where=where)
+            if figure.component is not None and figure.component not in known:
+                yield Fault((), f'component = "{figure.component}"', either(known), where=where)
+            samples = figure.average.rate / frequency if figure.average is not None else float("inf")
+            if figure.statistic == "harmonic" and samples < 2 * figure.order + 2:
+                found = f"{samples:.3g} samples in a forcing period of {1.0 / frequency:g} s"
+                yield Fault((), found, f"at least {2 * figure.order + 2} for harmonic {figure.order}",
+                            "a higher rate of the average", where=where)  # fmt: skip
+        elif isinstance(figure, ForceFigure) and not probes:
+            yield Fault((), "no [[probe]] in the case", "at least one, which shows the period", where=where)
+
+
+def _experiment_faults(
+    problem: Problem, case: Path, changes: Mapping[str, Any], places: Mapping[str, str], path: Path
+) -> Iterator[Fault]:
+    """Every experiment at the start, and the first one at the bounds of every unknown, must be cases without fault."""
+    start = problem.values(problem.start)
+    settings = problem.settings(start)
+    here = dict(places) | {
+        one.unknown.key: f"{path}: [[unknown]] number {number} ({one.unknown.key} = {value:g})"
+        for number, (one, value) in enumerate(zip(problem.coordinates, start, strict=True), 1)
+    }
+    for number, experiment in enumerate(problem.experiments):
+        owner = problem.places.index(number) + 1
+        mine = {key: f"{path}: [[measurement]] number {owner} set {key}" for key in experiment.settings}
+        yield from _faults_at(case, {**changes, **experiment.settings, **settings}, here | mine)
+    first = problem.experiments[0].settings if problem.experiments else {}
+    for number, one in enumerate(problem.coordinates, 1):
+        for end in ("lower", "upper"):
+            value = getattr(one.unknown, end)
+            mine = {one.unknown.key: f"{path}: [[unknown]] number {number} ({one.unknown.key}) {end}"}
+            tried = {**changes, **first, **settings, one.unknown.key: one.setting(value)}
+            yield from _faults_at(case, tried, here | mine)
+
+
+def _faults_at(case: Path, overrides: Mapping[str, Any], places: Mapping[str, str]) -> list[Fault]:
+    try:
+        read_case(case, overrides)
+    except CaseError as error:
+        return _placed(error.faults, places)
+    return []
+
+
+def _placed(faults: Sequence[Fault], places: Mapping[str, str]) -> list[Fault]:
+    """Return faults of overrides with the place in the file of the identification that they come from."""
+    found = []
+    for fault in faults:
+        where = fault.where
+        for key in sorted(places, key=len, reverse=True):
+            where = re.sub(rf"`overrides=` {re.escape(key)}(?![\w.])", lambda _, key=key: places[key], where)  # type: ignore[misc]
+        found.append(replace(fault, where=where))
+    return found

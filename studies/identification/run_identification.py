@@ -1,0 +1,152 @@
+"""An identification from its file to its tables: the search, how well the unknowns are known, files and pictures."""
+
+from __future__ import annotations
+
+import logging
+import math
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+from rich.table import Table
+
+from gapbeam.postprocess.study_figures.identification_figures import draw_identification
+from gapbeam.solver.case.model_table import FullModel
+from gapbeam.studies.identification.conclusion import Conclusion, conclude
+from gapbeam.studies.identification.evaluations import Evaluations, prepare
+from gapbeam.studies.identification.experiment_trial import Record
+from gapbeam.studies.identification.identification_problem import Problem
+from gapbeam.studies.identification.identification_results import write_results
+from gapbeam.studies.identification.misfit import Misfit
+from gapbeam.studies.identification.parameter_search import search
+from gapbeam.studies.identification.printed_tables import sentences, tables
+from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.trials.worker_processes import SideBySide
+
+NOT_PASSED, MISSED = 4, 5
+SHOWN_FAILURES = 10
+LOG = logging.getLogger("gapbeam")
+Progress = Callable[[str, int, int | None], None]
+
+
+@dataclass(frozen=True, repr=False)
+class IdentificationResult(PrintedResult):
+    """What an identification found.
+
+    Attributes:
+        problem: The identification.
+        folder: Where its files are.
+        found: The best values and how well they are known; None where no set of values passed in all experiments.
+        failures: Records of experiments that failed, where nothing was found.
+        paths: The files and pictures.
+    """
+
+    problem: Problem
+    folder: Path
+    found: Conclusion | None
+    failures: Sequence[Record]
+    paths: Sequence[Path]
+
+    @property
+    def values(self) -> dict[str, float]:
+        """The best value of each unknown by its key, in the unit of the case file; empty where nothing was found."""
+        if self.found is None:
+            return {}
+        names = [one.unknown.key for one in self.problem.coordinates]
+        return dict(zip(names, map(float, self.found.values), strict=True))
+
+    @property
+    def exit_status(self) -> int:
+        """0; 4 where the best values themselves did not pass; 5 where the fit misses search.tolerance."""
+        if self.found is None or not self.found.passed:
+            return NOT_PASSED
+        return MISSED if self.missed else 0
+
+    @property
+    def missed(self) -> bool:
+        """Whether the fit misses the tolerance that was asked for."""
+        tolerance = self.problem.file.search.tolerance
+        if self.found is None or tolerance is None:
+            return False
+        rms = self.found.rms("fit")
+        return not (math.isfinite(rms) and rms <= tolerance)
+
+    def failure_lines(self) -> list[str]:
+        """Return the first failures, one a line."""
+        return [
+            f"{', '.join(f'{value:.6g}' for value in record['values'])}: {record['verdict']}: "
+            f"{record['message'].splitlines()[0]}"
+            for record in self.failures[:SHOWN_FAILURES]
+        ]
+
+    def remark(self) -> str | None:
+        """Return why the exit status is not 0; None where it is."""
+        if self.found is None:
+            return "no set of values passed in all experiments: nothing was identified"
+        if not self.found.passed:
+            return "some experiments did not pass at the best values"
+        if self.missed:
+            tolerance = self.problem.file.search.tolerance
+            return f"the fit misses its tolerance: rms {self.found.rms('fit'):.3g}, search.tolerance = {tolerance:g}"
+        return None
+
+    def headline(self) -> str:
+        """Return the best values, or why there are none."""
+        values = ", ".join(f"{key} = {value:.6g}" for key, value in self.values.items())
+        return "; ".join(part for part in (values, self.remark()) if part)
+
+    def tables(self) -> list[Table | str]:
+        """Return the tables of measurements, unknowns and sensitivities, and what they say in sentences."""
+        if self.found is None:
+            return list(self.failure_lines())
+        return [*tables(self.found), *sentences(self.found)]
+
+
+def run_identification(
+    problem: Problem,
+    folder: Path,
+    leave_one_out: bool = False,
+    processes: int | None = None,
+    overwrite: bool = False,
+    progress: Progress | None = None,
+) -> IdentificationResult:
+    """Search for the unknowns of an identification, or go on with the search in the folder.
+
+    Args:
+        problem: The identification, as `identification_file.read_identification` reads it.
+        folder: Where it goes.
+        leave_one_out: Predict each fitted measurement from the others too.
+        processes: Side by side; by default one a core.
+        overwrite: Begin anew.
+        progress: Called with what is done, how many sets of values were tried, and how many may be; None: unknown.
+
+    Raises:
+        UserError: The folder holds another identification or cannot be written.
+        ResultsError: What an earlier search left cannot be read.
+    """
+    if isinstance(problem.base.model, FullModel):
+        LOG.warning('model "full" marches all DOFs of the mesh in every experiment; try "reduced" or "beam" in [set]')
+    settings = problem.file.search
+
+    def report(words: str, total: int | None) -> None:
+        if progress is not None:
+            progress(words, len(misfit.tried), total)
+
+    with study_folder(folder):
+        prepare(problem, folder, overwrite)
+        with SideBySide(processes) as workers:
+            evaluations = Evaluations(problem, folder, workers, lambda: report("search", settings.budget))
+            misfit = Misfit(problem, evaluations)
+            if evaluations.records:
+                LOG.info("%d experiments are on disk already", len(evaluations.records))
+            search(misfit, problem.start, settings, settings.budget)
+            found = conclude(
+                problem, evaluations, len(misfit.tried), leave_one_out, lambda words: report(words, None)
+            )  # fmt: skip
+            if evaluations.computed:
+                LOG.info("%d experiments were run", evaluations.computed)
+        if found is None:
+            return IdentificationResult(problem, folder, None, misfit.failures(), ())
+        paths = [*write_results(found, folder), *draw_identification(folder)]
+    return IdentificationResult(problem, folder, found, (), paths)

@@ -1,0 +1,195 @@
+"""The end springs, and the length, of a beam on springs that has given frequencies.
+
+    minimize  sum_n (ln f_n(k1, k2, l) - ln f_n,given)^2 / accuracy^2
+
+over ln k1, ln k2 and, if asked for, ln l. The misfit is computed over a whole map of springs first, 1e-6 to 1e9 in
+units of E I / l^3 and E I / l, so that no valley is overlooked; the best of each valley starts a least-squares search
+with the slopes in closed form. Intervals come from the Jacobian there. They mean nothing on a plateau, where
+frequencies no longer feel a spring: so each spring is also set to either end of the map, and all else fitted anew;
+where that does as well, the frequencies determine a limit, or nothing.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, inf, sqrt
+
+import numpy as np
+from scipy.optimize import brentq
+from scipy.stats import chi2, norm
+
+from gapbeam.solver.beam_theory.spring_beam import SpringBeam
+from gapbeam.solver.system.operators import Array
+from gapbeam.studies.modes.spring_search import Found, SpringSearch
+
+CONFIDENCE = 0.95
+ACCURACY = 0.01  # of a frequency
+SAME = 0.02  # of ln k, below which two results are one
+SPRINGS = ("k1", "k2")
+LARGEST = 700.0  # of a logarithm of a number
+UNFELT = 1.0e-9  # of the largest slope of all frequencies together
+WITHIN = 0.01  # of ln k, of a limit
+
+
+@dataclass(frozen=True)
+class Estimate:
+    """A value with its interval of confidence of 95 %.
+
+    Attributes:
+        value: The best.
+        low: Lower end; 0 where the frequencies determine none.
+        high: Upper end; infinite where the frequencies determine none.
+        unit: Of all of them.
+    """
+
+    value: float
+    low: float
+    high: float
+    unit: str
+
+    @property
+    def verdict(self) -> str:
+        """What the frequencies determine: "identified", "at least", "at most" or "not identifiable"."""
+        if self.low > 0.0 and np.isfinite(self.high):
+            return "identified"
+        if self.low > 0.0:
+            return "at least"
+        return "at most" if np.isfinite(self.high) else "not identifiable"
+
+
+@dataclass(frozen=True)
+class EndSpringFit:
+    """A beam on springs that reproduces frequencies.
+
+    Attributes:
+        beam: Its dimensions; the length is the fitted one where that was fitted.
+        draught: k1, N/m.
+        torsion: k2, N m/rad.
+        length: l, m, where it was fitted; None: it was given.
+        modes: Numbers n of the frequencies.
+        given: They, Hz.
+        found: Those of the beam, Hz.
+        accuracy: Standard deviation of ln f that was expected.
+        deviation: That which the intervals stand on: the same, or what the misfit says where that is larger.
+        misfit: Root mean square of ln f_n - ln f_n,given.
+        others: Springs (k1, k2) of other valleys that do within the confidence as well.
+    """
+
+    beam: SpringBeam
+    draught: Estimate
+    torsion: Estimate
+    length: Estimate | None
+    modes: tuple[int, ...]
+    given: Array
+    found: Array
+    accuracy: float
+    deviation: float
+    misfit: float
+    others: tuple[tuple[float, float], ...]
+
+    @property
+    def springs(self) -> tuple[float, float]:
+        """k1, N/m, and k2, N m/rad."""
+        return self.draught.value, self.torsion.value
+
+    @property
+    def reproduces(self) -> bool:
+        """Whether the frequencies are met within twice their accuracy."""
+        return self.misfit <= 2.0 * self.accuracy
+
+
+def identify_end_springs(
+    beam: SpringBeam,
+    modes: Sequence[int],
+    frequencies: Sequence[float],
+    lengths: tuple[float, float] | None = None,
+    accuracy: float = ACCURACY,
+) -> EndSpringFit:
+    """Return the springs, and the length, with which a beam reproduces frequencies.
+
+    Args:
+        beam: The beam; its length is fitted where `lengths` says so, and the start of that.
+        modes: Numbers n of the frequencies, all different.
+        frequencies: f_n > 0, Hz.
+        lengths: Least and greatest length, m, to fit it between; None: that of the beam.
+        accuracy: Standard deviation of a frequency, relative. Where the misfit that remains says it is worse, the
+            intervals stand on that instead.
+
+    Raises:
+        ValueError: Fewer frequencies than unknowns, modes that are not different, or frequencies not positive.
+    """
+    unknowns = 2 if lengths is None else 3
+    if len(set(modes)) != len(frequencies) or len(modes) != len(frequencies):
+        raise ValueError("each frequency needs a mode of its own")
+    if not np.all(np.array(frequencies) > 0.0):
+        raise ValueError("a frequency is not positive")
+    if len(frequencies) < unknowns:
+        raise ValueError(f"{len(frequencies)} frequencies cannot determine {unknowns} unknowns")
+    problem = SpringSearch(beam, np.array(modes), np.log(np.array(frequencies, dtype=float)), lengths)
+    results = sorted((problem.search(start) for start in problem.starts()), key=lambda result: result.cost)
+    best, left = results[0], len(frequencies) - unknowns
+    scatter = sqrt(2.0 * best.cost / left) if left > 0 else 0.0
+    deviation = max(accuracy, scatter)
+    allowed = 0.5 * deviation**2 * chi2.ppf(CONFIDENCE, 1)
+    estimates = [_interval(problem, best, place, deviation, allowed) for place in range(unknowns)]
+    others: list[Array] = []
+    for result in results[1:]:
+        apart = [np.abs(result.x[:2] - known).max() for known in (best.x[:2], *others)]
+        if result.cost <= best.cost + allowed and min(apart) > SAME and not _on_plateau(estimates, result.x):
+            others.append(result.x[:2])
+    fitted = problem.beam_of(best.x)
+    found = fitted.frequencies(problem.modes, *np.exp(best.x[:2]))
+    return EndSpringFit(
+        fitted,
+        estimates[0],
+        estimates[1],
+        estimates[2] if lengths is not None else None,
+        tuple(int(mode) for mode in modes),
+        np.array(frequencies, dtype=float),
+        found,
+        accuracy,
+        deviation,
+        float(np.sqrt(np.mean(np.log(found / np.array(frequencies)) ** 2))),
+        tuple((exp(x[0]), exp(x[1])) for x in others),
+    )
+
+
+def _interval(problem: SpringSearch, best: Found, place: int, deviation: float, allowed: float) -> Estimate:
+    """Return the interval of one unknown: from the Jacobian, or a limit, or none where all do as well."""
+    unit, value = ("N/m", "N m/rad", "m")[place], exp(best.x[place])
+    ends = [end[place] for end in problem.bounds(problem.beam)]
+
+    def excess(x: float) -> float:
+        start = best.x.copy()
+        start[place] = x
+        return problem.search(start, held=place).cost - best.cost - allowed
+
+    if place < len(SPRINGS):
+        open_ends = [excess(end) <= 0.0 for end in ends]
+        if any(open_ends):
+            sides = [
+                end if is_open else brentq(excess, *sorted((end, float(best.x[place]))), xtol=WITHIN, rtol=1e-6)
+                for end, is_open in zip(ends, open_ends, strict=True)
+            ]
+            low, high = (0.0 if open_ends[0] else exp(sides[0])), (np.inf if open_ends[1] else exp(sides[1]))
+            return Estimate(value, low, high, unit)
+    half = norm.ppf(0.5 + 0.5 * CONFIDENCE) * deviation * _standard_error(best.jacobian, place)
+    low, high = best.x[place] - half, best.x[place] + half
+    if place >= len(SPRINGS):
+        low, high = max(low, ends[0]), min(high, ends[1])
+    return Estimate(value, exp(low), exp(high) if high < LARGEST else inf, unit)
+
+
+def _standard_error(jacobian: Array, place: int) -> float:
+    """Return the standard error of one unknown for residuals with deviation 1; infinite where nothing determines it."""
+    _, values, right = np.linalg.svd(jacobian, full_matrices=False)
+    felt = values > UNFELT * values[0]
+    if np.any(np.abs(right[~felt, place]) > UNFELT):
+        return inf
+    return float(np.linalg.norm(right[felt, place] / values[felt]))
+
+
+def _on_plateau(estimates: Sequence[Estimate], x: Array) -> bool:
+    """Return whether a result lies in the interval of the best one, along a spring that frequencies do not feel."""
+    return all(each.low <= exp(value) <= each.high for each, value in zip(estimates[:2], x[:2], strict=True))

@@ -1,0 +1,1 @@
+"""The paper of Li et al. (2013), computed again."""

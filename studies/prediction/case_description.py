@@ -1,0 +1,242 @@
+"""What a run will be and what it will cost, in tables."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import pi, sqrt
+
+import numpy as np
+from mpi4py import MPI
+from rich.table import Table
+from rich.text import Text
+
+from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
+from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
+from gapbeam.solver.memory.memory_check import lack_of_memory, refuse_too_large_before_meshing
+from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs
+from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
+from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.run.verdict import remarks_on_model
+from gapbeam.studies.prediction.large_prediction import LARGEST, predict_large
+from gapbeam.studies.prediction.trial_prediction import Prediction, predict
+from gapbeam.studies.printed_results import PrintedResult
+
+Row = tuple[str, str, str]
+
+SOFT_ENOUGH = 1.0 / 3.0
+GIGABYTE = 1.0e9
+
+
+@dataclass(frozen=True, repr=False)
+class CaseDescription(PrintedResult):
+    """What a run will be and what it will cost.
+
+    Attributes:
+        title: Of the case.
+        sections: Rows of name, value and explanation under each heading.
+        warnings: What to read with care.
+        cost: Predicted times and memory.
+    """
+
+    title: str
+    sections: dict[str, tuple[Row, ...]]
+    warnings: tuple[str, ...]
+    cost: Prediction
+
+    def headline(self) -> str:
+        """Return the predicted wall time and memory."""
+        words = f"{_duration(self.cost.total)}, {self.cost.memory / GIGABYTE:.2f} GB"
+        return f"{self.title}: {words}, {len(self.warnings)} warnings"
+
+    def tables(self) -> list[Table | Text]:
+        """Return a table for each heading, and the warnings."""
+        tables = [_table(heading, rows) for heading, rows in self.sections.items()]
+        return [*tables, *(Text(f"warning: {text}") for text in self.warnings)]
+
+
+def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
+    """Mesh, assemble and seat a case, march some steps and describe its run; of a large one, on coarser meshes.
+
+    Raises:
+        UserError: The run would be refused: scheme and contact are known to create energy, a point lies outside, or
+            there is no memory for what is tried out.
+        CaseError: The computed time step does not go with the rest of the case.
+        MeshError: A user's mesh does not fit the case.
+        NotConverged: The beam finds no seat.
+
+    Collective.
+    """
+    refuse_too_large_before_meshing(case, comm, mesh_alone=True)
+    meshed = mesh_beam(case, comm)
+    if mesh_dofs(meshed) > LARGEST:
+        cost = predict_large(case, mesh_dofs(meshed), comm)
+        sections = {"Model": tuple(_mesh_rows(case, meshed)), "Run": tuple(_cost_rows(cost))}
+        return CaseDescription(
+            case.title, sections, (*warnings(case), *_memory_warnings(case, meshed, comm)), cost
+        )  # fmt: skip
+    started = time.perf_counter()
+    model = build_model(case, comm)
+    # the first meshing is what a run pays for, also gmsh's start
+    spent = time.perf_counter() - started + meshed.seconds - model.seconds["mesh"]
+    refuse_energy_creators(model)
+    prediction = predict(model, spent, comm)
+    case, step = model.case, model.step
+    sections = {
+        "Model": tuple(_model_rows(model)),
+        "Computed defaults": tuple(row for default in model.defaults for row in _default_rows(default)),
+        "Dynamics": tuple(_dynamics_rows(model)),
+        "Run": (
+            ("scheme", case.time.scheme.type, ""),
+            *_analysis_rows(case),
+            *_adaptive_rows(model),
+            ("steps", f"{prediction.steps}", f"of {step:.6g} s up to {case.time.end:g} s"),
+            *_cost_rows(prediction),
+        ),
+    }
+    return CaseDescription(case.title, sections, tuple(_warnings(model)), prediction)
+
+
+def _cost_rows(cost: Prediction) -> list[Row]:
+    certainty = "a scaled estimate" if cost.scaled else "predicted within a factor of 2"
+    rows = [("set-up", _duration(sum(cost.setup.values())), ", ".join(_part(*part) for part in cost.setup.items()))]
+    if cost.back_substitution > 0.0:
+        rows.append(("back-substitution", f"{1e3 * cost.back_substitution:.3g} ms", "of one step"))
+    return [
+        *rows,
+        ("step", f"{1e3 * cost.per_step:.3g} ms", "with its records; " + cost.basis),
+        ("field", f"{1e3 * cost.per_field:.3g} ms", f"{cost.fields} of them"),
+        ("march", _duration(cost.march), "predicted from these"),
+        ("wall time", _duration(cost.total), f"{certainty}; without pictures"),
+        ("memory", f"{cost.memory / GIGABYTE:.2f} GB", "peak of all ranks together"),
+    ]
+
+
+def _part(name: str, seconds: float) -> str:
+    return f"{name} {_duration(seconds)}"
+
+
+def _default_rows(default: Default) -> list[Row]:
+    rows = [(default.key, f"{default.value:.4g} {default.unit}", default.reason)]
+    return rows + ([("", "", default.consequence)] if default.consequence else [])
+
+
+def _mesh_rows(case: Case, meshed: MeshedBeam) -> list[Row]:
+    topology = meshed.space.mesh.topology
+    cells = topology.index_map(topology.dim).size_global
+    return [
+        ("mesh", f"{cells} cells", f"{topology.cell_name()}, degree {case.mesh.degree}"),
+        ("degrees of freedom", f"{mesh_dofs(meshed)}", ""),
+    ]
+
+
+def _model_rows(model: Model) -> list[Row]:
+    contact = model.system.contact
+    areas = np.bincount(contact.faces, weights=contact.weights)
+    faces = ", ".join(f"{name} {1e6 * area:.5g} mm^2" for name, area in zip(contact.face_names, areas, strict=True))
+    return [
+        *_mesh_rows(model.case, model.body.meshed),
+        *(
+            []
+            if model.dofs == model.mesh_dofs
+            else [("marched", f"{model.dofs} DOFs", f"model {model.case.model.type}")]
+        ),
+        ("contact points", f"{contact.size}", f"on {contact.interface.size} interface DOFs; {faces}"),
+    ]
+
+
+def _dynamics_rows(model: Model) -> list[Row]:
+    case, duration = model.case, model.contact_duration
+    rows = [
+        (
+            bending_words(case),
+            f"{overhang_frequency(case):.4g} Hz",
+            "first bending frequency, Euler-Bernoulli",
+        ),
+        ("axial restraint", f"{restraint_frequency(case, case.restraint.axial):.3g} Hz", "rigid beam on it"),
+    ]
+    if case.mesh.dimension == 3:
+        frequency = restraint_frequency(case, case.restraint.lateral)
+        rows.append(("lateral restraint", f"{frequency:.3g} Hz", "rigid beam on it"))
+    rows.append(
+        (
+            "contact duration",
+            f"{1e6 * duration:.3g} us",
+            "at least: half a period of the supported part on "
+            f"{model.support.stiffness_per_area:.3g} {stiffness_unit(case)}; {duration / model.step:.2g} steps. "
+            "After a run, contact_episodes in summary.json gives the share of the impulse "
+            "that passes in contacts of fewer than 10 steps",
+        )
+    )
+    for load in case.load:
+        if (words := load.frequency_words(model.step)) is not None:
+            rows.append((load.name, *words))
+    return rows
+
+
+def restraint_frequency(case: Case, stiffness: float) -> float:
+    """Return the frequency of the rigid beam on a restraint, Hz."""
+    beam = case.beam
+    return sqrt(stiffness / (case.material.density * beam.length * beam.width * beam.thickness)) / (2.0 * pi)
+
+
+def _analysis_rows(case: Case) -> list[Row]:
+    if not isinstance(case.analysis, Periodic):
+        return []
+    return [("analysis", "periodic", "predicted is a march to time.end; the search from there is not")]
+
+
+def _adaptive_rows(model: Model) -> list[Row]:
+    if not model.case.time.adaptive:
+        return []
+    shortest = model.step / 2**model.case.time.max_halvings
+    wanted = RESOLVING_SHARE * model.contact_duration
+    words = f"an impact asks for {wanted:.2g} s" + (", which is out of reach" if shortest > wanted else "")
+    return [
+        ("adaptive steps", f"down to {shortest:.2g} s", f"time.max_halvings = {model.case.time.max_halvings}; {words}")
+    ]
+
+
+def _warnings(model: Model) -> list[str]:
+    accepted = accepted_energy_creators(model)
+    return [
+        *warnings(model.case),
+        *accepted,
+        *remarks_on_model(model),
+        *_restraint_warnings(model),
+    ]
+
+
+def _memory_warnings(case: Case, meshed: MeshedBeam, comm: MPI.Comm) -> list[str]:
+    fault = lack_of_memory(case, mesh_dofs(meshed), comm)
+    return [] if fault is None else [f"{fault}: gapbeam run refuses it but for gates.accept_lack_of_memory = true"]
+
+
+def _restraint_warnings(model: Model) -> list[str]:
+    case = model.case
+    wanted = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
+    lowest = min([overhang_frequency(case), *wanted])
+    names = ("axial", "lateral")[: case.mesh.dimension - 1]
+    return [
+        f"restraint.{name} gives {frequency:.3g} Hz, not soft against the lowest frequency of interest, "
+        f"{lowest:.3g} Hz; make it at least {(frequency / (SOFT_ENOUGH * lowest)) ** 2:.2g} times softer"
+        for name in names
+        if (frequency := restraint_frequency(case, getattr(case.restraint, name))) > SOFT_ENOUGH * lowest
+    ]
+
+
+def _duration(seconds: float) -> str:
+    if seconds < 120.0:
+        return f"{seconds:.2g} s" if seconds < 10.0 else f"{seconds:.0f} s"
+    return f"{seconds / 60.0:.0f} min" if seconds < 7200.0 else f"{seconds / 3600.0:.1f} h"
+
+
+def _table(title: str, rows: Sequence[Row]) -> Table:
+    table = Table(title=title, title_justify="left", show_header=False, box=None, padding=(0, 2, 0, 0))
+    for row in rows:
+        table.add_row(*(Text(cell) for cell in row))
+    return table

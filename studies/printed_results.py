@@ -1,0 +1,39 @@
+"""How results of studies print in a Python session: one line in a terminal, their tables in a notebook."""
+
+from __future__ import annotations
+
+import io
+from collections.abc import Iterable, Sequence
+
+from rich.console import Console, RenderableType
+
+WIDTH = 180  # columns
+
+
+class PrintedResult:
+    """A result that prints short in a terminal and as its tables in a notebook."""
+
+    def headline(self) -> str:
+        """Return the result in one line."""
+        raise NotImplementedError
+
+    def tables(self) -> Iterable[RenderableType]:
+        """Return what a notebook shows below that line."""
+        return ()
+
+    def __repr__(self) -> str:
+        return f"<{type(self).__name__}: {self.headline()}>"
+
+    def _repr_html_(self) -> str:
+        """Return what a notebook shows."""
+        return as_html([self.headline(), *self.tables()])
+
+
+def as_html(parts: Sequence[RenderableType]) -> str:
+    """Return text and tables as one preformatted block of HTML, with user text escaped."""
+    console = Console(record=True, width=WIDTH, file=io.StringIO(), highlight=False, markup=False)
+    for part in parts:
+        console.print(part)
+    lines = console.export_html(inline_styles=True, code_format="{code}").splitlines()
+    text = "\n".join(line.rstrip() for line in lines)
+    return f'<pre style="overflow-x: auto; line-height: 1.3">{text}</pre>'

@@ -1,0 +1,1 @@
+"""The report on results folders of any kind."""

@@ -1,0 +1,109 @@
+"""The page of a report, and its PDF, beside the results."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Sequence
+from pathlib import Path
+
+from gapbeam.postprocess.report.folder_report import Kind, report_on
+from gapbeam.postprocess.report.html_page import write_html
+from gapbeam.postprocess.report.pdf_page import BrowserError, find_browser, write_pdf
+from gapbeam.postprocess.results.damaged_files import as_written
+from gapbeam.postprocess.results_errors import OptionError
+from gapbeam.postprocess.shell_command import shell_command
+from gapbeam.solver.run.output.output_paths import check_name
+from gapbeam.solver.run.output.results_folder import check_folder
+from gapbeam.studies.stored_records import refuse_links
+
+LOG = logging.getLogger("gapbeam")
+NAME = "report.html"
+HEAVY = 8e6  # bytes; a page that is larger opens slowly on a phone
+
+
+def write_report(
+    results: Sequence[Path],
+    kinds: Sequence[Kind],
+    page: Path | None = None,
+    pdf: bool | None = None,
+    overwrite: bool = False,
+) -> list[Path]:
+    """Write what results show as one page that works offline, and as PDF.
+
+    Args:
+        results: Folders of runs or studies.
+        kinds: Kinds of results folders that studies write, the most particular first.
+        page: Page to write, *.html; None: report.html in the folder, or in one for all of them.
+        pdf: Whether to print the page too; None: where a browser is found.
+        overwrite: Replace an earlier report.
+
+    Returns:
+        The page and, where there is one, its PDF.
+
+    Raises:
+        ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read.
+        OptionError: Another suffix, or a report that is there.
+        UserError: A place that cannot be written.
+        BrowserError: No browser for a PDF that was asked for, or one that printed nothing.
+    """
+    page = page if page is not None else page_of(results)
+    _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)
+    with as_written(*results):
+        made = report_on(results, shell_command("gapbeam", "report", *results), kinds)
+        write_html(made, page)
+    return [page, *print_page(page, pdf)]
+
+
+def print_page(page: Path, pdf: bool | None) -> list[Path]:
+    """Make the PDF of a page beside it.
+
+    Args:
+        page: A page that is written, *.html.
+        pdf: Whether to print it; None: where a browser is found.
+
+    Returns:
+        The PDF, where there is one.
+
+    Raises:
+        BrowserError: No browser for a PDF that was asked for, or one that printed nothing.
+    """
+    if page.stat().st_size > HEAVY:
+        LOG.warning("%s has %.1f MB: it opens slowly on a phone", page, page.stat().st_size / 1e6)
+    if pdf is False:
+        return []
+    try:
+        browser = find_browser()
+    except BrowserError as lacking:
+        if pdf:
+            raise
+        LOG.info("no PDF: %s", lacking)
+        return []
+    return [write_pdf(page, page.with_suffix(".pdf"), browser)]
+
+
+def page_of(results: Sequence[Path]) -> Path:
+    """Return where the report on results goes by default."""
+    if len(results) == 1:
+        return results[0] / NAME
+    names = [folder.resolve().name for folder in results]
+    rest = names[1] if len(names) == 2 else f"{len(names) - 1}-others"
+    return Path("results") / f"{names[0]}-and-{rest}" / NAME
+
+
+def _check(page: Path, printed: Path, prints: bool, overwrite: bool) -> None:
+    """Refuse a page that could not or should not be written.
+
+    Raises:
+        OptionError: Another suffix, or a report that is there.
+        UserError: A folder that cannot be written.
+    """
+    check_name(page)
+    check_name(printed.with_name(printed.name + ".part"))
+    refuse_links(places=(page, printed, page.with_name(page.name + ".part")))
+    if page.suffix.lower() not in (".html", ".htm"):
+        raise OptionError(f"`output=` {page}: expected a file that ends in .html; its PDF stands beside it")
+    there = [path for path in (page, *([printed] if prints else [])) if path.exists()]
+    if there and not overwrite:
+        words = " and ".join(map(str, there))
+        raise OptionError(f"{words} is there already; choose another `output=`, or pass `overwrite=True` to replace it")
+    check_folder(page.parent, overwrite=True)

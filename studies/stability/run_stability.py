@@ -1,0 +1,95 @@
+"""A case over a grid of stiffness, step and scheme: trials, tables and maps of where it can be trusted."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections import Counter
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_stability_map
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.trials.axes import Axis
+from gapbeam.studies.trials.grid import run_grid, table
+
+SCHEME = "time.scheme"
+
+
+@dataclass(frozen=True, repr=False)
+class StabilityResult(PrintedResult):
+    """Where a case can be trusted.
+
+    Attributes:
+        folder: Where its files are.
+        records: One record a trial: the values of the keys, verdict and figures.
+        pictures: The maps.
+    """
+
+    folder: Path
+    records: Sequence[dict[str, Any]]
+    pictures: Sequence[Path]
+
+    def summaries(self) -> list[str]:
+        """Return one line a scheme: verdicts by number, and the largest residual of the trials that passed."""
+        lines = []
+        for name in dict.fromkeys(record[SCHEME] for record in self.records):
+            mine = [record for record in self.records if record[SCHEME] == name]
+            counts = Counter(record["verdict"] for record in mine)
+            verdicts = ", ".join(f"{count} {verdict}" for verdict, count in counts.most_common())
+            residuals = [abs(record["residual"]) for record in mine if record["verdict"] == "passed"]
+            worst = f"; largest residual of those that passed {max(residuals):.1e}" if residuals else ""
+            lines.append(f"{name}: {verdicts}{worst}")
+        return lines
+
+    def headline(self) -> str:
+        """Return how many trials passed."""
+        passed = sum(record["verdict"] == "passed" for record in self.records)
+        return f"{passed} of {len(self.records)} trials passed"
+
+    def tables(self) -> list[str]:
+        """Return the line of each scheme."""
+        return self.summaries()
+
+
+def run_stability(
+    case: Path,
+    axes: Sequence[Axis],
+    folder: Path,
+    fixed: Sequence[str] = (),
+    jobs: int | None = None,
+    progress: Callable[[int, int], None] | None = None,
+) -> StabilityResult:
+    """Try a case at every point of a grid, and write tables and maps.
+
+    Args:
+        case: Path of the case file.
+        axes: What varies; "time.scheme" must be among the keys.
+        folder: Where the files go.
+        fixed: Overrides of every point, KEY=VALUE.
+        jobs: Processes; by default one a core.
+        progress: Called with the number of trials that are done, and of all.
+
+    Raises:
+        CaseError: The case has faults at every point; those of the first are reported.
+        UserError: The grid is too large, or the folder cannot be written.
+    """
+    with study_folder(folder):
+        records = table(run_grid(case, fixed, axes, jobs, progress), axes)
+        write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
+        _write_csv(folder / "stability.csv", records)
+        pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]
+        for picture, quantity in zip(pictures, QUANTITIES.values(), strict=True):
+            draw_stability_map(records, picture, shown=quantity)
+    return StabilityResult(folder, records, pictures)
+
+
+def _write_csv(path: Path, records: Sequence[dict[str, Any]]) -> None:
+    with path.open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, list(records[0]))
+        writer.writeheader()
+        writer.writerows(records)

@@ -1,0 +1,256 @@
+"""What a sweep is asked to do, and its folder: finished points, and the refusal of a case that has changed."""
+
+from __future__ import annotations
+
+import json
+import re
+import shutil
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from gapbeam.postprocess.report.study_json import read_object
+from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.known_keys import flat
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.faults import CaseError
+from gapbeam.solver.models.body_key import body_key
+from gapbeam.solver.run.checkpoint.case_fingerprint import checksum_of
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.studies.stored_records import REMEDY, StoredResponse, checked, differing, refuse_links
+from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
+
+PLAN_FILE = "plan.json"
+POINTS = "points"
+FORMAT = 1
+_NUMBERED = re.compile(r"\d{6}\.json")
+
+
+@dataclass(frozen=True)
+class Sweep:
+    """A sweep over the keys of a case.
+
+    Attributes:
+        case: Path of the case file.
+        fixed: Overrides of every point, KEY=VALUE.
+        axes: What varies.
+        zipped: Lists side by side instead of a grid.
+        carry: Whether points along the last axis start from the end of the one before them.
+        both: Whether they are carried downward too.
+        starts: Starts of every point, or of every chain of carried points: the seat and starts - 1 kicks.
+        seed: Of the kicks.
+        transient: s after which a response counts; None: found out.
+        tolerance: Of the periodicity, and of responses that are taken for the same.
+    """
+
+    case: Path
+    fixed: tuple[str, ...]
+    axes: tuple[Axis, ...]
+    zipped: bool = False
+    carry: bool = False
+    both: bool = False
+    starts: int = 1
+    seed: int = 0
+    transient: float | None = None
+    tolerance: float = 0.02
+
+    def points(self) -> list[tuple[str, ...]]:
+        """The values of every point.
+
+        Raises:
+            UserError: Too many, a key twice, or lists of different lengths.
+        """
+        return points_of(self.axes, self.zipped)
+
+    def overrides(self, point: Sequence[str]) -> list[str]:
+        """The overrides of a point."""
+        return overrides_of(self.axes, point, self.fixed)
+
+
+class Task(NamedTuple):
+    """One response to compute.
+
+    Attributes:
+        number: Of the response in the sweep, which names its files.
+        values: Of the axes.
+        direction: "up" or "down" along the last axis where the state is carried, or "".
+        start: 0 the seat, else the number of a kick.
+    """
+
+    number: int
+    values: tuple[str, ...]
+    direction: str
+    start: int
+
+
+class Chain(NamedTuple):
+    """Responses that one process computes one after the other; in a carried chain each starts from the last one."""
+
+    sweep: Sweep
+    folder: Path
+    tasks: tuple[Task, ...]
+
+
+def chains_of(sweep: Sweep, folder: Path) -> list[Chain]:
+    """Return the chains of a sweep, in an order that does not depend on what is done already."""
+    points = sweep.points()
+    chains: list[list[tuple[tuple[str, ...], str, int]]] = []
+    if sweep.carry:
+        length = len(points) if sweep.zipped else len(sweep.axes[-1].values)
+        lines = [points[first : first + length] for first in range(0, len(points), length)]
+        for line in lines:
+            for direction in ("up", "down") if sweep.both else ("up",):
+                way = line if direction == "up" else line[::-1]
+                chains += [[(values, direction, start) for values in way] for start in range(sweep.starts)]
+    else:
+        chains = [[(values, "", start)] for values in points for start in range(sweep.starts)]
+    numbered, number = [], 0
+    for chain in chains:
+        tasks = tuple(Task(number + place, *task) for place, task in enumerate(chain))
+        number += len(chain)
+        numbered.append(Chain(sweep, folder, tasks))
+    return numbered
+
+
+def read_points(sweep: Sweep) -> dict[tuple[str, ...], Case | CaseError]:
+    """Read the case of every point; those with faults are results.
+
+    Raises:
+        CaseError: Every point has faults; those of the first are reported.
+        UserError: What is asked for is no march, or a state cannot be carried along the last key.
+    """
+    found: dict[tuple[str, ...], Case | CaseError] = {}
+    for point in sweep.points():
+        try:
+            found[point] = read_case(sweep.case, sweep.overrides(point))
+        except CaseError as error:
+            found[point] = error
+    faults = [entry for entry in found.values() if isinstance(entry, CaseError)]
+    if len(faults) == len(found):
+        raise faults[0]
+    if any(isinstance(case, Case) and isinstance(case.analysis, Periodic) for case in found.values()):
+        raise UserError(
+            'analysis.type = "periodic": a sweep marches to its responses; expected "transient", or a '
+            "[analysis.continuation] and gapbeam run, which follow a periodic response along a key"
+        )
+    if sweep.carry:
+        _check_carry(sweep, found)
+    return found
+
+
+def _check_carry(sweep: Sweep, cases: Mapping[tuple[str, ...], Case | CaseError]) -> None:
+    """Refuse to carry a state along a key that changes what the state is a state of."""
+    if sweep.zipped:
+        lines: dict[tuple[str, ...], list[Case]] = {(): [case for case in cases.values() if isinstance(case, Case)]}
+    else:
+        lines = {}
+        for point, case in cases.items():
+            if isinstance(case, Case):
+                lines.setdefault(point[:-1], []).append(case)
+    for line in lines.values():
+        keys = [body_key(case) for case in line]
+        if any(key != keys[0] for key in keys):
+            tables = [flat(key.model_dump(mode="json")) for key in keys]
+            name = next(name for name in tables[0] if any(table.get(name) != tables[0][name] for table in tables))
+            raise UserError(
+                f"`carry=True`: {name} changes along {sweep.axes[-1].key}, so a state does not fit the next point; "
+                "expected a last key that leaves mesh, material, model and places as they are, such as "
+                "support.clearance, contact.stiffness, load.NAME.amplitude or load.NAME.frequency"
+            )
+
+
+def prepare(sweep: Sweep, folder: Path, cases: Sequence[Case], overwrite: bool) -> int:
+    """Make the folder of a sweep, or go on with the one that is there.
+
+    Args:
+        sweep: What to do.
+        folder: Its folder.
+        cases: The case at the points, as far as it has no faults.
+        overwrite: Remove what an earlier sweep left.
+
+    Returns:
+        The number of responses that are on disk already.
+
+    Raises:
+        UserError: The folder holds another sweep: which key differs, and how; or it holds links.
+        ResultsError: What an earlier sweep left cannot be read.
+    """
+    plan, path = _plan(sweep, cases), folder / PLAN_FILE
+    refuse_links(folder, folder / POINTS)
+    if path.exists() and not overwrite:
+        words = differing(read_object(path, remedy=REMEDY), plan, _ARGUMENTS)
+        if words:
+            raise UserError(
+                f"{folder} holds another sweep: {words}; expected the same case and options to go on with it. "
+                "Choose another `output=`, or pass `overwrite=True` to begin anew"
+            )
+        _check_responses(sweep, folder)
+    try:
+        if overwrite and path.exists():
+            shutil.rmtree(folder / POINTS, ignore_errors=True)
+        (folder / POINTS).mkdir(parents=True, exist_ok=True)
+        write_beside(path, json.dumps(plan, indent=1) + "\n")
+    except OSError as error:
+        raise UserError(f"{folder} cannot be written ({error.strerror}); choose another `output=`") from error
+    return len(finished(folder))
+
+
+def finished(folder: Path) -> dict[int, dict[str, Any]]:
+    """Return the records of the responses that are on disk, by number.
+
+    Raises:
+        ResultsError: One cannot be read, or is no record.
+    """
+    paths = sorted(path for path in (folder / POINTS).glob("*.json") if _NUMBERED.fullmatch(path.name))
+    return {int(path.stem): checked(read_object(path, remedy=REMEDY), StoredResponse, path) for path in paths}
+
+
+def _check_responses(sweep: Sweep, folder: Path) -> None:
+    """Refuse records of other responses than those of the sweep.
+
+    Raises:
+        ResultsError: There is one.
+    """
+    tasks = {task.number: task for chain in chains_of(sweep, folder) for task in chain.tasks}
+    for number, record in finished(folder).items():
+        values = tasks[number].values if number in tasks else ()
+        wanted = dict(zip((axis.key for axis in sweep.axes), values, strict=False))
+        if record["values"] != wanted:
+            path = folder / POINTS / f"{number:06d}.json"
+            expected = f"the response at {wanted}" if wanted else f"at most {len(tasks)} responses"
+            raise ResultsError(path, f"the response at {record['values']}", expected, REMEDY)
+
+
+def point_file(folder: Path, task: Task, suffix: str = "json") -> Path:
+    """Return the file of a response."""
+    return folder / POINTS / f"{task.number:06d}.{suffix}"
+
+
+def _plan(sweep: Sweep, cases: Sequence[Case]) -> dict[str, Any]:
+    """Return what a sweep depends on, key by key."""
+    swept = {axis.key for axis in sweep.axes}
+    plan: dict[str, Any] = {"format": FORMAT}
+    tables = [flat(case.model_dump(mode="json")) for case in cases]
+    plan |= {key: value for key, value in tables[0].items() if all(table.get(key) == value for table in tables)}
+    if cases[0].mesh.file is not None:
+        content = Path(cases[0].mesh.file)
+        plan["contents of mesh.file"] = checksum_of(content) if content.is_file() else None
+    plan |= {f"values of {axis.key}": list(axis.values) for axis in sweep.axes}
+    plan |= {f"--{key}": getattr(sweep, name) for key, name in _OPTIONS.items()}
+    return {key: value for key, value in plan.items() if key not in swept}
+
+
+_OPTIONS = {
+    "zip": "zipped",
+    "carry": "carry",
+    "both": "both",
+    "starts": "starts",
+    "seed": "seed",
+    "transient": "transient",
+    "tolerance": "tolerance",
+}
+_ARGUMENTS = {f"--{key}": f"`{name}=`" for key, name in _OPTIONS.items()}

@@ -1,0 +1,198 @@
+"""One chain of a sweep, in a process of its own: set up, start, march, classify, and to the disk."""
+
+from __future__ import annotations
+
+import io
+import json
+import math
+import time
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
+from gapbeam.postprocess.signals.record_figures import WORD, figures_of_record
+from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.postprocess.signals.steady_figures import Quantity, Steady, steady
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.contact.laws.damper import NO_DAMPER
+from gapbeam.solver.errors import RunError
+from gapbeam.solver.faults import CaseError
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
+from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
+from gapbeam.studies.trials.kept_body import KeptBody
+from gapbeam.studies.trials.response import VERDICTS, Response, respond
+from gapbeam.studies.trials.starts import Start, carried, kicked, seated
+
+SAME = 1e-6  # of the range of the gaps: the same basis gives the same gaps
+_End = tuple[State, Case]
+BODY = KeptBody()  # of this process
+
+
+def run_chain(chain: Chain) -> int:
+    """Compute the responses of a chain that are not on disk yet, and return how many there were."""
+    first = next((place for place, task in enumerate(chain.tasks) if not point_file(chain.folder, task).exists()), None)
+    if first is None:
+        return 0
+    before: _End | None = None
+    if chain.sweep.carry and first > 0 and point_file(chain.folder, chain.tasks[first - 1], "npz").exists():
+        before = _kept(chain, chain.tasks[first - 1])
+        first = 0 if before is None else first
+    for task in chain.tasks[first:]:
+        record, before = _response(chain, task, before)
+        write_beside(point_file(chain.folder, task), json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
+    return len(chain.tasks) - first
+
+
+def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, Any], _End | None]:
+    """Return the record of a response, and its case and end for the next one."""
+    sweep, clock = chain.sweep, time.perf_counter()
+    record: dict[str, Any] = {
+        "values": dict(zip((axis.key for axis in sweep.axes), task.values, strict=True)),
+        "direction": task.direction,
+        "start": "",
+        "verdict": "passed",
+        "exit_status": 0,
+        "message": "",
+        "notes": [],
+    }
+    try:
+        case = read_case(sweep.case, sweep.overrides(task.values))
+        model = BODY.model(case)
+        begin = _start(model, task, before, sweep.seed)
+    except (CaseError, RunError) as error:
+        verdict = "refused" if isinstance(error, CaseError) else VERDICTS.get(type(error), "failed")
+        return record | {"verdict": verdict, "exit_status": error.exit_status, "message": str(error)}, None
+    record["start"], record["notes"] = begin.word, list(begin.notes)
+    set_up = time.perf_counter() - clock
+    steps, frequency = span(model)
+    response = respond(model, begin.state, steps, case.output.history_interval or model.step)
+    record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "steps")}
+    record |= {name: getattr(response, name) for name in ("created", "residual", "penetration", "peak_force")}
+    record |= _classified(model, response, frequency, begin, sweep.transient, record["notes"], 0.5 * sweep.tolerance)
+    record["seconds"] = {"set_up": set_up, "march": response.seconds}
+    end = response.end if response.verdict == "passed" else None
+    if end is None or not sweep.carry:
+        return record, None
+    _keep(chain, task, end)
+    return record, (end, model.case)
+
+
+def span(model: Model) -> tuple[int, float | None]:
+    """Return the steps of a response, a whole number of forcing periods up to time.end, and the forcing frequency."""
+    frequencies = forcing_frequencies(model.case.load)
+    if len(frequencies) != 1:
+        return round(model.case.time.end / model.step), None
+    periods = math.floor(model.case.time.end * frequencies[0] + 1e-9)
+    return max(1, round(max(periods, 1) / (frequencies[0] * model.step))), frequencies[0]
+
+
+def _start(model: Model, task: Task, before: _End | None, seed: int) -> Start:
+    if before is not None:
+        return carried(model, *before)
+    return seated(model) if task.start == 0 else kicked(model, task.start, seed)
+
+
+def _classified(
+    model: Model,
+    response: Response,
+    frequency: float | None,
+    begin: Start,
+    transient: float | None,
+    notes: list[str],
+    limit: float,
+) -> dict[str, Any]:
+    """Return the period and the figures of a response, as far as its records allow."""
+    if response.verdict != "passed":
+        return {}
+    after = None if transient is None else begin.state.time + transient
+    history = as_history(response.history, response.labels)
+    try:
+        if frequency is None:
+            return _without_period(history, after, notes) | {"transient": transient or 0.0}
+        found = steady(history, frequency, after, limit)
+    except SignalError as fault:
+        notes.append(f"no figures: {fault}")
+        return {}
+    notes += found.notes
+    if found.cycle.period != 1 and stays_linear(model, history, found.start):
+        notes.append(
+            "the contact did not change and is linear, so that there is one response, of period 1: what else moves "
+            "has not faded yet; try a larger time.end"
+        )
+        return described(found) | {"response": NOT_SETTLED, "transient": found.start - begin.state.time}
+    return described(found) | {"transient": found.start - begin.state.time}
+
+
+def stays_linear(model: Model, history: xr.Dataset, after: float) -> bool:
+    """Return whether the beam was a linear system from some time on: no point opened or closed, on linear springs.
+
+    A linear system with damping has one steady response, with the period of its forcing.
+
+    Args:
+        model: The model.
+        history: Its records.
+        after: s.
+    """
+    law = model.law
+    if law.spring.exponent != 1.0 or law.friction is not None or law.damper.law != NO_DAMPER.law:
+        return False
+    closed = history["active_points"].sel(time=slice(after, None)).values
+    return bool(np.all(closed == closed[:1]))
+
+
+def described(found: Steady) -> dict[str, Any]:
+    """Return a steady response as plain data; accelerations in g too."""
+    return {
+        "response": found.word,
+        "period": found.cycle.period,
+        "repeats_within": found.cycle.residual,
+        "windows": found.windows,
+        "periods_in_a_window": found.periods,
+        "figures": _as_data(found.quantities),
+    }
+
+
+def _without_period(history: xr.Dataset, after: float | None, notes: list[str]) -> dict[str, Any]:
+    """Return the figures of a response that no forcing period divides: peaks over the record, one window."""
+    quantities, words = figures_of_record(history, after)
+    notes += ["the forcing has no single frequency: no cycle, figures are peaks over the whole record", *words]
+    return {"response": WORD, "windows": 1, "figures": _as_data(quantities)}
+
+
+def _as_data(quantities: Mapping[str, Quantity]) -> dict[str, Any]:
+    return {
+        name: {"unit": one.unit, "mean": one.mean, "scatter": one.scatter, "unsettled": one.unsettled}
+        | ({"mean_in_g": one.mean * shown(one.unit)[1]} if one.unit == "m/s^2" else {})
+        for name, one in quantities.items()
+    }
+
+
+def _keep(chain: Chain, task: Task, end: State) -> None:
+    """Put the end of a response on disk, for a sweep that goes on after an interruption."""
+    path, data = point_file(chain.folder, task, "npz"), io.BytesIO()
+    np.savez(data, time=end.time, u=end.u[0], v=end.v[0], depth=end.depth, pressure=end.pressure)
+    part = path.with_name(path.name + ".part")
+    part.write_bytes(data.getvalue())
+    part.replace(path)
+
+
+def _kept(chain: Chain, task: Task) -> _End | None:
+    """Return end and case of a response that is on disk; None where this process has another basis than that one."""
+    case = read_case(chain.sweep.case, chain.sweep.overrides(task.values))
+    system = BODY.model(case).system
+    with np.load(point_file(chain.folder, task, "npz")) as data:
+        u, v = imaged(system.operators, data["u"]), imaged(system.operators, data["v"])
+        state = State(float(data["time"]), u, v, data["depth"], data["pressure"])
+    depth = system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators))
+    same = np.allclose(depth, state.depth, rtol=0.0, atol=SAME * float(np.ptp(state.depth)) + 1e-15)
+    return (state, case) if same else None

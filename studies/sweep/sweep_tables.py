@@ -1,0 +1,110 @@
+"""What a sweep leaves behind: one table of all responses, the census, and a picture."""
+
+from __future__ import annotations
+
+import csv
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.study_figures.response_census import Branch, Point
+from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
+from gapbeam.solver.run.output.results_folder import write_beside
+
+PLAIN = ("direction", "start", "verdict", "response", "period", "repeats_within", "transient", "windows")
+FIGURES = ("periods_in_a_window", "created", "residual", "penetration", "peak_force")
+
+
+def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Sequence[Point]) -> list[Path]:
+    """Write sweep.csv (a row a response), sweep.json (all that is known of it), census.json and sweep.png.
+
+    Returns:
+        The files.
+    """
+    paths = [folder / name for name in ("sweep.csv", "sweep.json", "census.json", "sweep.png")]
+    rows = [_row(record) for record in records]
+    columns = list(dict.fromkeys(name for row in rows for name in row))
+    with paths[0].open("w", newline="", encoding="utf-8") as file:
+        writer = csv.DictWriter(file, columns)
+        writer.writeheader()
+        writer.writerows(rows)
+    write_beside(paths[1], json.dumps(list(records), indent=1) + "\n")
+    write_beside(paths[2], json.dumps([_as_data(point) for point in points], indent=1) + "\n")
+    if any(point.branches for point in points):
+        draw_branches(points, paths[3])
+        return paths
+    return paths[:3]
+
+
+def _row(record: Mapping[str, Any]) -> dict[str, Any]:
+    """Return a record as one flat row; accelerations in g too."""
+    row: dict[str, Any] = dict(record["values"])
+    row |= {name: record.get(name) for name in PLAIN + FIGURES}
+    row |= {f"{name} (s)": value for name, value in (record.get("seconds") or {}).items()}
+    for name, figure in (record.get("figures") or {}).items():
+        row[f"{name} ({figure['unit']})"] = figure["mean"]
+        row[f"{name} scatter ({figure['unit']})"] = figure["scatter"]
+        if "mean_in_g" in figure:
+            row[f"{name} (g)"] = figure["mean_in_g"]
+    return row | {"message": record["message"], "notes": "; ".join(record["notes"])}
+
+
+def _as_data(point: Point) -> dict[str, Any]:
+    return {
+        "values": point.values,
+        "responses": [
+            {
+                "response": branch.word,
+                "reached": branch.count,
+                "reached_from": branch.reached_from,
+                "figures": {
+                    name: {"mean": mean, "scatter": scatter, "unit": unit}
+                    for name, (mean, scatter, unit) in branch.figures.items()
+                },
+            }
+            for branch in point.branches
+        ],
+        "did_not_pass": [
+            {name: record.get(name) for name in ("start", "direction", "verdict", "message", "notes")}
+            for record in point.failures
+        ],
+    }
+
+
+def census_table(points: Sequence[Point]) -> Table:
+    """Return the census for the terminal: a row a response of a point."""
+    names = _amplitudes(branch for point in points for branch in point.branches)
+    heads = [f"{name}, {shown(unit)[0]}" for name, unit in names.items()]
+    table = Table(*points[0].values, "response", "reached", *heads, box=None, title="Responses", title_justify="left")
+    for point in points:
+        for branch in point.branches:
+            cells = [_cell(branch, name) for name in names]
+            ways = ", ".join(f"{way}" for way in dict.fromkeys(branch.reached_from))
+            table.add_row(*point.values.values(), branch.word, f"{branch.count} ({ways})", *cells)
+        for record in point.failures:
+            words = record["verdict"] if record["verdict"] != "passed" else "no figures"
+            start = " ".join(filter(None, (record["start"], record["direction"])))
+            table.add_row(*point.values.values(), words, f"from {start}" if start else "", *("" for _ in names))
+    return table
+
+
+def _amplitudes(branches: Iterable[Branch]) -> dict[str, str]:
+    """Return names and units of what the terminal shows."""
+    names: dict[str, str] = {}
+    for branch in branches:
+        for name, (_, _, unit) in branch.figures.items():
+            if name.endswith((" smoothed acceleration", " displacement", " peak force")):
+                names.setdefault(name, unit)
+    return names
+
+
+def _cell(branch: Branch, name: str) -> str:
+    if name not in branch.figures:
+        return "-"
+    mean, scatter, unit = branch.figures[name]
+    factor = shown(unit)[1]
+    return f"{factor * mean:.4g}" + (f" ± {factor * scatter:.2g}" if scatter > 5e-4 * abs(mean) else "")

@@ -1,0 +1,1 @@
+"""The trade-off between speed and accuracy: fidelity levels, measured."""

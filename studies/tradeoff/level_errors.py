@@ -1,0 +1,192 @@
+"""How far a fidelity level is from the finest, how far that may be from the truth, and which fidelity level to take.
+
+All fidelity levels start from their own seat, so that their motions can be compared as long as the motion can be
+predicted: as long as the members of the reference family stay together. Over that span figures are compared one by one.
+Beyond it a chaotic motion has only statistics: means over windows and starts, with their standard errors.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from math import inf, log
+
+import numpy as np
+
+from gapbeam.postprocess.signals.steady_figures import HARMONICS
+from gapbeam.postprocess.study_figures.response_census import CREEPING
+from gapbeam.studies.tradeoff.fidelity_levels import REFINEMENT, Level, LevelPlan
+from gapbeam.studies.tradeoff.level_measurement import Measured
+
+GROUPS = ("acceleration", "displacement", "harmonics", "peak force", "impulse")
+TOGETHER = 0.01  # rms difference of waveforms over their range, up to which motions can be predicted
+ORDERS = (0.5, 4.0)  # observed orders that are believed
+STANDARD_ERRORS = 2.0
+ENDINGS = {
+    " smoothed acceleration": "acceleration",
+    " displacement": "displacement",
+    " peak force": "peak force",
+    " impulse": "impulse",
+}
+Figures = Mapping[str, float]
+
+
+@dataclass(frozen=True)
+class Judged:
+    """A fidelity level and its distance from the reference.
+
+    Attributes:
+        level: The fidelity level.
+        measured: Its cost and answers.
+        errors: Largest relative difference of every group of figures over the span that can be predicted.
+        statistics: Largest difference of the long means beyond 2 standard errors; None without long marches.
+        seconds: Predicted wall time of the whole case on it: set-up and march, s.
+    """
+
+    level: Level
+    measured: Measured
+    errors: dict[str, float]
+    statistics: float | None
+    seconds: float
+
+    @property
+    def error(self) -> float:
+        """The largest error over all groups; infinite for a fidelity level that failed."""
+        return max(self.errors.values(), default=inf)
+
+    def inside(self, tolerance: float) -> bool:
+        """Whether figures and statistics are within a tolerance of the reference."""
+        return self.measured.verdict == "passed" and max(self.error, self.statistics or 0.0) <= tolerance
+
+
+def judged(level: Level, measured: Measured, reference: Measured, periods: int, end: float) -> Judged:
+    """Compare a fidelity level with the reference.
+
+    Args:
+        level: The fidelity level.
+        measured: What it answered.
+        reference: What the reference answered.
+        periods: Forcing periods from the seat over which they are compared.
+        end: Simulated time of the case, s.
+    """
+    seconds = measured.set_up + end * measured.per_second
+    if measured.verdict != "passed":
+        return Judged(level, measured, {}, None, seconds)
+    errors = differences(measured.figures(periods), reference.figures(periods))
+    return Judged(level, measured, errors, _beyond(measured, reference), seconds)
+
+
+def differences(one: Figures, other: Figures) -> dict[str, float]:
+    """Return the largest difference of every group of figures, relative to the other."""
+    found: dict[str, float] = {}
+    scales = _scales(other)
+    for name in one.keys() & other.keys():
+        group = _group(name)
+        if group is not None:
+            found[group] = max(found.get(group, 0.0), abs(one[name] - other[name]) / scales[name])
+    return {group: found[group] for group in GROUPS if group in found}
+
+
+def predictable_periods(family: Sequence[Measured], most: int) -> int:
+    """Return for how many forcing periods from the seat all motions stay with the first one."""
+    first = family[0]
+    for periods in range(1, most + 1):
+        waves = first.waves(periods)
+        for other in family[1:]:
+            others = other.waves(periods)
+            for name, wave in waves.items():
+                values = np.interp(wave.time, others[name].time, others[name].values)
+                span = float(np.ptp(wave.values))
+                if span > 0.0 and float(np.sqrt(np.mean((values - wave.values) ** 2))) > TOGETHER * span:
+                    return periods - 1
+    return most
+
+
+def uncertainty(plan: LevelPlan, found: Mapping[str, Measured], periods: int) -> dict[str, float]:
+    """Return what the reference itself may be off by: mesh, step and basis, each relative, summed by group.
+
+    From three meshes h, r h, r^2 h with values q, the error of the finest is |q1 - q0| / (r^p - 1) with
+    r^p = (q2 - q1) / (q1 - q0), p within 0.5 and 4; where the differences do not shrink, the largest of them.
+    Likewise for steps, with r = 2 and p up to 2.
+
+    Source: Roache (1994), J. Fluids Eng. 116, 405, for the estimate.
+    """
+    figures = {level.name: found[level.name].figures(periods) for level in plan.family}
+    reference = figures[plan.reference.name]
+    total: dict[str, float] = {}
+    scales = _scales(reference)
+    triples = [(plan.meshes, REFINEMENT, ORDERS[1]), (plan.steps, 2.0, 2.0)]
+    for name, finest in reference.items():
+        group = _group(name)
+        if group is None:
+            continue
+        error = abs(figures[plan.basis.name][name] - finest)
+        for levels, ratio, most in triples:
+            values = [finest, *(figures[level.name][name] for level in levels)]
+            error += richardson(values[0], values[1], values[2], ratio, most)
+        total[group] = max(total.get(group, 0.0), error / scales[name])
+    return {group: total[group] for group in GROUPS if group in total}
+
+
+def richardson(finest: float, middle: float, coarsest: float, ratio: float, most: float) -> float:
+    """Return the estimated error of the finest of three values; see `uncertainty`."""
+    near, far = middle - finest, coarsest - middle
+    if near == 0.0:
+        return 0.0
+    if far * near <= 0.0 or abs(far) <= abs(near):
+        return max(abs(near), abs(far))
+    order = float(np.clip(log(far / near) / log(ratio), ORDERS[0], most))
+    return float(abs(near) / (ratio**order - 1.0))
+
+
+def choice(levels: Sequence[Judged], tolerance: float) -> Judged | None:
+    """Return the cheapest fidelity level inside a tolerance; None where none is."""
+    inside = [one for one in levels if one.inside(tolerance)]
+    return min(inside, key=lambda one: one.seconds, default=None)
+
+
+def front(levels: Sequence[Judged]) -> list[Judged]:
+    """Return the fidelity levels than which no other is both cheaper and nearer, from cheap to dear."""
+    best, found = inf, list[Judged]()
+    for one in sorted(levels, key=lambda one: (one.seconds, one.error)):
+        if one.error < best:
+            best = one.error
+            found.append(one)
+    return found
+
+
+def _group(name: str) -> str | None:
+    if " harmonic " in name:
+        return "harmonics"
+    return next((group for ending, group in ENDINGS.items() if name.endswith(ending)), None)
+
+
+def _scales(figures: Figures) -> dict[str, float]:
+    """Return what differences are relative to: themselves; harmonics, forces and impulses to the largest of them."""
+    scales = {name: abs(value) for name, value in figures.items()}
+    for name in figures:
+        if " harmonic " in name:
+            probe = name.split(" harmonic ")[0]
+            scales[name] = max(figures[f"{probe} harmonic {order}"] for order in range(1, HARMONICS + 1))
+        else:
+            ending = next((ending for ending in (" impulse", " peak force") if name.endswith(ending)), None)
+            if ending is not None:
+                scales[name] = max(value for key, value in figures.items() if key.endswith(ending))
+    return {name: scale or 1.0 for name, scale in scales.items()}
+
+
+def _beyond(one: Measured, other: Measured) -> float | None:
+    """Return the largest difference of long means that 2 standard errors do not explain; infinite for other cycles."""
+    if not one.long or not other.long:
+        return None
+    cycles = [{word for word in measured.words if word != CREEPING} for measured in (one, other)]
+    if cycles[0] and cycles[1] and not cycles[0] & cycles[1]:
+        return inf
+    found = 0.0
+    scales = _scales({name: quantity.mean for name, quantity in other.long.items()})
+    for name in one.long.keys() & other.long.keys():
+        if _group(name) is not None:
+            a, b = one.long[name], other.long[name]
+            allowed = STANDARD_ERRORS * float(np.hypot(a.uncertainty, b.uncertainty))
+            found = max(found, (abs(a.mean - b.mean) - allowed) / scales[name])
+    return found

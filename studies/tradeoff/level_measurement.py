@@ -1,0 +1,182 @@
+"""What a fidelity level costs and what it answers, measured in a process of its own."""
+
+from __future__ import annotations
+
+import contextlib
+import resource
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import ceil
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
+from gapbeam.postprocess.signals.smoothing import smooth
+from gapbeam.postprocess.signals.steady_figures import Quantity, figures_over, steady
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.errors import RunError
+from gapbeam.solver.faults import CaseError
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.semi_discrete import State
+from gapbeam.studies.trials.kept_body import KeptBody
+from gapbeam.studies.trials.response import VERDICTS, Response, respond
+from gapbeam.studies.trials.starts import kicked, seated
+
+WARM_UP = 20  # steps that are not timed: code is loaded and memory touched
+KEPT = ("displacement", "velocity", "acceleration_absolute", "contact_force", "impulse")
+_SAME = 1e-6
+
+
+class Job(NamedTuple):
+    """What to measure.
+
+    Attributes:
+        case: Path of the case file.
+        changes: Keys to replace.
+        periods: Forcing periods from the start that are followed.
+        cycles: Forcing periods of the long marches after which figures are taken; 0: no long march.
+        transient: Forcing periods that a long march passes before.
+        starts: Long marches: from the seat, and from kicks.
+        seed: Of the kicks.
+    """
+
+    case: Path
+    changes: Mapping[str, Any]
+    periods: int
+    cycles: int = 0
+    transient: int = 0
+    starts: int = 1
+    seed: int = 0
+
+
+@dataclass
+class Measured:
+    """Cost and answers of a fidelity level.
+
+    Attributes:
+        verdict: "passed", or what went wrong.
+        message: The error, where there was one.
+        dofs: DOFs that are marched.
+        mesh_dofs: DOFs of the mesh.
+        step: s.
+        set_up: Wall time before the march, s.
+        per_second: Wall time of a simulated second, s.
+        memory: Largest resident memory of the process up to then, bytes.
+        residual: Residual of the energy balance relative to the energy exchanged.
+        frequency: Of the forcing, Hz.
+        records: Of the motion from the seat over the periods followed, as in `response.Response`.
+        labels: Names along their labeled dimensions.
+        words: Kind of response of every long march.
+        long: Figures of the windows of all long marches together, by name.
+    """
+
+    verdict: str = "passed"
+    message: str = ""
+    dofs: int = 0
+    mesh_dofs: int = 0
+    step: float = 0.0
+    set_up: float = 0.0
+    per_second: float = 0.0
+    memory: int = 0
+    residual: float = 0.0
+    frequency: float = 0.0
+    records: dict[str, np.ndarray] = field(default_factory=dict)
+    labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    words: list[str] = field(default_factory=list)
+    long: dict[str, Quantity] = field(default_factory=dict)
+
+    def figures(self, periods: int) -> dict[str, float]:
+        """The figures of the first forcing periods, by name as in `steady_figures.steady`."""
+        quantities, _, _ = figures_over(self._history(periods), self.frequency, periods)
+        return {name: one.mean for name, one in quantities.items()}
+
+    def waves(self, periods: int) -> dict[str, Signal]:
+        """Displacement and 2.5 ms mean acceleration of the probes over the first forcing periods."""
+        history, found = self._history(periods), dict[str, Signal]()
+        for probe in self.labels["probe"]:
+            found[f"{probe} displacement"] = probe_signal(history, "displacement", probe)
+            with contextlib.suppress(SignalError):  # recorded too seldom
+                found[f"{probe} smoothed acceleration"] = smooth(probe_signal(history, "acceleration_absolute", probe))
+        return found
+
+    def _history(self, periods: int) -> xr.Dataset:
+        inside = self.records["time"] <= (periods + _SAME) / self.frequency
+        return as_history({name: values[inside] for name, values in self.records.items()}, self.labels)
+
+
+def measure(jobs: Sequence[Job]) -> list[Measured]:
+    """Measure fidelity levels in turn; those of one body set it up once, and its time counts for each of them."""
+    kept = KeptBody()
+    return [_measure(job, kept) for job in jobs]
+
+
+def _measure(job: Job, kept: KeptBody) -> Measured:
+    """Measure a fidelity level; one that fails says so."""
+    found = Measured()
+    try:
+        case = read_case(job.case, job.changes)
+        model = kept.model(case)
+        clock = time.perf_counter()
+        seat = seated(model).state
+        found.set_up = kept.seconds + time.perf_counter() - clock
+        respond(model, seat, WARM_UP)
+        found.dofs, found.mesh_dofs, found.step = model.dofs, model.mesh_dofs, model.step
+        _follow(job, model, seat, found)
+        if job.cycles and found.verdict == "passed":
+            _settle(job, model, seat, found)
+    except CaseError as error:
+        found.verdict, found.message = "refused", str(error)
+    except RunError as error:
+        found.verdict, found.message = VERDICTS.get(type(error), "failed"), str(error)
+    except SignalError as error:
+        found.verdict, found.message = "failed", str(error)
+    found.memory = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+    return found
+
+
+def _march(model: Model, start: State, periods: int, found: Measured) -> Response:
+    (frequency,) = forcing_frequencies(model.case.load)
+    interval = model.case.output.history_interval or model.step
+    interval = max(interval, model.step)
+    steps = ceil(periods / (frequency * model.step) - _SAME)
+    response = respond(model, start, steps, interval)
+    if response.verdict != "passed":
+        found.verdict, found.message = response.verdict, response.message
+    return response
+
+
+def _follow(job: Job, model: Model, seat: State, found: Measured) -> None:
+    """Follow the motion from the seat, as far as it can be predicted."""
+    (frequency,) = forcing_frequencies(model.case.load)
+    response = _march(model, seat, job.periods, found)
+    found.per_second = response.seconds / (response.steps * model.step)
+    found.residual = response.residual
+    if found.verdict != "passed":
+        return
+    found.frequency, found.labels = frequency, response.labels
+    found.records = {name: response.history[name] for name in ("time", *KEPT)}
+
+
+def _settle(job: Job, model: Model, seat: State, found: Measured) -> None:
+    """March for long from every start, and take figures over windows after the transient."""
+    (frequency,) = forcing_frequencies(model.case.load)
+    pooled: dict[str, list[np.ndarray]] = {}
+    units: dict[str, str] = {}
+    for number in range(job.starts):
+        start = seat if number == 0 else kicked(model, number, job.seed).state
+        response = _march(model, start, job.transient + job.cycles, found)
+        if response.verdict != "passed":
+            return
+        history = as_history(response.history, response.labels)
+        settled = steady(history, frequency, start.time + job.transient / frequency)
+        found.words.append(settled.word)
+        for name, one in settled.quantities.items():
+            pooled.setdefault(name, []).append(one.values)
+            units[name] = one.unit
+    found.long = {name: Quantity(units[name], np.concatenate(values)) for name, values in pooled.items()}

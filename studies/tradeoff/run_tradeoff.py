@@ -1,0 +1,120 @@
+"""A trade-off from a case file to its files, and the level of fidelity that a stored one names for a tolerance."""
+
+from __future__ import annotations
+
+import logging
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from rich.table import Table
+
+from gapbeam.postprocess.shell_command import shell_command
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.errors import UserError
+from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
+from gapbeam.studies.tradeoff.tradeoff_report import as_table, verdict, write_study
+from gapbeam.studies.tradeoff.tradeoff_study import Study, run_study
+
+LOG = logging.getLogger("gapbeam")
+MINUTES, TOLERANCE = 12.0, 0.02
+NONE_INSIDE = 5
+
+
+@dataclass(frozen=True, repr=False)
+class TradeoffResult(PrintedResult):
+    """A trade-off and its files.
+
+    Attributes:
+        folder: Where they are.
+        study: Levels of fidelity with their costs and errors.
+        paths: The files.
+    """
+
+    folder: Path
+    study: Study
+    paths: tuple[Path, ...]
+
+    @property
+    def changes(self) -> dict[str, Any] | None:
+        """Keys that the cheapest level inside the tolerance replaces; None where there is no such level."""
+        chosen = self.study.chosen
+        return None if chosen is None else dict(chosen.level.changes)
+
+    @property
+    def exit_status(self) -> int:
+        """0 where a level is inside the tolerance, else 5."""
+        return 0 if self.study.chosen is not None else NONE_INSIDE
+
+    def headline(self) -> str:
+        """Return the verdict."""
+        return verdict(self.study)
+
+    def tables(self) -> list[Table]:
+        """Return costs and errors of all levels."""
+        return [as_table(self.study)]
+
+
+def run_tradeoff(
+    case: Path,
+    folder: Path,
+    fixed: Mapping[str, Any] | None = None,
+    tolerance: float = TOLERANCE,
+    minutes: float = MINUTES,
+    report: Callable[[str], None] = LOG.info,
+) -> TradeoffResult:
+    """Measure time, memory and error of models, meshes, steps and schemes of a case, and write what was found.
+
+    Args:
+        case: Path of the case file.
+        folder: Where the trade-off goes.
+        fixed: Keys that are replaced on all levels.
+        tolerance: Largest error that will do, as a fraction.
+        minutes: Wall time that the study may take.
+        report: Called with what is known beforehand and with what each level gave.
+
+    Raises:
+        CaseError: The case has faults.
+        UserError: Its forcing has no single frequency, its mesh cannot be refined, or the reference fails.
+    """
+    fixed = dict(fixed or {})
+    read = read_case(case, fixed)
+    with study_folder(folder):
+        study = run_study(case, fixed, tolerance, minutes, report)
+        return TradeoffResult(folder, study, tuple(write_study(folder, study, study_key(read))))
+
+
+def tradeoff_folder(case: Path) -> Path:
+    """Return where the trade-off of a case is kept."""
+    return Path("results") / f"{case.stem}-tradeoff"
+
+
+def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: bool) -> tuple[str, dict[str, Any]]:
+    """Return the cheapest level inside a tolerance, and all keys that it replaces; a missing study is made now.
+
+    Args:
+        case: Path of the case file.
+        fixed: Keys that the run replaces.
+        tolerance: Largest error that will do, as a fraction.
+        alone: Whether this process may make the study: not under mpirun.
+
+    Raises:
+        UserError: No level is inside the tolerance, or the study would have to be made under mpirun.
+        CaseError: The case has faults.
+    """
+    folder, read = tradeoff_folder(case), read_case(case, fixed)
+    found = stored_choice(folder, read, tolerance)
+    if found is None:
+        if not alone:
+            made = shell_command("gapbeam", "tradeoff", case)
+            raise UserError(f"{folder} holds no trade-off of this case; run {made} first, on one rank")
+        LOG.info("no trade-off of this case in %s: measured now, up to %g minutes", folder, MINUTES)
+        run_tradeoff(case, folder, fixed, tolerance)
+        found = stored_choice(folder, read, tolerance)
+        assert found is not None
+    name, changes = found
+    LOG.info("tolerance %g %%: %s, as measured in %s", 100.0 * tolerance, name, folder)
+    return name, {**fixed, **changes}

@@ -1,0 +1,253 @@
+"""The trade-off of a case: the reference, then the fidelity levels from cheap to dear, within a budget of time."""
+
+from __future__ import annotations
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import ceil, inf
+from pathlib import Path
+from typing import Any
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.reading.overrides import parse_value
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.studies.tradeoff.fidelity_levels import FINEST, REFINEMENT, Level, LevelPlan, plan_levels
+from gapbeam.studies.tradeoff.level_errors import (
+    GROUPS,
+    Judged,
+    choice,
+    differences,
+    front,
+    judged,
+    predictable_periods,
+    uncertainty,
+)
+from gapbeam.studies.tradeoff.level_measurement import Job, Measured, measure
+from gapbeam.studies.trials.worker_processes import side_by_side
+
+FOLLOWED = 8  # forcing periods after the ramp over which motions are followed at most
+CYCLES, TRANSIENT = 60, 24  # forcing periods of the long marches
+STARTS = 2
+SHARE = 0.35  # of the budget that the reference may take
+GROWTH = 1.2  # exponent of time over DOFs
+Report = Callable[[str], None]
+
+
+@dataclass(frozen=True)
+class Study:
+    """A trade-off.
+
+    Attributes:
+        case: The case.
+        plan: What was run of it.
+        found: Measurements of the reference family, by name.
+        levels: The fidelity levels and their errors.
+        reference: The reference, compared with itself, and the check of it by full finite elements.
+        full_check: Differences of the reduced and the full model on the mesh of the case; None where the full one was
+            not affordable.
+        uncertainty: Of the reference, by group of figures.
+        periods: Forcing periods from the seat over which figures were compared.
+        chaotic: Whether the reference never repeats.
+        tolerance: What was asked for.
+        chosen: The cheapest fidelity level inside it, or None.
+        skipped: Fidelity levels that were too dear, with their predicted time, s.
+        seconds: Wall time of the study, s.
+        notes: What was reported before the study.
+    """
+
+    case: Case
+    plan: LevelPlan
+    found: dict[str, Measured]
+    levels: tuple[Judged, ...]
+    reference: Judged
+    full_check: dict[str, float] | None
+    uncertainty: dict[str, float]
+    periods: int
+    chaotic: bool
+    tolerance: float
+    chosen: Judged | None
+    skipped: tuple[tuple[Level, float], ...]
+    seconds: float
+    notes: tuple[str, ...]
+
+    @property
+    def front(self) -> list[Judged]:
+        """The fidelity levels than which no other is both cheaper and nearer."""
+        return front([one for one in self.levels if one.measured.verdict == "passed"])
+
+
+def overrides_as_mapping(texts: list[str]) -> dict[str, Any]:
+    """Return overrides KEY=VALUE as a mapping; what is none of them stays for the reader to refuse."""
+    pairs = (text.partition("=") for text in texts)
+    return {name.strip(): parse_value(value.strip()) for name, _, value in pairs}
+
+
+def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: float, report: Report) -> Study:
+    """Run the fidelity levels of a case.
+
+    Args:
+        case: Path of the case file.
+        fixed: Keys that are replaced on all fidelity levels.
+        tolerance: Largest error of a fidelity level that will do.
+        minutes: Wall time that the study may take.
+        report: Called with what is known beforehand and what each fidelity level gave.
+
+    Raises:
+        CaseError: The case has faults.
+        UserError: Its forcing has no single frequency, its mesh cannot be refined, or the reference fails.
+    """
+    started, budget = time.perf_counter(), 60.0 * minutes
+    read = read_case(case, fixed)
+    frequency = _frequency(read)
+    plan = plan_levels(read)
+    notes = list(plan.notes)
+    for note in notes:
+        report(note)
+    ramps = [load.rise_time for load in read.load]
+    ramp = ceil(max(ramps, default=0.0) * frequency - 1e-9)
+    most = ramp + FOLLOWED
+
+    def job(level: Level, periods: int, long: bool) -> Job:
+        cycles = CYCLES if long else 0
+        return Job(case, {**fixed, **plan.fixed, **level.changes}, periods, cycles, ramp + TRANSIENT, STARTS)
+
+    def run(levels: Sequence[Level], periods: int, long: Callable[[Level], bool]) -> list[Measured]:
+        ((_, results),) = side_by_side(measure, [[job(level, periods, long(level)) for level in levels]], 1)
+        return results
+
+    # the coarsest of the reference first: what it cost says what the finest will
+    coarsest = plan.meshes[1]
+    (first,) = run([coarsest], most, lambda _: False)
+    _must_pass(coarsest, first)
+    plan = _affordable(read, plan, first, most, frequency, SHARE * budget)
+    finest = plan.reference
+    predicted = _family_seconds(first, plan, coarsest, most, frequency)
+    notes.append(
+        f"reference: {finest.name}, the finest that is affordable: about {predicted:.0f} s for it and what its "
+        "uncertainty is made of"
+    )
+    report(notes[-1])
+    found: dict[str, Measured] = {}
+    for group in together(plan.family):
+        for level, result in zip(group, run(group, most, lambda level: level is finest), strict=True):
+            _must_pass(level, result)
+            found[level.name] = result
+            report(f"{level.name}: {result.dofs} DOFs, set-up {result.set_up:.1f} s")
+    family = [found[level.name] for level in (finest, plan.meshes[0], plan.steps[0], plan.basis)]
+    periods = max(predictable_periods(family, most), min(ramp + 1, most), 2)
+    truth = found[finest.name]
+    chaotic = "no cycle" in truth.words
+    words = f"motions are compared over the first {periods} forcing periods, as long as they can be predicted"
+    words += (
+        "; the response never repeats, so beyond that means over windows and starts are compared" if chaotic else ""
+    )
+    notes.append(words)
+    report(words)
+    levels: list[Judged] = []
+    skipped: list[tuple[Level, float]] = []
+    last: dict[int, tuple[Level, Measured]] = {}  # the last full fidelity level of each dimension
+    for group in together(plan.levels):
+        left = budget - (time.perf_counter() - started)
+        wanted = _predicted(group[0], last, periods / frequency)
+        if wanted > left:
+            skipped += [(level, wanted) for level in group]
+            report(f"{group[0].name}: skipped, about {wanted:.0f} s of {max(left, 0.0):.0f} s that are left")
+            continue
+        for level, measured in zip(group, run(group, periods, lambda level: not level.full), strict=True):
+            if level.full and measured.verdict == "passed":
+                last[level.dimension] = level, measured
+            one = judged(level, measured, truth, periods, read.time.end)
+            levels.append(one)
+            report(f"{level.name}: " + _words(one))
+    own, full = (_named(levels, f"{model} {read.mesh.dimension}D") for model in ("reduced", "full"))
+    check = _full_check(own, full, periods)
+    return Study(
+        read, plan, found, tuple(levels), judged(finest, truth, truth, periods, read.time.end), check,
+        uncertainty(plan, found, periods), periods, chaotic, tolerance, choice(levels, tolerance), tuple(skipped),
+        time.perf_counter() - started, tuple(notes),
+    )  # fmt: skip
+
+
+def together(levels: Sequence[Level]) -> list[list[Level]]:
+    """Return fidelity levels in groups that share a mesh and a model, in the order of the first of each."""
+    groups: dict[str, list[Level]] = {}
+    for level in levels:
+        groups.setdefault(level.body, []).append(level)
+    return list(groups.values())
+
+
+def _frequency(case: Case) -> float:
+    frequencies = forcing_frequencies(case.load)
+    if len(frequencies) != 1 or not case.probe:
+        found = ", ".join(f"{f:g} Hz" for f in frequencies) or "no harmonic load"
+        raise UserError(
+            f"a trade-off compares figures over forcing periods at probes: found {found} and {len(case.probe)} probes; "
+            "expected harmonic loads of one frequency and at least one [[probe]]"
+        )
+    return frequencies[0]
+
+
+def _must_pass(level: Level, measured: Measured) -> None:
+    if measured.verdict != "passed":
+        raise UserError(f"the reference of the trade-off, {level.name}, {measured.verdict}: {measured.message}")
+
+
+def _seconds(first: Measured, size: float, simulated: float, parts: float = 1.0) -> float:
+    """Return the predicted time of a level whose mesh has size times the DOFs, with parts times the steps, s."""
+    return float(first.set_up * size**GROWTH + simulated * first.per_second * parts)
+
+
+def _family_seconds(first: Measured, plan: LevelPlan, coarsest: Level, periods: int, frequency: float) -> float:
+    """Return the predicted time of the reference family, whose steps are all the shortest but two, s."""
+    short, long = periods / frequency, STARTS * (CYCLES + TRANSIENT) / frequency
+    total = long * first.per_second
+    for group in together(plan.family):
+        total += _seconds(first, group[0].size / coarsest.size, len(group) * short)
+    return total
+
+
+def _affordable(
+    case: Case, plan: LevelPlan, first: Measured, periods: int, frequency: float, budget: float
+) -> LevelPlan:
+    """Return the plan with the finest reference that is affordable."""
+    coarsest, coarser = plan.meshes[1], 1.0
+    while _family_seconds(first, plan, coarsest, periods, frequency) > budget and coarser * FINEST < 2.0:
+        coarser *= REFINEMENT
+        plan = plan_levels(case, coarser)
+    return plan
+
+
+def _predicted(level: Level, last: dict[int, tuple[Level, Measured]], simulated: float) -> float:
+    """Return the predicted time of a full level from the last one of its dimension, s; 0 where nothing is known."""
+    if not level.full or level.dimension not in last:
+        return 0.0
+    before, measured = last[level.dimension]
+    size = level.size / before.size
+    return _seconds(measured, size, simulated, float(size**GROWTH))
+
+
+def _named(levels: list[Judged], name: str) -> Judged | None:
+    return next((one for one in levels if one.level.name == name), None)
+
+
+def _full_check(own: Judged | None, full: Judged | None, periods: int) -> dict[str, float] | None:
+    if own is None or full is None or {own.measured.verdict, full.measured.verdict} != {"passed"}:
+        return None
+    return differences(own.measured.figures(periods), full.measured.figures(periods))
+
+
+def _words(one: Judged) -> str:
+    if one.measured.verdict != "passed":
+        return f"{one.measured.verdict}: {one.measured.message.splitlines()[0]}"
+    worst = max(one.errors, key=lambda group: one.errors[group], default=GROUPS[0])
+    statistics = (
+        "" if one.statistics in (None, 0.0) else f", statistics {_percent(one.statistics or 0.0)} beyond scatter"
+    )
+    return f"{one.seconds:.3g} s for the case, {_percent(one.error)} off in {worst}{statistics}"
+
+
+def _percent(fraction: float) -> str:
+    return "another cycle" if fraction == inf else f"{100 * fraction:.2g} %"

@@ -1,0 +1,182 @@
+"""Where a response starts: the seat, the seat with a random kick, or the end of another response.
+
+A settled response may be one of several; which one depends on the start. Kicks are velocities of the seated beam, and
+phases of the forcing, drawn from a seeded generator; carried starts follow a response from point to point.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from math import ceil, floor, pi
+
+import numpy as np
+from scipy.optimize import linprog
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.march.simulation import Simulation
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
+
+SOFT = 2.0 * pi  # rad/s: springs on the mass that leave a free body its rigid motions, far below bending
+KICK = 2.0  # times the energy of the forced motion that a kick has at most
+_WHOLE = 1.0e-6
+
+
+@dataclass(frozen=True)
+class Start:
+    """A state to start from, and what has to be reported about it.
+
+    Attributes:
+        state: The state.
+        word: "seat", "undeformed", "kick 3" or "carried".
+        notes: What was changed to carry it, and what does not fit.
+    """
+
+    state: State
+    word: str
+    notes: tuple[str, ...] = ()
+
+
+def seated(model: Model) -> Start:
+    """Return the static seat at t = 0; the undeformed pose where the case asks for it.
+
+    Raises:
+        NotConverged: Nothing holds the beam.
+
+    Collective.
+    """
+    simulation = Simulation(model)
+    seat = simulation.seat()
+    begin = simulation.start(seat)
+    return Start(begin, "seat" if begin is seat.state else "undeformed")
+
+
+def kicked(model: Model, number: int, seed: int) -> Start:
+    """Return the seat with a random velocity, after the ramp, at a random phase of the forcing.
+
+    A load that never repeats, such as a record, acts from its start.
+
+    The velocity is a random combination of the rigid motions in the bending plane and of the shapes in which the
+    loads bend the beam, (K + omega^2 M)^-1 f; its kinetic energy is uniform up to twice f^T (K + omega^2 M)^-1 f / 2
+    of the loads that drive.
+
+    Args:
+        model: The model.
+        number: Of the kick; the same number, seed and model give the same start.
+        seed: Of the generator.
+
+    Collective.
+    """
+    generator = np.random.default_rng([seed, number])
+    seat, operators, case = seated(model).state, model.system.operators, model.case
+    omega = 2.0 * pi * max(forcing_frequencies(case.load), default=1.0)
+    amplitudes = {load.name: load.peak for load in case.load if not load.static}
+    forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in model.system.loads if not load.static]
+    stiff = operators.factor(omega**2, 1.0)
+    shapes = [stiff.solve(force) for force in forces]
+    energy = 0.5 * sum(float(x) for x in model.system.dots([(x, f) for x, f in zip(shapes, forces, strict=True)]))
+    shapes += list(_rigid(model).T)
+    velocity = np.zeros(operators.size)
+    for shape in shapes:
+        size = float(model.system.dots([(shape, operators.apply_mass(shape))])[0])
+        velocity += generator.standard_normal() * shape / np.sqrt(size)
+    kinetic = 0.5 * float(model.system.dots([(velocity, operators.apply_mass(velocity))])[0])
+    velocity *= np.sqrt(generator.uniform(0.0, KICK) * energy / kinetic)
+    ramps = [load.rise_time for load in case.load]
+    frequencies = forcing_frequencies(case.load)
+    period = 1.0 / frequencies[0] if frequencies else 0.0
+    steps = ceil(max(ramps, default=0.0) / model.step - _WHOLE) + floor(generator.uniform() * period / model.step)
+    if not _repeats(case):
+        steps = 0
+    state = replace(seat, time=steps * model.step, v=imaged(operators, velocity))
+    return Start(state, f"kick {number}")
+
+
+def carried(model: Model, end: State, before: Case) -> Start:
+    """Return the end of a response of a variant of the model as a start.
+
+    Displacement and velocity are those of the end. The time is the first, after the ramp, at which the forcing has
+    the phase that it had there, to the nearest step; a load that never repeats acts from its start. Where the faces
+    have come closer, as with a smaller clearance, the beam is moved as a rigid body in the bending plane, by the least
+    that leaves no point deeper in its face than it was: the base stays where it is, the gland has come down, and no
+    energy is put into the contact.
+
+    Args:
+        model: The model to start; its DOFs mean what they meant.
+        end: The end of the response.
+        before: The case of the response.
+
+    Collective.
+    """
+    contact, operators = model.system.contact, model.system.operators
+    time, notes = _time(model, end, before)
+    u = end.u[VALUE]
+    depth = contact.depth(contact.interface.trace(u, operators))
+    allowed = np.maximum(end.depth, 0.0) if len(end.depth) == len(depth) else np.zeros(len(depth))
+    if np.any(depth > allowed + _slack(allowed)):
+        u, moved, left = _moved_clear(model, u, depth, allowed)
+        depth = contact.depth(contact.interface.trace(u, operators))
+        notes.append(f"moved by up to {moved:.3g} m as a rigid body, as the faces are closer")
+        if left > _slack(allowed):
+            notes.append(f"in spite of that {left:.3g} m deeper in its faces than before")
+    pressure = end.pressure if len(end.pressure) == contact.size else np.zeros(contact.size)
+    state = State(time, imaged(operators, u), imaged(operators, end.v[VALUE]), depth, pressure)
+    return Start(state, "carried", tuple(notes))
+
+
+def _time(model: Model, end: State, before: Case) -> tuple[float, list[str]]:
+    if not _repeats(model.case):
+        return 0.0, []
+    old, new, step = forcing_frequencies(before.load), forcing_frequencies(model.case.load), model.step
+    if len(old) != 1 or len(new) != 1:
+        return round(end.time / step) * step, []
+    phase = end.time * old[0]
+    ramps = [load.rise_time for load in model.case.load]
+    phase += ceil(max(ramps, default=0.0) * new[0] - phase - _WHOLE) if phase < max(ramps, default=0.0) * new[0] else 0
+    number = round(phase / (new[0] * step))
+    jump = abs(number * step * new[0] - phase)
+    words = [f"the phase of the forcing jumps by {jump:.2g} of a period, to a whole step"] if jump > 1e-4 else []
+    return number * step, words
+
+
+def _repeats(case: Case) -> bool:
+    """Return whether all loads are static or repeat."""
+    return all(load.repeats for load in case.load)
+
+
+def _slack(allowed: Array) -> float:
+    return 1.0e-9 * float(np.max(allowed)) + 1.0e-12
+
+
+def _rigid(model: Model) -> Array:
+    """Return heave and pitch of the body, (n, 2): what soft springs on its mass let forces at the faces do."""
+    contact, operators = model.system.contact, model.system.operators
+    soft = operators.factor(SOFT**2, 1.0)
+    lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
+    signs = np.where(contact.faces == 0, 1.0, -1.0)
+    motions = []
+    for forces in (contact.weights * signs, contact.weights * signs * lever):
+        right_side = np.zeros(operators.size)
+        contact.interface.add(right_side, contact.resultant(forces))
+        motions.append(soft.solve(right_side))
+    return np.stack(motions, axis=1)
+
+
+def _moved_clear(model: Model, u: Array, depth: Array, allowed: Array) -> tuple[Array, float, float]:
+    """Return u with the least rigid motion that clears the faces, its size at the faces, and what is left, m."""
+    contact, operators = model.system.contact, model.system.operators
+    motions = _rigid(model)
+    deeper = np.stack([contact.depth(contact.interface.trace(x, operators)) + contact.initial_gap for x in motions.T]).T
+    scale = np.abs(deeper).max(axis=0)
+    deeper, motions = deeper / scale, motions / scale
+    count, unit = motions.shape[1], float(np.max(depth - allowed))
+    # least sum |a_i| + 1000 t, with depth + deeper a <= allowed + t, a = a+ - a-, all in units of the excess
+    cost = np.concatenate([np.ones(2 * count), [1000.0]])
+    rows = np.hstack([deeper, -deeper, -np.ones((len(depth), 1))])
+    found = linprog(cost, rows, (allowed - depth) / unit, method="highs")
+    if found.x is None:
+        return u, 0.0, unit
+    shift = unit * (found.x[:count] - found.x[count : 2 * count])
+    return u + motions @ shift, float(np.abs(deeper @ shift).max()), unit * float(found.x[-1])

@@ -1,0 +1,172 @@
+"""Runs that leave what their equations assume: status, reason, the table, and what the report shows of it."""
+
+from __future__ import annotations
+
+import json
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+import gapbeam
+from tests.shared.command import DEMO, PROJECT, alone, called, on_ranks, settings
+
+pytestmark = alone
+
+CLAMPED = PROJECT / "cases" / "clamped.toml"
+BEAM = ("model.type=beam",)
+RESONANT = (
+    *BEAM,
+    "time.step=4e-4",
+    "load.shaker.amplitude=0.2",
+    "load.shaker.frequency=45.8",
+    "damping.ratios=[0.002,0.002]",
+    "output.history_interval=4e-4",
+    "output.fields_interval=0.4",
+    "time.end=2.0",
+)
+NAMES = [
+    "small rotation",
+    "small strain",
+    "inside the support",
+    "linear seat",
+    "penetration beside the thickness",
+    "penetration beside the clearance",
+    "contacts resolved by the step",
+    "weak restraint",
+    "step beside the frequencies",
+    "damping of the scheme",
+    "resonance beside the scheme",
+]
+
+
+def run(folder: Path, case: Path, *overrides: str) -> dict[str, Any]:
+    """Run a case and return its summary, with what was said and the exit status."""
+    done = called("run", case, *settings(*overrides), "--output", folder)
+    assert "Traceback" not in done.stderr
+    summary: dict[str, Any] = json.loads((folder / "summary.json").read_text(encoding="utf-8"))
+    assert summary["exit_status"] == done.returncode
+    assert summary["message"] in done.stderr + done.stdout
+    return summary
+
+
+def finding(summary: dict[str, Any], name: str) -> dict[str, Any]:
+    """Return one row of the table."""
+    return next(one for one in summary["assumptions"] if one["name"] == name)
+
+
+def test_a_small_motion_holds_and_is_shown(tmp_path: Path) -> None:
+    """The demo stays inside of every limit: one table in summary, log and report, with when and where."""
+    summary = run(tmp_path, DEMO, *BEAM, "time.end=0.1", "material.yield_stress=3.55e8")
+    names = [one["name"] for one in summary["assumptions"]]
+    assert names[:5] == [*NAMES[:4], "no yield"]
+    assert set(NAMES) < set(names)
+    assert {one["verdict"] for one in summary["assumptions"]} == {"holds"}
+    rotation = finding(summary, "small rotation")
+    assert 0.0 < rotation["closest"] < 0.02
+    assert rotation["error_estimate"] == pytest.approx(rotation["closest"] ** 2 / 2.0)
+    assert rotation["place"][0] > 0.4
+    assert 0.0 < rotation["time"] <= 0.1
+    log = (tmp_path / "run.log").read_text(encoding="utf-8")
+    page = next(path for path in gapbeam.report(tmp_path) if path.suffix == ".html").read_text(encoding="utf-8")
+    for name in names:
+        assert f"assumption holds: {name}: " in log
+        assert name in page
+
+
+@pytest.mark.parametrize(
+    ("overrides", "name"),
+    [
+        (("load.shaker.amplitude=1e6", "time.end=0.05"), "small rotation"),
+        (("material.young_modulus=1e6", "time.end=0.05"), "linear seat"),
+    ],
+)
+def test_absurd_displacements_end_with_status_4(tmp_path: Path, overrides: tuple[str, ...], name: str) -> None:
+    """7 m of a beam of half a meter, and one of 1 MPa: status 4 with a reason of its own; records up to then stay."""
+    summary = run(tmp_path, DEMO, *BEAM, *overrides)
+    assert (summary["status"], summary["exit_status"], summary["reason"]) == ("failed", 4, "assumption broken")
+    one = finding(summary, name)
+    assert one["verdict"] == "failure"
+    assert one["closest"] > one["failure_limit"]
+    assert name in summary["message"]
+    assert "rotation^2 / 2" in summary["message"]
+    assert gapbeam.open_results(tmp_path).history.sizes["time"] >= 1
+
+
+def test_a_rotation_beyond_small_ones_is_warned_of_with_its_error(tmp_path: Path) -> None:
+    """0.1 to 0.5 rad: status 0, and a warning that gives the error estimate."""
+    summary = run(tmp_path, DEMO, *BEAM, "load.shaker.amplitude=1.5e4", "time.end=0.06", "contact.stiffness=1e12")
+    rotation = finding(summary, "small rotation")
+    assert 0.1 < rotation["closest"] < 0.5
+    assert rotation["verdict"] == "warning"
+    warning = next(text for text in summary["warnings"] if text.startswith("small rotation: "))
+    assert f"off by about {50.0 * rotation['closest'] ** 2:.2g} %" in warning
+
+
+def test_a_beam_that_leaves_its_support(tmp_path: Path) -> None:
+    """Pushed along x with a soft restraint: the run ends when half of the faces are outside, with status 4."""
+    text = DEMO.read_text(encoding="utf-8")
+    text = text.replace("amplitude = 20.0 ", "direction = [1.0, 0.0]\namplitude = 20.0 ")
+    case = tmp_path / "pushed.toml"
+    case.write_text(text, encoding="utf-8")
+    pushed = ("model.type=rigid", "restraint.axial=1.0", "load.shaker.frequency=0.5", "time.end=0.3")
+    summary = run(tmp_path / "out", case, *pushed)
+    travel = finding(summary, "inside the support")
+    assert (summary["exit_status"], summary["reason"]) == (4, "assumption broken")
+    assert "travel along the support" in summary["message"]
+    assert 0.5 < travel["closest"] < 0.55
+    displacement = gapbeam.open_results(tmp_path / "out").history["displacement"]
+    moved = float(displacement.sel(probe="tip", component="x").sel(time=travel["time"]).values)
+    assert travel["closest"] == pytest.approx(moved / 0.05, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("scheme", "status", "reason", "least"),
+    [
+        ('"discrete-gradient"', 0, None, 0.0),
+        ('{type="newmark",beta=0.36,gamma=0.7}', 3, "energy lost", 0.8),
+        ('{type="generalized-alpha",rho_inf=0.0}', 4, "assumption broken", 0.6),
+    ],
+)
+def test_schemes_that_damp_a_resonance(
+    tmp_path: Path, scheme: str, status: int, reason: str | None, least: float
+) -> None:
+    """A sharp resonance: the share of its amplitude that a scheme takes ends the run where it is most of it."""
+    summary = run(tmp_path, CLAMPED, *RESONANT, f"time.scheme={scheme}")
+    assert (summary["exit_status"], summary["reason"]) == (status, reason)
+    taken = finding(summary, "resonance beside the scheme")
+    assert taken["closest"] >= least
+    if status:
+        assert taken["verdict"] == "failure"
+        assert finding(summary, "damping of the scheme")["verdict"] == "warning"
+    if reason == "energy lost":
+        assert "gates.total_loss" in summary["message"]
+        assert summary["energy"]["algorithmic_dissipation"] > 0.1 * summary["energy"]["exchanged"]
+        allowed = run(tmp_path / "allowed", CLAMPED, *RESONANT, f"time.scheme={scheme}", "gates.total_loss=1.0")
+        assert allowed["reason"] == "assumption broken"
+
+
+def test_a_beam_model_beyond_its_frequencies(tmp_path: Path) -> None:
+    """Forced at 30 kHz, whose bending waves are hardly five times as long as the beam is thick: a warning."""
+    forced = ("load.shaker.frequency=30000.0", "load.shaker.ramp=0.0", "time.step=5e-7", "time.end=5e-5")
+    output = ("output.history_interval=5e-7", "output.fields_interval=5e-5")
+    summary = run(tmp_path, DEMO, *BEAM, *forced, *output)
+    slender = finding(summary, "beam model beside the wavelengths")
+    assert slender["verdict"] == "warning"
+    # Timoshenko's waves are a little shorter than Bernoulli's
+    wave = (2.1e11 * 0.012**2 / (12.0 * 7919.0)) ** 0.25 * (2.0 * 3.14159 / 30000.0) ** 0.5
+    assert slender["closest"] > 0.012 / wave
+    assert any("waves through the thickness" in text for text in summary["warnings"])
+
+
+def test_ranks_find_the_same(tmp_path: Path) -> None:
+    """Two ranks watch a full model and find what one finds."""
+    overrides = settings("time.end=0.01", "mesh.size=0.06", "output.fields_interval=0.01", *("load.shaker.ramp=0.0",))
+    alone_found = run(tmp_path / "one", DEMO, *overrides[1::2])["assumptions"]
+    done = on_ranks(2, "run", DEMO, *overrides, "--output", tmp_path / "two")
+    assert done.returncode == 0, done.stderr
+    both = json.loads((tmp_path / "two" / "summary.json").read_text(encoding="utf-8"))["assumptions"]
+    assert [one["name"] for one in both] == [one["name"] for one in alone_found]
+    for one, other in zip(alone_found[:4], both[:4], strict=True):
+        assert one["closest"] == pytest.approx(other["closest"], rel=1e-6, abs=1e-12)
+        assert one["place"] == pytest.approx(other["place"], abs=1e-9) if one["place"] else other["place"] is None

@@ -1,0 +1,191 @@
+"""The benchmarks on tiny meshes: the textbook's Newton finds what gapbeam finds, and tables are written."""
+
+from __future__ import annotations
+
+import importlib
+import importlib.util
+import json
+import re
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+from benchmarks import contact_points, getfem_peer, iterative_solvers, size, solves, textbook
+from benchmarks.apart import exponent
+from benchmarks.table import Table, seconds
+from benchmarks.textbook_newton import TextbookBeam
+from docs.tables.benchmark_tables import filled
+from docs.tables.narrow_tables import narrow
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.march.march_plan import march_of_model
+from gapbeam.solver.march.python.march import march
+from gapbeam.solver.models.model import build_model
+from gapbeam.solver.system.semi_discrete import VALUE
+from tests.shared.models import SOLID, beam_case, thrown
+
+alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="the textbook knows one rank")
+
+model_levels = importlib.import_module("benchmarks.rungs")
+DOCS = Path(__file__).parents[2] / "docs"
+SHAKER = {"type": "harmonic_force", "name": "shaker", "point": 0.15, "amplitude": 500.0, "frequency": 100.0}
+DAMPING = {"frequencies": [40.0, 300.0], "ratios": [0.01, 0.01]}
+
+
+def shaken(dimension: int = 3, steps: int = 40) -> Case:
+    """Return a beam that is shaken hard, by the scheme that the textbook's residual is written for."""
+    changes = {"time": {"scheme": "implicit-midpoint", "end": steps * 1.0e-4}, "damping": DAMPING}
+    if dimension == 3:
+        changes["mesh"] = SOLID
+    return beam_case(changes, ({"type": "gravity"}, SHAKER), {"tip": 0.51})
+
+
+@alone
+@pytest.mark.parametrize("factorization", ["lu", "cholesky"])
+def test_textbook_agrees(factorization: str) -> None:
+    """A solid beam that rattles: the same displacements to 1e-8 of the largest, and a table that says so."""
+    table = textbook.compare(shaken(), {factorization: 40}, 40)
+    assert table.figures["difference"] <= 1e-8
+    assert table.figures["difference"] > 0.0
+    assert "is below 1e-08" in table.markdown()
+
+
+@alone
+def test_textbook_agrees_on_a_slice_that_strikes_both_faces() -> None:
+    """The slice in plane stress thrown through its gap: points of both faces close and open; the motions agree."""
+    model = build_model(shaken(2, 60), MPI.COMM_SELF)
+    start = thrown(model)
+    beam = TextbookBeam(model, start)
+    contact, counts = model.system.contact, []
+    for step in march(march_of_model(model, model.case.time.scheme), start):
+        beam.advance()
+        mine = (step.refreshed or step.new).u[VALUE]
+        assert np.max(np.abs(beam.displacement - mine)) <= 1e-8 * np.max(np.abs(mine))
+        pressed = step.new.pressure > 0.0
+        counts.append([np.count_nonzero(pressed[contact.faces == face]) for face in (0, 1)])
+    for face in np.array(counts).T:
+        assert face.max() > 0
+        assert face.min() == 0
+
+
+def test_table_is_written(tmp_path: Path) -> None:
+    """Markdown for people, JSON with the machine for programs."""
+    Table("one", "A title", ("a", "b"), (("x", 1.23456), (None, 7)), ("a note",), {"found": 2.0}).write(tmp_path)
+    text = (tmp_path / "one.md").read_text()
+    assert "| x | 1.23 |" in text
+    assert "| - | 7 |" in text
+    assert "* a note" in text
+    words = json.loads((tmp_path / "one.json").read_text())
+    assert words["figures"] == {"found": 2.0}
+    assert words["machine"]["dolfinx"]
+
+
+@alone
+def test_sizes_are_measured_in_processes_of_their_own() -> None:
+    """Two coarse meshes: unknowns and interface DOFs grow, and every cost has an exponent."""
+    found = size.table((1, 2))
+    assert [row[0] for row in found.rows] == [3075, 5025]
+    assert found.rows[0][2] < found.rows[1][2]
+    assert set(found.figures) == {f"exponent_{name}" for name in size.COSTS}
+
+
+@alone
+def test_contact_points_grow_with_the_quadrature(monkeypatch: pytest.MonkeyPatch) -> None:
+    """One and four points in a facet."""
+    monkeypatch.setattr(contact_points, "measured_apart", lambda _, __, degree: POINTS[degree])
+    found = contact_points.table((1, 3))
+    assert [row[0] for row in found.rows] == [100, 400]
+    assert found.figures["exponent"] == pytest.approx(0.5)
+
+
+POINTS = {
+    degree: {
+        "dofs": 1000.0,
+        "points": points,
+        "delassus": 1.0,
+        "step": 1.0 + rest,
+        "back_substitution": 1.0,
+        "iterations": 2.0,
+        "memory": 1e9,
+    }
+    for degree, points, rest in (("1", 100.0, 0.1), ("3", 400.0, 0.2))
+}
+
+
+@alone
+def test_solves_by_iterations_are_measured() -> None:
+    """The coarsest meshes: a step lands with many points at once."""
+    found = solves.table((1, 2))
+    assert found.figures["largest_solve"] > 0.0
+    assert "points pressed" in str(found.rows[0][5])
+
+
+@alone
+@pytest.mark.slow
+def test_levels_are_compared_with_the_full_model(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A coarse slice in a basis with all contact DOFs: within 1e-5 in displacement; the table has every figure."""
+    monkeypatch.setattr(model_levels, "TEXTBOOK_STEPS", 1)
+    coarse = ("mesh.size=0.03", "mesh.support_size=0.0125", "mesh.cells_through_thickness=2")
+    basis = (*coarse, *model_levels.REDUCED, "model.contact=all", "model.points_across=all", "model.modes=30")
+    found = model_levels.table(
+        {"full": (model_levels.SLICE, coarse), "basis": (model_levels.SLICE, basis)}, "time.end=0.3"
+    )
+    assert [row[0] for row in found.rows] == ["full", "basis"]
+    assert 0.0 < found.figures["basis: at the same times"] <= 1e-5
+    assert None not in found.rows[1]
+    assert found.rows[1][1] < found.rows[0][1]
+
+
+def test_getfem_is_optional(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Without it the table has no rows and says how to get it."""
+    monkeypatch.setattr(getfem_peer.importlib.util, "find_spec", lambda _: None)
+    found = getfem_peer.table()
+    assert found.rows == ()
+    assert "no python3-getfem here" in found.markdown()
+
+
+@alone
+@pytest.mark.skipif(importlib.util.find_spec("getfem") is None, reason="python3-getfem is optional")
+def test_getfem_agrees() -> None:
+    """The slice of cases/demo.toml: the same seat and the same steps."""
+    (row,) = getfem_peer.table(("demo.toml",), 40).rows
+    assert max(row[2:5]) <= 1e-5
+
+
+def test_tables_are_put_into_the_page(tmp_path: Path) -> None:
+    """Between their marks, without their headings; marks without a table stay as they are."""
+    (tmp_path / "one.md").write_text("## Heading\n\n| a |\n")
+    page = "text\n<!-- one -->\nold\n<!-- /one -->\n<!-- two -->\nkept\n<!-- /two -->\n"
+    expected = "text\n<!-- one -->\n| a |\n<!-- /one -->\n<!-- two -->\nkept\n<!-- /two -->\n"
+    assert filled(page, tmp_path) == expected
+    pages = (DOCS / "benchmarks").glob("*.md")
+    marks = {mark for path in pages for mark in re.findall(r"<!-- (\w+) -->", path.read_text())}
+    assert {"textbook", "rungs", "getfem", "size", "contact_points", "predictions"} <= marks
+
+
+def test_wide_tables_are_split() -> None:
+    """Every part begins with the key columns, and no cell is lost; a narrow table stays as it is."""
+    wide = "| n | m | a | b | c |\n|---|---|---|---|---|\n| 1 | 2 | 3 | 4 | 5 |\n"
+    first = "| n | m | a | b |\n| --- | --- | --- | --- |\n| 1 | 2 | 3 | 4 |\n"
+    second = "| n | m | c |\n| --- | --- | --- |\n| 1 | 2 | 5 |\n"
+    assert narrow(f"before\n\n{wide}after\n", keys=2, most=4) == f"before\n\n{first}\n{second}after\n"
+    assert narrow(wide, keys=2) == wide
+
+
+def test_exponents_and_durations() -> None:
+    """A power law gives its power back; durations have the unit that suits them."""
+    sizes = [10.0, 100.0, 1000.0]
+    assert exponent(sizes, [3.0 * n**1.5 for n in sizes]) == pytest.approx(1.5)
+    assert [seconds(t) for t in (12.345, 0.0123, 4.5e-6)] == ["12.3 s", "12.3 ms", "4.5 us"]
+
+
+@alone
+@pytest.mark.slow
+def test_iterative_solvers_are_compared_to_the_same_accuracy() -> None:
+    """The coarsest mesh: the same V-cycle in PETSc takes as many iterations, and SLEPc's modes are as accurate."""
+    found = iterative_solvers.table((1,))
+    ours, same, _ = found.rows
+    assert same[5] == pytest.approx(ours[5], abs=1.0)
+    errors = [found.figures[f"{way}: error"] for way in (iterative_solvers.OURS, iterative_solvers.SLEPC)]
+    assert all(isinstance(error, float) and 0.0 < error < 1e-6 for error in errors)

@@ -1,0 +1,124 @@
+"""The shipped cases, the JSON schema and the page on case files agree with the models."""
+
+from __future__ import annotations
+
+import json
+import re
+import runpy
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from gapbeam.solver.case.reading.case_reader import read_case, schema, warnings
+from gapbeam.solver.case.reading.known_keys import tables
+from tests.shared.case_texts import GOOD, spoiled
+
+ROOT = Path(__file__).parents[2]
+CASES = sorted((ROOT / "cases").glob("*.toml"))
+NAMES = [path.stem for path in CASES]
+SOFT = {"li2013-adams": "the weight presses the beam 1.1e-05 m into it"}  # the contact that the paper prints is soft
+
+
+@pytest.mark.parametrize("path", CASES, ids=NAMES)
+def test_a_shipped_case_is_valid(path: Path) -> None:
+    case = read_case(path)
+    assert case.title
+    assert {probe.name for probe in case.probe} >= {"test", "tip"}
+    assert [line for line in warnings(case) if SOFT.get(path.stem, "none") not in line] == []
+
+
+@pytest.mark.parametrize("path", CASES, ids=NAMES)
+def test_a_shipped_case_says_what_it_shows_costs_and_how_to_run_it(path: Path) -> None:
+    text = path.read_text(encoding="utf-8")
+    opening = text.partition("\n\n")[0]
+    assert all(line.startswith("#") for line in opening.split("\n"))
+    for word in ("# Shows ", "# Costs ", "# Run ", "# Plot "):
+        assert word in opening
+    assert f"gapbeam run cases/{path.name}" in opening
+    for line in text.split("\n"):
+        if " = " in line and not line.startswith(("#", "title", "type", "name")):
+            assert "#" in line, f"no comment behind {line}"
+
+
+def test_the_cases_of_the_issue_are_shipped() -> None:
+    assert {"demo", "li2013", "li2013-2d", "clamped"} <= set(NAMES)
+
+
+def test_the_paper_is_transcribed_faithfully() -> None:
+    case = read_case(ROOT / "cases/li2013.toml")
+    assert (case.beam.length, case.beam.width, case.beam.thickness) == (0.510, 0.020, 0.012)
+    assert (case.material.young_modulus, case.material.poisson_ratio, case.material.density) == (
+        2.1e11,
+        0.3,
+        7919.0,
+    )
+    assert (case.support.length, case.support.clearance) == (0.050, 0.107e-3)
+    assert case.probe[0].point == 0.370
+    assert read_case(ROOT / "cases/clamped.toml").support.clearance == -0.006e-3
+
+
+def test_the_slice_differs_from_the_solid_in_its_mesh_alone() -> None:
+    solid, flat = (read_case(ROOT / f"cases/{name}.toml") for name in ("li2013", "li2013-2d"))
+    assert flat.model_copy(update={"mesh": solid.mesh, "title": solid.title}) == solid
+
+
+def test_the_schema_describes_every_key() -> None:
+    document = schema()
+    assert document["$schema"] == "https://json-schema.org/draft/2020-12/schema"
+    assert document["title"] == "gapbeam case file"
+    assert document["required"] == ["beam", "material", "support", "time"]
+    assert "null" not in json.dumps(document)
+    for table in tables():
+        described = document["$defs"][table.model.__name__]
+        assert described["additionalProperties"] is False
+        for key in table.model.model_fields:
+            assert described["properties"][key]["description"]
+
+
+def test_the_schema_accepts_the_shipped_cases_and_refuses_bad_ones() -> None:
+    jsonschema = pytest.importorskip("jsonschema")
+    import tomllib
+
+    document = schema()
+    jsonschema.Draft202012Validator.check_schema(document)
+    check = jsonschema.Draft202012Validator(document)
+
+    def accepts(text: str) -> bool:
+        return bool(check.is_valid(tomllib.loads(text)))
+
+    assert accepts(GOOD)
+    assert all(accepts(path.read_text(encoding="utf-8")) for path in CASES)
+    assert accepts(spoiled('"discrete-gradient"', '{ type = "newmark", beta = 0.3 }'))
+    assert not accepts(spoiled("width", "widht"))
+    assert not accepts(spoiled("width = 0.020", 'width = "0.020"'))
+    assert not accepts(spoiled('"discrete-gradient"', '"newmrk"'))
+    assert not accepts(spoiled('type = "gravity"', 'type = "gravitation"'))
+
+
+def test_every_description_ends_with_a_unit_or_names_none() -> None:
+    names = r"m|s|N|GB|Hz|Pa|Pa/m|Pa s/m|N/m|N s/m|1/s|m/s|kg|kg/m\^3|m/s\^2|m/s\^2, m/s or m|no unit|degrees"
+    units = re.compile(f", ({names}|in the unit of the key)(;|$)")
+    for table in tables():
+        for key, field in table.model.model_fields.items():
+            annotation = str(field.annotation)
+            if "float" in annotation:
+                assert units.search(field.description or ""), f"{table} {key}: {field.description}"
+
+
+def test_the_page_on_case_files_is_up_to_date() -> None:
+    made: dict[str, Any] = runpy.run_path(str(ROOT / "docs/tables/case_files.py"), run_name="docs")
+    for name in made["PAGES"]:
+        there = (ROOT / "docs/reference" / name).read_text(encoding="utf-8")
+        assert made["page"](name) == there, "run: python3 docs/tables/case_files.py"
+    text = (ROOT / "docs/reference/case-files.md").read_text(encoding="utf-8")
+    for table in tables():
+        assert table.header in text
+        assert all(f"`{key}`" in text for key in table.model.model_fields if key != "type")
+
+
+def test_the_examples_of_the_page_work() -> None:
+    text = (ROOT / "docs/reference/case-files.md").read_text(encoding="utf-8")
+    overrides = re.findall(r"--set '?([a-z_.0]+=(?:\[[^]]*]|[^\s'`]+))", text)
+    assert len(overrides) >= 6
+    read_case(ROOT / "cases/demo.toml", overrides)

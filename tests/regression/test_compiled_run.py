@@ -1,0 +1,113 @@
+"""Runs of dense models, compiled and step by step: the same files, figures, warnings and exit statuses."""
+
+from __future__ import annotations
+
+import signal
+import threading
+from pathlib import Path
+from typing import Any
+
+import h5py
+import numpy as np
+import pytest
+from mpi4py import MPI
+
+import gapbeam.solver.march.step_blocks
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.run.run_case import Outcome, run_case
+from tests.shared.models import COARSE, GRAVITY, beam_case
+
+PUSH = {"type": "harmonic_force", "name": "push", "point": 0.4, "amplitude": 300.0, "frequency": 80.0}
+SHAKE = {"type": "base_motion", "name": "base", "amplitude": 20.0, "frequency": 60.0, "ramp": 2.0e-3}
+MODEL = {"type": "reduced", "modes": 8, "shapes": 4}
+LENGTH = 0.51
+
+
+def case_of(**changes: Any) -> Case:
+    """Return a rattling reduced slice."""
+    tables = {"mesh": COARSE, "model": MODEL, "time": {"end": 0.02, "step": 5.0e-5}}
+    for name, table in changes.items():
+        tables[name] = table if name == "model" else {**tables.get(name, {}), **table}
+    return beam_case(tables, (GRAVITY, PUSH, SHAKE), {"tip": LENGTH, "end": 0.0})
+
+
+def run_both(case: Case, folder: Path, monkeypatch: pytest.MonkeyPatch) -> tuple[Outcome, Outcome]:
+    """Return the outcomes of the compiled loop and of the march step by step."""
+    compiled = run_case(case, folder / "compiled", MPI.COMM_SELF)
+    monkeypatch.setattr(gapbeam.solver.march.step_blocks, "why_not_compiled", lambda _plan: "asked for by a test")
+    return compiled, run_case(case, folder / "steps", MPI.COMM_SELF)
+
+
+def same_history(one: Path, other: Path, relative: float) -> None:
+    """Check that two histories hold the same records to a share of their largest entries; energies share a scale."""
+    with h5py.File(one / "history.h5") as first, h5py.File(other / "history.h5") as second:
+        assert set(first) == set(second)
+        largest = max(float(np.abs(first[name][:]).max()) for name in ("kinetic_energy", "strain_energy"))
+        for name, data in second.items():
+            if data.dtype.kind != "f":
+                continue
+            expected, found = data[:], first[name][:]
+            scale = largest if data.attrs.get("units") == "J" else float(np.abs(expected).max(initial=1e-300))
+            assert found.shape == expected.shape, name
+            assert np.abs(found - expected).max(initial=0.0) <= relative * scale, name
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {},
+        {
+            "time": {"scheme": {"type": "generalized-alpha", "rho_inf": 0.3}},
+            "gates": {"accept_energy_growth": True},
+            "output": {"history_interval": 3.0e-4, "fields_interval": 7.0e-4},
+        },
+        {"contact": {"law": {"type": "hunt-crossley", "restitution": 0.6}}, "model": {"type": "beam"}},
+    ],
+)
+def test_a_compiled_run_leaves_the_same_results(
+    changes: dict[str, Any], tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    compiled, steps = run_both(case_of(**changes), tmp_path, monkeypatch)
+    assert compiled.exit_status == steps.exit_status == 0
+    same_history(compiled.folder, steps.folder, 1.0e-5)
+    for name in ("gates", "contact_episodes"):
+        found, expected = ({**outcome.summary[name], "limits": None} for outcome in (compiled, steps))
+        assert found == pytest.approx(expected, rel=1e-4, abs=1e-7), name
+    assert compiled.summary["peak_contact_force"] == pytest.approx(steps.summary["peak_contact_force"], rel=1e-5)
+    assert compiled.summary["peak_contact_force"]["base"] > 200.0
+    assert compiled.summary["penetration"] == pytest.approx(steps.summary["penetration"], rel=1e-5)
+    for name in ("steps", "parts_of_halved_steps", "iterations_max"):
+        assert compiled.summary["convergence"][name] == steps.summary["convergence"][name]
+    assert compiled.summary["warnings"] == steps.summary["warnings"]
+    fields = [sorted(h5py.File(outcome.folder / "fields.h5")["displacement"]) for outcome in (compiled, steps)]
+    assert fields[0] == fields[1]
+    last = [
+        h5py.File(outcome.folder / "fields.h5")["contact_pressure"][fields[0][-1]][:] for outcome in (compiled, steps)
+    ]
+    assert last[0] == pytest.approx(last[1], rel=1e-4, abs=1e-4 * np.abs(last[1]).max())
+
+
+def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    changes = {
+        "time": {"scheme": "newmark", "end": 0.1},
+        "contact": {"stiffness": 1.0e15},
+        "gates": {"accept_energy_growth": False},
+    }
+    monkeypatch.setattr("gapbeam.solver.run.run_case.refuse_energy_creators", lambda _model: None)
+    compiled, steps = run_both(case_of(**changes), tmp_path, monkeypatch)
+    assert compiled.exit_status == steps.exit_status == 3
+    assert compiled.summary["convergence"]["steps"] == steps.summary["convergence"]["steps"] < 2000
+    assert compiled.message.split(" J,")[0][:40] == steps.message.split(" J,")[0][:40]
+    same_history(compiled.folder, steps.folder, 1.0e-3)
+
+
+def test_a_signal_ends_a_compiled_run(tmp_path: Path) -> None:
+    run_case(case_of(), tmp_path / "warm", MPI.COMM_SELF)
+    timer = threading.Timer(1.5, lambda: signal.raise_signal(signal.SIGINT))
+    timer.start()
+    outcome = run_case(case_of(time={"end": 400.0}), tmp_path / "long", MPI.COMM_SELF)
+    timer.join()
+    assert outcome.exit_status == 130
+    with h5py.File(tmp_path / "long" / "history.h5") as history:
+        assert len(history["time"]) > 1
+        assert f"t = {history['time'][-1]:.6g} s" in outcome.message

@@ -1,0 +1,189 @@
+"""What environment/run passes on and refuses; the lists of what gapbeam needs agree with one another."""
+
+import importlib.metadata
+import os
+import re
+import shutil
+import signal
+import subprocess
+import tomllib
+from pathlib import Path
+
+import pytest
+from packaging.requirements import Requirement
+
+from tests.shared.command import alone
+from tests.shared.processes import LONGEST
+
+project = Path(__file__).resolve().parents[2]
+run = project / "environment" / "run"
+about = tomllib.loads((project / "pyproject.toml").read_text())["project"]
+
+
+def call(*arguments, cwd=project, **variables):
+    """environment/run in the environment that is there already: setting one up is not for a test."""
+    return subprocess.run(
+        [run, *arguments],
+        env={**os.environ, "GAPBEAM_ENVIRONMENT": "none", **variables},
+        cwd=cwd,
+        capture_output=True,
+        text=True,
+        timeout=LONGEST,
+    )
+
+
+def names(file):
+    """The lines of a list, without comments."""
+    lines = (project / "environment" / file).read_text().splitlines()
+    return [name for line in lines if (name := line.partition("#")[0].strip())]
+
+
+def test_exit_status_passes_through():
+    assert call("sh", "-c", "exit 7").returncode == 7
+
+
+def test_arguments_pass_through_as_they_are():
+    words = ["two words", "", "*", "'quoted' \"twice\""]
+    assert call("printf", "<%s>", *words).stdout == "".join(f"<{word}>" for word in words)
+
+
+def test_variables_and_folder_pass_through(tmp_path):
+    shown = call("sh", "-c", 'echo "$COLOR"; pwd', cwd=tmp_path, COLOR="green")
+    assert shown.stdout.split() == ["green", str(tmp_path)]
+
+
+# Where there is no bubblewrap: something else that waits for what it starts in mounts of its own.
+BWRAP = """#!/bin/sh
+while [ "$1" != -- ]; do shift; done; shift
+unshare --mount -- "$@" &
+wait $!
+"""
+# proot ignores signals, and waits for what it starts.
+PROOT = """#!/bin/sh
+trap '' TERM HUP USR1 INT
+"$@" &
+wait $!
+"""
+# Says its number once it listens, and the signals that it hears, each of them, before it ends with 7.
+LISTENS = """
+hear() { echo "$1"; status=7; }
+for name in TERM HUP USR1 INT; do trap "hear $name" $name; done
+echo $$
+for _ in $(seq 60000); do sleep 0.02; [ -z "$status" ] || break; done
+sleep 0.2
+exit $status
+"""
+STEPS = project / "environment" / "steps"
+
+
+def stand_in(folder, name, text):
+    """A program in the place of another one, and where to look for it first."""
+    if shutil.which(name) is None:
+        (folder / name).write_text(text)
+        (folder / name).chmod(0o755)
+    return f"{folder}:{os.environ['PATH']}"
+
+
+def signalled(words, path, name, to_all):
+    """What a shell that was started by some words heard: its number, the signals, its status, the number we know."""
+    started = subprocess.Popen(
+        [*words, "env", "--default-signal=TERM,HUP,USR1,INT", "sh", "-c", LISTENS],
+        stdin=subprocess.DEVNULL,
+        stdout=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+        env={**os.environ, "PATH": path},
+    )
+    number = int(started.stdout.readline())
+    (os.killpg if to_all else os.kill)(started.pid, getattr(signal, f"SIG{name}"))
+    heard, _ = started.communicate(timeout=LONGEST)
+    return number, heard.split(), started.returncode, started.pid
+
+
+@alone
+@pytest.mark.parametrize("to_all", [False, True])
+@pytest.mark.parametrize("name", ["TERM", "HUP", "USR1", "INT"])
+def test_signals_reach_the_command_once(name, to_all, tmp_path):
+    """Nothing stands in front of a command in a root file system: its process is the one that was started."""
+    if subprocess.run(["unshare", "--user", "--map-root-user", "--mount", "true"], capture_output=True).returncode:
+        pytest.skip("no namespaces here")
+    user, group = os.getuid(), os.getgid()
+    words = [STEPS / "become.sh", str(user), str(group), "--dev-bind", "/", "/", "--"]
+    number, heard, status, started = signalled(words, stand_in(tmp_path, "bwrap", BWRAP), name, to_all)
+    assert (number, heard, status) == (started, [name], 7)
+
+
+@alone
+@pytest.mark.parametrize("to_all", [False, True])
+def test_signals_pass_proot(to_all, tmp_path):
+    """A program that ignores signals: they reach the command through the script before it, and once."""
+    words = [STEPS / "forward.sh", tmp_path / "tracer", "--"]
+    (tmp_path / "tracer").write_text(PROOT)
+    (tmp_path / "tracer").chmod(0o755)
+    _, heard, status, _ = signalled(words, os.environ["PATH"], "TERM", to_all)
+    assert (heard, status) == (["TERM"], 7)
+
+
+def test_help_names_every_variable():
+    shown = call("--help")
+    assert shown.returncode == 0
+    assert {"GAPBEAM_ENVIRONMENT", "GAPBEAM_SUITE", "XDG_CACHE_HOME"} <= set(shown.stdout.split())
+
+
+def test_no_command_is_an_error():
+    shown = call()
+    assert shown.returncode == 2
+    assert "Usage" in shown.stderr
+
+
+@pytest.mark.parametrize(
+    ("variables", "message"),
+    [
+        ({"GAPBEAM_ENVIRONMENT": "docker"}, "expected auto, host, apt, root or none"),
+        ({"GAPBEAM_ENVIRONMENT": "apt", "GAPBEAM_SUITE": "sid"}, "sid needs the root file system"),
+    ],
+)
+def test_nonsense_is_refused_with_what_was_expected(variables, message):
+    shown = call("true", GAPBEAM_INSIDE="", **variables)
+    assert shown.returncode == 1
+    assert message in shown.stderr
+
+
+@pytest.mark.parametrize("file", ["packages.txt", "packages-development.txt"])
+def test_package_lists_hold_one_debian_name_a_line(file):
+    listed = names(file)
+    assert len(listed) == len(set(listed))
+    assert [name for name in listed if not re.fullmatch(r"[a-z0-9][a-z0-9+.-]+", name)] == []
+
+
+@pytest.mark.parametrize("file", ["requirements.txt", "requirements-development.txt"])
+def test_python_parts_are_pinned(file):
+    assert [line for line in names(file) if not re.fullmatch(r"[\w-]+==[\w.]+", line)] == []
+
+
+def test_everything_that_gapbeam_needs_is_here():
+    lacking = []
+    for need in map(Requirement, about["dependencies"]):
+        try:
+            found = importlib.metadata.version(need.name)
+        except importlib.metadata.PackageNotFoundError:
+            found = "nothing"
+        if found == "nothing" or not need.specifier.contains(found, prereleases=True):
+            lacking.append(f"{need}: found {found}")
+    assert lacking == []
+
+
+def test_gapbeam_knows_its_version():
+    assert importlib.metadata.version("gapbeam") == about["version"]
+
+
+def test_conda_list_holds_everything_that_gapbeam_needs():
+    text = (project / "environment" / "conda.yml").read_text()
+    listed = set(re.findall(r"^  - ([\w-]+)", text, re.MULTILINE))
+    other_names = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
+    needed = {Requirement(need).name for need in about["dependencies"]}
+    assert {other_names.get(name, name) for name in needed} - listed == set()
+
+
+def test_one_thread_a_rank():
+    assert os.environ.get("OMP_NUM_THREADS"), "run the tests through environment/run (make test)"

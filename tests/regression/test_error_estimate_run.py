@@ -1,0 +1,88 @@
+"""The error estimate of a run as a user has it: summary, last line, switches, ranks; and its claim on drawn cases."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gapbeam
+from benchmarks.error_estimates import checked_case
+from gapbeam.postprocess.report.sections.errors_table import errors_table
+from tests.shared.command import DEMO, alone, called, on_ranks, settings
+
+QUIET = ("model.type=reduced", "load.shaker.amplitude=2.0", "time.end=0.4", "output.fields_interval=0.1")
+
+
+@pytest.fixture
+def estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Estimate errors, which the tests switch off."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+
+
+@alone
+@pytest.mark.usefixtures("estimated")
+def test_a_run_ends_with_its_errors(tmp_path: Path) -> None:
+    """Figures with errors in the summary and on the last line; `--error none` and the variable switch them off."""
+    done = called("run", DEMO, *settings(*QUIET), "--output", tmp_path / "on")
+    assert done.returncode == 0, done.stderr
+    summary = gapbeam.open_results(tmp_path / "on").summary
+    errors = summary["errors"]
+    assert errors["status"] == "estimated"
+    assert set(errors["companions"]) == {"half step", "stiffer contact", "coarser mesh", "finest"}
+    figures = {(one["span"], one["name"]): one for one in errors["figures"]}
+    tip = figures["settled part", "tip displacement"]
+    assert 0.0 < tip["relative_error"] < 0.2
+    history = gapbeam.open_results(tmp_path / "on").history
+    settled = history["displacement"].sel(probe="tip", component="y").values[2000:]
+    assert tip["value"] == pytest.approx(float(np.ptp(settled)), rel=0.05)
+    assert "settled part: test displacement" in done.stdout
+    assert "+-" in done.stdout
+    assert set(errors["force_peaks"]["settled part"]["base"]) >= {"0.5 ms mean", "1 ms mean", "one record"}
+    table = errors_table(summary)
+    assert table is not None
+    assert ("tip displacement", "settled part") in [row[:2] for row in table.rows]
+    assert errors_table({"errors": {"status": "not estimated"}}) is None
+    off = called("run", DEMO, *settings(*QUIET), "--output", tmp_path / "off", "--error", "none")
+    assert off.returncode == 0
+    assert "errors" not in gapbeam.open_results(tmp_path / "off").summary
+    assert "+-" not in off.stdout
+
+
+@alone
+def test_switches_that_are_none_are_refused(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Exit status 2, what was found and what is expected."""
+    done = called("run", DEMO, "--error", "perhaps", "--output", tmp_path / "out")
+    assert done.returncode == 2
+    assert "perhaps" in done.stderr
+    assert "companions" in done.stderr
+    monkeypatch.setenv("GAPBEAM_ERRORS", "perhaps")
+    done = called("run", DEMO, *settings("time.end=0.01"), "--output", tmp_path / "out")
+    assert done.returncode == 2
+    assert 'GAPBEAM_ERRORS is "perhaps"; expected "none" or "companions"' in done.stderr
+    assert not (tmp_path / "out").exists()
+
+
+@alone
+@pytest.mark.slow(minutes=2)
+@pytest.mark.usefixtures("estimated")
+def test_ranks_have_the_same_errors(tmp_path: Path) -> None:
+    """The first rank estimates, the others wait."""
+    found = []
+    for count in (1, 2):
+        folder = tmp_path / str(count)
+        assert on_ranks(count, "run", DEMO, *settings(*QUIET), "--output", folder).returncode == 0
+        found.append([one["error"] for one in gapbeam.open_results(folder).summary["errors"]["figures"]])
+    assert found[0] == pytest.approx(found[1], rel=1e-4)
+
+
+@pytest.mark.slow(minutes=25)
+@pytest.mark.usefixtures("estimated")
+def test_estimates_cover_drawn_cases(tmp_path: Path) -> None:
+    """True errors lie below twice the estimate in 95 %; the estimate is at most 20 times the error in the median."""
+    found = [one for seed in range(1, 41) for one in checked_case(seed, tmp_path / str(seed))[0]]
+    worth = [one for one in found if max(one.error, one.estimate) > 1.0e-6 * one.scale]
+    assert len(worth) > 200
+    assert np.mean([one.error <= 2.0 * one.estimate for one in worth]) >= 0.95
+    assert np.median([one.estimate / max(one.error, 1e-300) for one in worth]) <= 20.0

@@ -1,0 +1,107 @@
+"""What `gapbeam check` predicts of a run: wall time and memory within a factor of 2 of the run itself."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Sequence
+
+import pytest
+from mpi4py import MPI
+
+from benchmarks.predictions import both
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.models.model import build_model
+from gapbeam.studies.prediction import large_prediction
+from gapbeam.studies.prediction.trial_prediction import predict
+from tests.shared.command import DEMO, alone, called, settings
+from tests.shared.models import beam_case
+
+FACTOR = 2.0
+ATTEMPTS = 3  # other work on the machine can disturb the one or the other
+
+COARSE_SOLID = ("mesh.cells_through_thickness=2", "mesh.cells_across_width=2", "mesh.support_size=8.4e-3")
+
+
+@pytest.mark.timing
+@alone
+@pytest.mark.parametrize(
+    ("case", "overrides"),
+    [
+        ("demo.toml", ("time.end=0.3",)),
+        ("li2013.toml", (*COARSE_SOLID, "time.end=0.05", "load.shaker.ramp=0.01")),
+        ("li2013.toml", (*COARSE_SOLID, "model.type=reduced", "time.end=0.1")),
+    ],
+    ids=["slice", "solid", "reduced"],
+)
+def test_prediction_is_within_a_factor_of_two(case: str, overrides: Sequence[str]) -> None:
+    """Check and run in processes of their own: total wall time and peak of memory."""
+    ratios = []
+    for _ in range(ATTEMPTS):
+        check, run = both(case, *overrides)
+        assert 1.0 / FACTOR <= check["predicted_memory"] / run["run_memory"] <= FACTOR
+        ratios.append(check["time"] / run["time"])
+        if 1.0 / FACTOR <= ratios[-1] <= FACTOR:
+            return
+    raise AssertionError(f"predicted over measured: {ratios}")
+
+
+@alone
+def test_check_reports_the_cost() -> None:
+    """The command: time of the run, of its parts, and memory, with what they stand on."""
+    done = called("check", DEMO, *settings("time.end=0.05"))
+    assert done.returncode == 0, done.stderr
+    rows = {line.split("  ")[0]: line for line in done.stdout.splitlines()}
+    assert re.search(r"measured now: \d+ steps from the seat", rows["step"])
+    assert rows["field"].rstrip().endswith("21 of them")
+    assert "GB" in rows["memory"]
+    for part in ("model", "seat", "factorization", "delassus"):
+        assert f"{part} " in rows["set-up"]
+
+
+@alone
+def test_trial_that_fails_is_reported() -> None:
+    """A scheme that creates energy under the trial's sudden loads: a prediction all the same, with the reason."""
+    creating = ("time.scheme=newmark", "gates.total_growth=0.0025", "contact.stiffness=1e13")
+    done = called("check", DEMO, *settings(*creating, "load.shaker.amplitude=500"))
+    assert done.returncode == 0, done.stderr
+    words = " ".join(done.stdout.split())
+    assert "ended early: at t = " in words
+    assert "predicted within a factor of 2" in words
+
+
+def slice_of(size: float) -> Case:
+    """Return a slice with cells of this size, m."""
+    mesh = {"size": size, "support_size": size, "cells_through_thickness": round(0.012 / size)}
+    return beam_case({"mesh": mesh, "time": {"end": 0.1, "step": 1.0e-4}})
+
+
+@pytest.mark.timing
+@alone
+def test_large_models_are_scaled_from_coarser_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A slice of 21 000 DOFs from those of about 2000 and 6000: within a factor of 2 of trying it out itself."""
+    case = slice_of(0.0015)
+    monkeypatch.setattr(large_prediction, "TRIED", (2000, 6000))
+    model = build_model(case, MPI.COMM_SELF)
+    assert model.mesh_dofs > 15_000
+    ratios = []
+    for _ in range(ATTEMPTS):
+        scaled = large_prediction.predict_large(case, model.mesh_dofs, MPI.COMM_SELF)
+        tried = predict(model, sum(model.seconds.values()), MPI.COMM_SELF)
+        assert scaled.steps == tried.steps
+        assert 1.0 / FACTOR <= scaled.memory / tried.memory <= FACTOR
+        assert "scaled from coarser meshes of" in scaled.basis
+        ratios.append(scaled.total / tried.total)
+        if 1.0 / FACTOR <= ratios[-1] <= FACTOR:
+            return
+    raise AssertionError(f"scaled over tried out: {ratios}")
+
+
+def test_coarser_meshes_have_about_the_unknowns_asked_for() -> None:
+    """In 2D and in 3D; a mesh file makes place for a mesh of gmsh."""
+    model = build_model(slice_of(0.003), MPI.COMM_SELF)
+    coarse = build_model(large_prediction.coarser(slice_of(0.0015), 4.0), MPI.COMM_SELF)
+    assert coarse.mesh_dofs == pytest.approx(model.mesh_dofs, rel=0.2)
+    solid = beam_case({"mesh": {"dimension": 3, "file": "somewhere.msh", "size": 0.01}})
+    found = large_prediction.coarser(solid, 8.0).mesh
+    assert found.file is None
+    assert (found.size, found.cells_through_thickness, found.cells_across_width) == (0.02, 1, 2)

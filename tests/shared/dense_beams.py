@@ -1,0 +1,58 @@
+"""Random dense systems with two faces: what reduced models look like to a march."""
+
+from __future__ import annotations
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.supports.support import BASE_AND_GLAND, Support
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.semi_discrete import ContactOperator, Load, SemiDiscreteSystem, State, imaged
+
+
+def dense_beam(size: int = 8, points: int = 12, seed: int = 0, damping: float = 0.3) -> SemiDiscreteSystem:
+    """A body of some DOFs in full matrices between two faces, pushed about by two forces.
+
+    Args:
+        size: DOFs.
+        points: Contact points, half of them on each face.
+        seed: Of the matrices.
+        damping: Of M, 1/s; that of K follows.
+    """
+    random = np.random.default_rng(seed)
+    mixed = random.standard_normal((size, size)) + 2.0 * np.eye(size)
+    squares = np.geomspace(4.0, 4.0e4, size)
+    stiffness = mixed.T @ np.diag(squares) @ mixed
+    shapes = random.standard_normal((points, size)) / np.sqrt(size)
+    shapes[points // 2 :] = -shapes[: points - points // 2]
+    contact = ContactOperator(
+        interface=Interface(size, np.arange(size), np.arange(size)),
+        gap_matrix=csr_matrix(shapes),
+        weights=random.uniform(0.5, 1.5, points) / points,
+        initial_gap=random.uniform(0.0, 0.02, points),
+        faces=np.repeat([0, 1], [points // 2, points - points // 2]),
+        support=Support(BASE_AND_GLAND, area=1.0),
+        positions=random.uniform(0.0, 1.0, (points, 3)),
+    )
+    weight, push = random.standard_normal((2, size))
+    loads = (
+        Load("weight", weight, lambda _time: 1.0, static=True),
+        Load("push", push, lambda time: 8.0 * float(np.sin(9.0 * time))),
+    )
+    operators = DenseOperators(mixed.T @ mixed, stiffness, np.diag(np.linspace(0.0, 1.0, size)))
+    return SemiDiscreteSystem(operators, contact, loads, damping, 1.0e-5)
+
+
+def thrown_start(system: SemiDiscreteSystem, speed: float = 1.0) -> State:
+    """The undeformed body, thrown."""
+    size = system.operators.size
+    v = speed * np.cos(np.arange(size))
+    depth = system.contact.depth(np.zeros(size))
+    return State(
+        0.0,
+        imaged(system.operators, np.zeros(size)),
+        imaged(system.operators, v),
+        depth,
+        np.zeros(system.contact.size),
+    )

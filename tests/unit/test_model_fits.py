@@ -1,0 +1,89 @@
+"""What a model cannot do is refused with a reason, and what it can is not."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case
+from tests.shared.case_texts import assert_says, faults_of, written
+
+REFUSED = {
+    "stress at the points": (
+        ["model.type=reduced", "contact.formulation=nitsche", "time.scheme=implicit-midpoint"],
+        ["model.type", "full: the formulation nitsche", 'formulation = "penalty"'],
+    ),
+    "constraints on few motions": (
+        ["model.type=reduced", "contact.formulation=unilateral"],
+        ["model.type", "reduced, with the formulation unilateral", 'contact = "all"'],
+    ),
+    "constraints on a beam": (
+        ["model.type=beam", "contact.formulation=augmented-lagrangian", "time.scheme=implicit-midpoint"],
+        ["model.type", "beam, with the formulation augmented-lagrangian"],
+    ),
+    "massless nodes": (
+        ["model.type=beam", "contact.mass=redistributed"],
+        ["contact.mass", "consistent", "leave mass out"],
+    ),
+    "friction": (
+        ["model.type=reduced", "contact.friction.coefficient=0.2"],
+        ["contact.friction", "a coefficient of 0.2, with the model reduced", 'contact = "all" in [model]'],
+    ),
+    "explicit": (
+        ["model.type=reduced", "time.scheme=central-difference"],
+        ["time.scheme", "central-difference, with the model reduced", "discrete-gradient"],
+    ),
+    "explicit on a rigid body": (
+        ["model.type=rigid", "time.scheme=central-difference"],
+        ["time.scheme", "central-difference, with the model rigid", "lumped masses"],
+    ),
+    "constraints on a rigid body": (
+        ["model.type=rigid", "contact.formulation=unilateral"],
+        ["model.type", "rigid, with the formulation unilateral"],
+    ),
+    "along the beam": (
+        ["model.type=beam", "load.shaker.direction=[1.0, 1.0]"],
+        ["load.shaker.direction", "with the model beam", "along y", "bending alone"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("overrides", "words"), REFUSED.values(), ids=REFUSED)
+def test_what_a_model_cannot_do_is_refused(tmp_path: Path, overrides: list[str], words: list[str]) -> None:
+    faults = faults_of(written(tmp_path), overrides)
+    assert len(faults) == 1, "\n".join(map(str, faults))
+    assert_says(faults[0], words)
+
+
+def test_a_mesh_file_has_no_section(tmp_path: Path) -> None:
+    (tmp_path / "beam.msh").write_text("$MeshFormat\n")
+    faults = faults_of(written(tmp_path), ["model.type=beam", 'mesh.file="beam.msh"', "mesh.degree=1"])
+    assert any("beam, with a mesh file" in str(fault) and 'type = "reduced"' in str(fault) for fault in faults)
+
+
+@pytest.mark.parametrize(
+    "overrides",
+    [
+        ["model=reduced"],
+        ["model=beam", "load.shaker.direction=[0.0, -1.0]"],
+        ["model=rigid", "load.shaker.direction=[1.0, 1.0]"],
+        ["model.type=reduced", "model.contact=all", "contact.formulation=unilateral"],
+        ["model.type=reduced", "model.contact=all", "contact.friction.coefficient=0.2"],
+        ["model.type=beam", "contact.points=[0.0, 0.025, 0.05]", "contact.stiffness=1e6"],
+    ],
+    ids=" ".join,
+)
+def test_what_it_can_is_not(tmp_path: Path, overrides: list[str]) -> None:
+    assert read_case(written(tmp_path), overrides).model.type != "full"
+
+
+def test_a_support_with_few_beam_elements_is_reported(tmp_path: Path) -> None:
+    path = written(tmp_path)
+    (line,) = (
+        text for text in warnings(read_case(path, ["model.type=beam", "model.elements=20"])) if "[model]" in text
+    )
+    assert "leaves 2 of them to the support" in line
+    assert "elements = 51" in line
+    assert not any("[model]" in text for text in warnings(read_case(path, ["model.type=beam", "model.elements=51"])))

@@ -1,0 +1,89 @@
+"""What is said about a case is true of that case: its bending, its motion, its section, the time that is left."""
+
+from __future__ import annotations
+
+import logging
+from math import pi, sqrt
+
+import pytest
+
+from gapbeam.meshes.section_figures import Section
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.case_warnings import motion
+from gapbeam.solver.case.computed_defaults import bending_words, overhang_frequency
+from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.run.output import progress
+from gapbeam.studies.modes.theory_comparison import WHOLE, beams_of
+from tests.shared.command import DEMO
+
+pytestmark = pytest.mark.versions
+
+E, RHO, L, H, B = 2.1e11, 7919.0, 0.510, 0.012, 0.020
+
+
+def case(*settings: str) -> Case:
+    return read_case_text(DEMO.read_text(), settings, "demo")
+
+
+def hertz(root: float, length: float) -> float:
+    """Euler and Bernoulli: f = root^2 / (2 pi l^2) sqrt(E I / rho A)."""
+    return root**2 / (2.0 * pi * length**2) * sqrt(E * B * H**3 / 12.0 / (RHO * B * H))
+
+
+@pytest.mark.parametrize(
+    ("settings", "root", "length", "words"),
+    [
+        ((), 1.8751, 0.46, "clamped overhang"),
+        (("support.length=0.509",), 4.7300, 0.51, "free beam"),
+        (("support.length=0.509", "contact.points=[0.0, 0.2, 0.509]", "contact.stiffness=1e7"), pi, 0.309,
+         "pinned span of 0.309 m"),
+    ],
+)  # fmt: skip
+def test_a_stub_does_not_bend(settings: tuple[str, ...], root: float, length: float, words: str) -> None:
+    """The overhang of 1 mm had 1e7 Hz."""
+    found = case(*settings)
+    assert overhang_frequency(found) == pytest.approx(hertz(root, length), rel=1e-4)
+    assert bending_words(found) == words
+
+
+def test_a_falling_beam_moves() -> None:
+    """Gravity alone moves a beam that starts undeformed, and none that starts on its seat."""
+    seated, falling = case(), case("analysis.start=undeformed")
+    only = [replace_loads(one) for one in (seated, falling)]
+    assert ["in motion" in line for line in motion(only[0])].count(True) == 1
+    assert not any("in motion" in line for line in motion(only[1]))
+
+
+def replace_loads(found: Case) -> Case:
+    """Keep gravity only."""
+    return found.model_copy(update={"load": tuple(load for load in found.load if load.static)})
+
+
+def test_theory_of_an_i_section() -> None:
+    """F of an I section of 20 x 12 mm, flanges 3 mm, web 4 mm: sqrt(I / A) decides, not the box around it."""
+    area = B * H - (B - 0.004) * (H - 0.006)
+    second = (B * H**3 - (B - 0.004) * (H - 0.006) ** 3) / 12.0
+    box, mine = beams_of(case())[WHOLE], beams_of(case(), Section(area * L, area, second))[WHOLE]
+    assert mine.mass == pytest.approx(RHO * area)
+    ratio = mine.frequency_unit / box.frequency_unit
+    assert ratio == pytest.approx(sqrt(second / area * 12.0) / H)
+    assert ratio == pytest.approx(1.22, abs=0.01)  # the 22 % that were blamed on the mesh
+
+
+def test_time_left_leaves_out_the_compilation(
+    monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """A first block of 64 steps that takes 28 s to compile, then 1000 steps a second: 99.9 s are left, not hours."""
+    now = [0.0]
+    monkeypatch.setattr(progress.time, "perf_counter", lambda: now[0])
+    with caplog.at_level(logging.INFO, "gapbeam"), progress.ProgressLine(11.0, None, quiet=False) as line:
+        line._bar = None
+        line._quiet = False
+        now[0] = 28.0
+        line.advance(0.0064, 64, "contact: base")
+        assert caplog.messages == []
+        now[0] = 38.0
+        line.advance(1.0064, 10_000, "contact: base")
+    [message] = caplog.messages
+    assert "1000 steps/s" in message
+    assert message.endswith(f"{10.0 * (11.0 - 1.0064):.0f} s left")

@@ -1,0 +1,164 @@
+"""The compiled loop against the generic march: the same numbers to round-off, step by step, with every figure."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
+from gapbeam.solver.contact.laws.damper import DampedPoint, Damper
+from gapbeam.solver.contact.laws.law_choice import FORMULAS, damping
+from gapbeam.solver.contact.laws.springs import Spring
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
+from gapbeam.solver.integrators.time_scheme import kernel_of
+from gapbeam.solver.march.compiled.compiled_march import Block, CompiledLoop
+from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from tests.shared.dense_beams import dense_beam, thrown_start
+
+VALUES = {"hht-alpha": {"alpha": 0.2}}  # less creates energy, which magnifies round-off
+EVERY = {name: scheme_of(name, **VALUES.get(name, {})) for name in scheme_names()}
+SCHEMES = {name: scheme for name, scheme in EVERY.items() if kernel_of(scheme) is not None}
+HERTZ = Spring(2.0e6, 1.5)
+LAWS = {
+    "elastic": ContactLaw(Spring(1.0e5)),
+    "hertz": ContactLaw(HERTZ),
+    "kelvin-voigt": kelvin_voigt(1.0e5, 30.0, touch_depth=1.0e-5),
+    "kelvin-voigt adhesive": kelvin_voigt(1.0e5, 30.0, adhesive=True, touch_depth=1.0e-5),
+    "hunt-crossley": ContactLaw(HERTZ, Damper("hunt-crossley", 0.4)),
+    "hunt-crossley by restitution": ContactLaw(HERTZ, Damper("hunt-crossley", 0.0), touch_product=0.6),
+    "smooth step": ContactLaw(Spring(1.0e5, 1.2), Damper("adams-impact", 60.0, (2.0e-3,))),
+    "unlike points": ContactLaw(
+        Spring(np.geomspace(1.0e4, 1.0e6, 12)), Damper("adams-impact", np.full(12, 9.0), (2.0e-3,))
+    ),
+}
+STEPS = 200
+TOUCHY = {
+    "hunt-crossley by restitution": 1.0e-6,  # chi follows from touch speeds: slow touches magnify round-off
+    "elastic": 1.0e-8,  # nothing damps it
+}
+DT = 1.0e-3
+
+
+def close(found: np.ndarray | float, expected: np.ndarray | float, relative: float = 1.0e-9) -> bool:
+    """Whether two arrays agree relative to the largest entry."""
+    scale = float(np.max(np.abs(expected), initial=1.0e-12))
+    return bool(np.max(np.abs(np.asarray(found) - np.asarray(expected)), initial=0.0) <= relative * scale)
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("scheme", SCHEMES)
+def test_the_loop_agrees_with_the_march(scheme: str, law: str) -> None:
+    system, steps, relative = dense_beam(seed=len(law)), STEPS, TOUCHY.get(law, 1.0e-9)
+    plan = March(system, LAWS[law], SCHEMES[scheme], EffectiveOperators(system, SCHEMES[scheme]), DT, steps)
+    start = thrown_start(system)
+    expected = Accounts.opened(system, LAWS[law], begun(plan, start), DT)
+    places, forces = [], []
+    for step in march(plan, start):
+        expected.take(step)
+        state = step.refreshed or step.new
+        assert step.completes
+        places.append(state.u[0])
+        forces.append(system.contact.weights * state.pressure)
+    passed = Accounts.opened(system, LAWS[law], begun(plan, start), DT)
+    blocks = list(CompiledLoop(plan).blocks(start, accounts=passed, stops=70))
+    assert {70, steps} <= set(np.cumsum([block.steps for block in blocks]))
+    assert close(np.concatenate([block.u for block in blocks]), np.array(places), relative)
+    sides = np.array([np.bincount(system.contact.faces, force, 2) for force in forces])
+    assert np.count_nonzero(sides.max(axis=1)) > steps // 10, "nothing touched"
+    assert close(np.concatenate([block.records.force for block in blocks]), sides, relative)
+    end = blocks[-1].end
+    assert close(end.u[0], state.u[0], relative)
+    assert close(end.v[0], state.v[0], relative)
+    assert close(end.pressure, state.pressure, relative)
+    assert_same_accounts(passed, expected, relative)
+
+
+def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -> None:
+    """Every figure that is kept of a march is the same."""
+    scale = expected.ledger.exchanged
+    for name, value in vars(expected.ledger).items():
+        if name == "round_off":
+            continue  # an estimate, made in the coordinates that are computed with
+        assert np.max(np.abs(getattr(found.ledger, name) - value)) <= relative * scale, name
+    assert close(found.peaks.impulse, expected.peaks.impulse, relative)
+    assert close(found.peaks.force, expected.peaks.force, relative)
+    assert close(found.peaks.deepest, expected.peaks.deepest, relative)
+    assert found.peaks.iterations <= expected.peaks.iterations
+    assert found.gates.impacts == expected.gates.impacts
+    assert found.gates.violations == expected.gates.violations
+    assert found.gates.largest_growth == pytest.approx(expected.gates.largest_growth, rel=1e-6, abs=relative)
+    assert found.gates.largest_loss == pytest.approx(expected.gates.largest_loss, rel=1e-6, abs=relative)
+    assert found.episodes.figures() == pytest.approx(expected.episodes.figures(), rel=relative)
+    assert found.tally.steps == expected.tally.steps
+    assert found.tally.iterations == pytest.approx(expected.tally.iterations, rel=0.02, abs=3)
+
+
+@pytest.mark.parametrize(("scheme", "most"), [("discrete-gradient", 4), ("generalized-alpha", 3)])
+def test_steps_that_do_not_converge_are_halved_as_in_the_march(scheme: str, most: int) -> None:
+    """Few iterations are not enough for some steps: these are softened or halved, and the others go on compiled."""
+    system, law = dense_beam(seed=5), LAWS["hertz"]
+    plan = March(
+        system, law, SCHEMES[scheme], EffectiveOperators(system, SCHEMES[scheme]), 4.0e-3, 60, 12, max_iterations=most
+    )
+    start = thrown_start(system)
+    expected = Accounts.opened(system, law, begun(plan, start), plan.dt)
+    for step in march(plan, start):
+        expected.take(step)
+    assert expected.tally.failures > 0
+    assert expected.tally.halved < expected.tally.steps - 3
+    passage = CompiledLoop(plan).follow(start, plan.steps)
+    assert close(passage.end.u[0], step.new.u[0], 1.0e-8)
+    assert passage.accounts.tally.failures == expected.tally.failures
+    assert passage.accounts.tally.halved == expected.tally.halved
+    assert_same_accounts(passage.accounts, expected, 1.0e-8)
+
+
+def test_what_fails_altogether_is_reported_after_what_came_before() -> None:
+    system, law = dense_beam(seed=5), LAWS["hertz"]
+    plan = March(system, law, SCHEMES["newmark"], EffectiveOperators(system, SCHEMES["newmark"]), 4.0e-3, 60, 0, 1)
+    blocks: list[Block] = []
+
+    def keep() -> None:
+        for block in CompiledLoop(plan).blocks(thrown_start(system)):
+            blocks.append(block)
+
+    with pytest.raises(NotConverged, match=r"at t = .* s with a step of 0\.004 s .*time\.step") as caught:
+        keep()
+    assert f"at t = {blocks[-1].end_time:.6g} s" in str(caught.value)
+    assert sum(block.steps for block in blocks) == len(np.concatenate([block.times for block in blocks]))
+
+
+def test_dampers_without_a_formula_are_refused() -> None:
+    """No march leaves out what it does not know: there is no such law."""
+    with pytest.raises(ValueError, match="no damping formula of a law 'cubic'; there are kelvin-voigt, hunt-crossley"):
+        ContactLaw(HERTZ, Damper("cubic", 1.0e4))
+
+
+def test_formulas_that_are_not_known_give_no_number() -> None:
+    """Compiled code that is handed an unknown formula returns no figure that one could take for one."""
+    point = DampedPoint(1.0e5, 1.0, 30.0, (0.0, 0.0, 0.0, 0.0))
+    assert np.isnan(damping(1 + max(FORMULAS.values()), point, 1.0e-6)).all()
+    for name, formula in FORMULAS.items():
+        assert np.isfinite(damping(formula, point._replace(parameters=(1.0e-6,) * 4), 1.0e-6)).all(), name
+
+
+def test_without_a_folder_for_machine_code_functions_are_compiled_anew(tmp_path: Path) -> None:
+    """The cache at a place that is a file, as good as one that may not be written."""
+    taken = tmp_path / "file"
+    taken.write_text("not a folder")
+    process_environment = {**os.environ, "NUMBA_CACHE_DIR": str(taken)}
+    done = subprocess.run(
+        [sys.executable, "-m", "tests.programs.machine_code_cache"],
+        env=process_environment,
+        capture_output=True,
+        text=True,
+        check=False,
+    )
+    assert done.stdout.split() == ["None", "6.0"], done.stderr

@@ -1,0 +1,139 @@
+"""Curves of periodic responses: closed forms, folds against marches up and down, period doubling against marches."""
+
+from __future__ import annotations
+
+from functools import cache
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+
+from gapbeam.solver.periodic.continuation import Curve, CurveSettings, follow
+from gapbeam.solver.periodic.floquet import FOLD, PERIOD_DOUBLING
+from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.periodic.shooting import shoot
+from tests.verification.test_shooting import oscillator_map, physical
+
+HARDENING = {"zeta": 0.05, "gap": 1.0, "stop": 2.0, "force": 0.2}
+"""A soft stop: the resonance bends to higher frequencies and folds over."""
+
+IMPACTS = {"zeta": 0.03, "gap": 0.5, "stop": 100.0, "force": 1.0}
+"""A hard stop: between two period doublings near w = 1 the response of one period is unstable."""
+
+
+def settled(period_map: ModalMap, x: np.ndarray, periods: int = 200) -> np.ndarray:
+    """The state after many periods."""
+    for _ in range(periods):
+        x = period_map.after(x)
+    return x
+
+
+def peak(period_map: ModalMap, x: np.ndarray) -> float:
+    """Peak to peak over a period."""
+    return float(np.ptp(period_map.history(x)[0]))
+
+
+@cache
+def hardening_curve() -> Curve:
+    return follow(
+        lambda omega: oscillator_map(120, omega, **HARDENING), 0.8, np.array([0.5, 0.0]), CurveSettings(0.7, 1.4)
+    )
+
+
+@cache
+def impacting_curve() -> Curve:
+    start = oscillator_map(200, 0.9, **IMPACTS)
+    x = settled(start, np.array([0.65, -0.5]), 60)
+    return follow(lambda omega: oscillator_map(200, omega, **IMPACTS), 0.9, x, CurveSettings(0.88, 1.2))
+
+
+def test_resonance_curve_of_a_linear_oscillator() -> None:
+    """Without contact the curve is F / sqrt((1 - w^2)^2 + (2 zeta w)^2) over all frequencies, without events.
+
+    The points are those of 400 steps a period: 2e-4 of the amplitude.
+    """
+    curve = follow(lambda omega: oscillator_map(400, omega, 0.05, gap=100.0), 0.9, np.zeros(2), CurveSettings(0.5, 1.6))
+    assert curve.events == []
+    values = [point.value for point in curve.points]
+    assert values == sorted(values)
+    assert [values[0], values[-1]] == [0.5, 1.6]
+    assert curve.endings == ("the end of the range",) * 2
+    assert len(values) > 20
+    for point in curve.points:
+        omega = point.value
+        amplitude = 1.0 / sqrt((1.0 - omega**2) ** 2 + (0.1 * omega) ** 2)
+        found = peak(oscillator_map(400, omega, 0.05, gap=100.0), point.x)
+        assert found == pytest.approx(2.0 * amplitude, rel=2e-3)
+        assert point.stability.stable
+
+
+def test_folds_are_where_marches_jump() -> None:
+    """Marches up and down in frequency jump at the two folds.
+
+    The response between the folds is unstable, with a real multiplier above 1, which is 1 at the folds.
+    """
+    curve = hardening_curve()
+    high, low = curve.events
+    assert [high.event, low.event] == [FOLD, FOLD]
+    assert low.value == pytest.approx(1.08, abs=0.01)
+    for fold in (high, low):
+        assert fold.stability.multipliers[0].real == pytest.approx(1.0, abs=0.01)
+    first, last = (next(i for i, point in enumerate(curve.points) if point is fold) for fold in (high, low))
+    assert all(not point.stability.stable for point in curve.points[first + 1 : last])
+    assert all(point.stability.stable for point in (*curve.points[:first], *curve.points[last + 1 :]))
+    step = 0.002
+    for fold, direction in ((high, 1.0), (low, -1.0)):
+        x = settled(oscillator_map(120, fold.value - 15.0 * direction * step, **HARDENING), fold.x)
+        heights = []
+        for number in range(-14, 15):
+            period_map = oscillator_map(120, fold.value + (number + 0.5) * direction * step, **HARDENING)
+            x = settled(period_map, x)
+            heights.append(peak(period_map, x))
+        jumps = np.abs(np.diff(heights))
+        assert int(np.argmax(jumps)) == 13  # between half a step before the fold and half a step behind it
+        assert jumps[13] > 5.0 * np.median(jumps)
+
+
+def test_period_doubles_where_the_multiplier_is_minus_one() -> None:
+    """Between the two doublings a march leaves the response of one period for one of two; outside it comes back to it.
+
+    Shooting over two periods finds the response that the march settles on.
+    """
+    curve = impacting_curve()
+    first, second = curve.events
+    assert [first.event, second.event] == [PERIOD_DOUBLING, PERIOD_DOUBLING]
+    for event in (first, second):
+        assert event.stability.multipliers[0] == pytest.approx(-1.0, abs=1e-3)
+    assert first.value == pytest.approx(0.962, abs=0.005)
+    assert second.value == pytest.approx(1.042, abs=0.005)
+    for point in curve.points:
+        if point.event == "" and min(abs(point.value - event.value) for event in (first, second)) > 1e-4:
+            between = first.value < point.value < second.value
+            assert point.stability.kind == (PERIOD_DOUBLING if between else "stable")
+    for omega, doubled in ((0.95, False), (1.02, True), (1.035, True), (1.05, False)):
+        period_map = oscillator_map(200, omega, **IMPACTS)
+        near = min(curve.points, key=lambda point: abs(point.value - omega))
+        orbit = shoot(period_map, near.x)
+        x = settled(period_map, orbit.x + 1.0e-3, 500)
+        assert (np.linalg.norm(x - orbit.x) > 0.1) == doubled
+        assert (np.linalg.norm(period_map.after(x) - x) > 0.1) == doubled
+        twice = shoot(period_map.over(2), x)
+        assert twice.x == pytest.approx(x, abs=1e-6)
+        assert twice.stability.stable
+
+
+def test_a_curve_that_ends_says_why() -> None:
+    """A limit of points ends the curve before the range does."""
+    curve = follow(
+        lambda omega: oscillator_map(60, omega, gap=100.0), 0.9, np.zeros(2), CurveSettings(0.5, 1.6, max_points=3)
+    )
+    assert len(curve.points) == 7
+    assert curve.endings == ("3 points, the largest number",) * 2
+
+
+def test_amplitude_of_the_force() -> None:
+    """In the amplitude of the force a linear response grows in proportion."""
+    curve = follow(lambda force: oscillator_map(80, force=force, gap=100.0), 1.0, np.zeros(2), CurveSettings(0.5, 2.0))
+    shares = np.array([physical(oscillator_map(80), point.x) / point.value for point in curve.points])
+    assert shares == pytest.approx(np.broadcast_to(shares[0], shares.shape), rel=1e-6)
+    assert 2.0 * pi / 0.8 == pytest.approx(oscillator_map(80).period)

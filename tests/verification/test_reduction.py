@@ -1,0 +1,196 @@
+"""Reduced bases: frequencies, statics and motion of the finite elements that they come from."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from mpi4py import MPI
+from numpy.polynomial import polynomial
+
+from gapbeam.solver.march.march_plan import march_of_model
+from gapbeam.solver.march.python.march import march
+from gapbeam.solver.models.body import finite_elements
+from gapbeam.solver.models.body_key import body_key
+from gapbeam.solver.models.model import Model, build_body, build_model, model_of
+from gapbeam.solver.models.reduction.contact_lines import across_lines
+from gapbeam.solver.models.reduction.reduced_body import reduced_body
+from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
+from gapbeam.solver.run.verdict import remarks_on_model
+from gapbeam.solver.system.semi_discrete import VALUE
+from tests.shared.models import BEAM, COARSE, GRAVITY, SOLID, beam_case, beam_model, bending_frequencies, seat_of
+
+PUSH = {"type": "harmonic_force", "name": "push", "point": 0.15, "amplitude": 400.0, "frequency": 100.0}
+LOADS = (GRAVITY, PUSH)
+PROBES = {"tip": 0.51, "middle": 0.25}
+
+
+def tip_motion(model: Model, steps: int = 60) -> np.ndarray:
+    """Return the displacement of the probes over some steps from the seat, (steps, probes, components)."""
+    plan = replace(march_of_model(model, model.case.time.scheme), steps=steps)
+    operators = model.system.operators
+    return np.array(
+        [
+            [probe.evaluate(step.new.u[VALUE], operators) for probe in model.probes.values()]
+            for step in march(plan, seat_of(model).state)
+        ]
+    )
+
+
+def apart(one: np.ndarray, other: np.ndarray) -> float:
+    """Return the rms difference of two motions relative to the rms of the first."""
+    return float(np.sqrt(np.mean((one - other) ** 2) / np.mean(one**2)))
+
+
+def pair(mesh: dict[str, object], **model: object) -> tuple[Model, Model]:
+    """Return the full model of a rattling beam and a reduced one, with a contact soft enough for 1e-4 s."""
+    changes = {"mesh": {**BEAM["mesh"], **mesh}, "contact": {"stiffness": 1e12}}
+    full = beam_model(changes, LOADS, PROBES)
+    reduced = beam_model({**changes, "model": {"type": "reduced", **model}}, LOADS, PROBES)
+    return full, reduced
+
+
+def test_modes_are_those_of_scipy() -> None:
+    model = beam_model()
+    mass, stiffness = model.system.operators.matrices()
+    factor = model.system.operators.shifted_solver(mass, stiffness.copy(), 1e5, 1e-9)
+    modes = lowest_modes(mass, stiffness, factor, 1e5, 12)
+    assert modes.shapes.T @ np.stack(
+        [model.system.operators.apply_mass(shape) for shape in modes.shapes.T], axis=1
+    ) == pytest.approx(np.eye(len(modes.squares)), abs=1e-9)
+    for frequency in bending_frequencies(model, 3):
+        assert np.min(np.abs(modes.frequencies / frequency - 1.0)) < 1e-7
+
+
+def test_all_modes_below_a_frequency_are_found() -> None:
+    model = beam_model()
+    mass, stiffness = model.system.operators.matrices()
+    factor = model.system.operators.shifted_solver(mass, stiffness.copy(), 1e5, 1e-9)
+    many = lowest_modes(mass, stiffness, factor, 1e5, 25)
+    below = lowest_modes(mass, stiffness, factor, 1e5, 1, below=3000.0)
+    assert len(below.squares) == np.sum(many.frequencies <= 3000.0)
+    assert below.frequencies == pytest.approx(many.frequencies[: len(below.squares)], abs=1e-3)
+
+
+def test_a_basis_of_all_contact_dofs_moves_like_the_mesh() -> None:
+    full, reduced = pair({}, contact="all", modes=60)
+    assert reduced.dofs < 0.2 * full.dofs
+    assert apart(tip_motion(full), tip_motion(reduced)) < 1e-5
+
+
+@pytest.mark.parametrize("interface", ["free", "fixed"])
+def test_a_compact_basis_moves_nearly_like_the_mesh(interface: str) -> None:
+    full, reduced = pair({}, interface=interface)
+    error = apart(tip_motion(full), tip_motion(reduced))
+    _, fewer = pair({}, interface=interface, modes=4, shapes=3)
+    assert error < 2e-3
+    assert error < 0.5 * apart(tip_motion(full), tip_motion(fewer))
+
+
+def test_the_seat_is_that_of_the_mesh() -> None:
+    full, reduced = pair({})
+    one, other = seat_of(full).state, seat_of(reduced).state
+    area = full.system.contact.weights
+    assert reduced.system.contact.weights == pytest.approx(area)
+    forces = [
+        [(area * seat.pressure)[full.system.contact.faces == face].sum() for face in (0, 1)] for seat in (one, other)
+    ]
+    assert forces[1] == pytest.approx(forces[0], rel=1e-4)
+    assert apart(full.expand(one.u[VALUE]), reduced.expand(other.u[VALUE])) < 1e-4
+
+
+def test_what_nothing_symmetric_moves_is_left_out() -> None:
+    full, reduced = pair(SOLID)
+    basis = reduced.body.basis
+    assert basis is not None
+    assert basis.left_out > 5
+    body = finite_elements(full.case, full.body.meshed)
+    settings = reduced.case.model.model_copy(update={"points_across": "all"})
+    exact = model_of(full.case, reduced_body(body, settings))
+    assert reduced.system.contact.size < 0.3 * full.system.contact.size
+    assert exact.system.contact.size == full.system.contact.size
+    motion = tip_motion(full)
+    assert apart(motion, tip_motion(exact)) < 2e-3
+    assert apart(motion, tip_motion(reduced)) < 4e-3
+
+
+def test_a_load_beside_the_axis_keeps_all_motions() -> None:
+    loads = (GRAVITY, {**PUSH, "point": [0.15, 0.005, 0.0]})
+    changes = {"mesh": {**BEAM["mesh"], **SOLID}, "contact": {"stiffness": 1e12}}
+    probes = {"axis": 0.51, "side": (0.51, 0.009, 0.0)}
+    full = beam_model(changes, loads, probes)
+    reduced = beam_model({**changes, "model": {"type": "reduced"}}, loads, probes)
+    basis = reduced.body.basis
+    assert basis is not None
+    assert basis.left_out == 0
+    every = beam_model({**changes, "model": {"type": "reduced", "points_across": "all"}}, loads, probes)
+    motion, other = tip_motion(full, 20), tip_motion(every, 20)
+    twist = motion[:, 1, 2] - motion[:, 0, 2]
+    assert np.abs(twist).max() > 1e-2 * np.abs(motion).max()
+    assert apart(twist, other[:, 1, 2] - other[:, 0, 2]) < 1e-3
+    assert apart(motion, tip_motion(reduced, 20)) < 2e-3
+
+
+def test_the_neglected_flexibility_shrinks_with_the_basis() -> None:
+    def neglected(**model: object) -> tuple[float, float]:
+        basis = beam_model({"model": {"type": "reduced", **model}}).body.basis
+        assert basis is not None
+        return basis.neglected, basis.neglected_smooth
+
+    few, some, every = (neglected(modes=4, shapes=2), neglected(modes=4, shapes=9), neglected(modes=4, contact="all"))
+    assert few[0] > 1.5 * some[0] > 1.5 * every[0]
+    assert few[1] > 1.5 * some[1] > 1.5 * every[1]
+    assert max(every) < 1e-6
+
+
+def test_lines_integrate_like_the_points_they_replace() -> None:
+    contact = beam_model({"mesh": {**BEAM["mesh"], **SOLID, "cells_across_width": 3}}).system.contact
+    fewer = across_lines(contact, 3, False, 1e-3)
+    assert fewer.size == contact.size * 3 // 12
+    x, y = contact.positions[:, 0], contact.positions[:, 1]
+    for coefficients in np.eye(6):  # degree 5: the square of a gap of degree 2 is integrated like a pressure
+        wanted = float(contact.weights @ (x * polynomial.polyval(y / 0.01, coefficients)))
+        got = float(
+            fewer.weights @ (fewer.positions[:, 0] * polynomial.polyval(fewer.positions[:, 1] / 0.01, coefficients))
+        )
+        assert got == pytest.approx(wanted, rel=1e-9, abs=1e-12)
+    # the gap at a node is that of the polynomial through the gaps of the line
+    assert fewer.shares @ y**2 == pytest.approx(fewer.positions[:, 1] ** 2, abs=1e-12)
+    mirrored = across_lines(contact, 1, True, 1e-3)
+    assert mirrored.size == contact.size // 12
+    assert mirrored.weights.sum() == pytest.approx(contact.area)
+
+
+def test_a_body_serves_variants_of_its_case() -> None:
+    case = beam_case({"model": {"type": "reduced"}}, LOADS, PROBES)
+    other = case.model_copy(
+        update={
+            "support": case.support.model_copy(update={"clearance": 0.2e-3}),
+            "contact": case.contact.model_copy(update={"stiffness": 1e12, "damping": 1e3}),
+            "load": tuple(
+                load.model_copy(update={"amplitude": 9.0}) if load.name == "push" else load for load in case.load
+            ),
+        }
+    )
+    assert body_key(case) == body_key(other)
+    assert body_key(case) != body_key(beam_case({"model": {"type": "reduced"}, "mesh": {"size": 0.03}}, LOADS, PROBES))
+    assert body_key(case) != body_key(beam_case({}, LOADS, PROBES))
+    shared = model_of(other, build_body(case, MPI.COMM_SELF))
+    assert tip_motion(shared, 20) == pytest.approx(
+        tip_motion(build_model(other, MPI.COMM_SELF), 20), rel=1e-9, abs=1e-15
+    )
+
+
+def test_coarse_meshes_have_smaller_bases_than_asked_for() -> None:
+    model = beam_model({"mesh": {**BEAM["mesh"], **COARSE}, "model": {"type": "reduced", "modes": 1000, "shapes": 50}})
+    assert model.dofs <= model.mesh_dofs
+
+
+def test_a_basis_that_is_too_small_is_reported() -> None:
+    def remarks(**model: object) -> str:
+        return " ".join(remarks_on_model(beam_model({"model": {"type": "reduced", **model}})))
+
+    assert remarks() == ""
+    assert "the modes of the basis reach to" in remarks(modes=1)
+    assert "the contact faces' static flexibility" in remarks(interface="fixed", modes=3, shapes=3)

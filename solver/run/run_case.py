@@ -27,6 +27,7 @@ from gapbeam.solver.models.energy_creation import accepted_energy_creators, refu
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.periodic.probe_figures import ProbeFigures
 from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
+from gapbeam.solver.run.assumptions.recorded_content import recorded_content
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
 from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
@@ -39,7 +40,6 @@ from gapbeam.solver.run.output.log_file import log_file
 from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, clear, prepare_folder, write_beside
 from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
-from gapbeam.solver.run.recorded_content import recorded_content
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
 from gapbeam.solver.run.verdict import (
     assumptions,

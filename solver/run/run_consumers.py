@@ -13,14 +13,14 @@ from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.diagnostics.assumptions.assumption import let_pass
-from gapbeam.solver.diagnostics.assumptions.motion_findings import of_contact, of_pose
-from gapbeam.solver.diagnostics.assumptions.pose_rows import watch_of
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.step_blocks import StepBlock, Wanted, marched, step_blocks_of
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
+from gapbeam.solver.run.assumptions.pose_rows import watch_of
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter

@@ -10,8 +10,6 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Assumption, Finding, let_pass
 from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
-from gapbeam.solver.diagnostics.assumptions.frequency_findings import of_frequencies
-from gapbeam.solver.diagnostics.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
@@ -24,6 +22,8 @@ from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks
 from gapbeam.solver.models.time_step import frequency_of_interest
+from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies
+from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.output.run_summary import describe_energy, describe_gates
 
 LOG = logging.getLogger("gapbeam")

@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gapbeam.solver.diagnostics.assumptions.pose_rows import watch_of
 from gapbeam.solver.diagnostics.assumptions.pose_watch import (
     LOOKS,
     ROTATION,
@@ -18,6 +17,7 @@ from gapbeam.solver.diagnostics.assumptions.pose_watch import (
     PoseWatch,
 )
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.assumptions.pose_rows import watch_of
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.shared.models import BEAM, COARSE, SOLID, beam_model, seat_of

@@ -1,1 +1,1 @@
-"""The assumptions behind the equations, and how close a run comes to their limits."""
+"""Assumptions behind the equations, and what a march measures to watch them."""

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +20,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.record_checksums import with_checksums
+from gapbeam.solver.diagnostics.assumptions.assumption import Finding
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
@@ -55,6 +58,7 @@ from gapbeam.solver.run.verdict import (
 from gapbeam.solver.seat.static_seat import Seat
 
 LOG = logging.getLogger("gapbeam")
+MARCHED = "the model was marched"
 
 
 @dataclass(frozen=True, repr=False)
@@ -140,12 +144,13 @@ def _run_case(
             consumers = RunConsumers(model, folder, comm, left)  # or a refusal, before anything in the folder changes
         with log_file(folder, comm):
             summary = _opening(model)
+            together = cache(lambda: comm.size == 1 or all_there(ends))
             try:
                 _write_opening(model, folder, comm, summary)
-                with out_of_memory_reported("the model was marched"):
-                    _run(model, folder, comm, summary, left, consumers, set_up)
+                with out_of_memory_reported(MARCHED):
+                    _run(model, folder, comm, summary, left, consumers, set_up, together)
             except RunError as error:
-                if comm.size > 1 and not all_there(ends):  # the others wait for this rank
+                if not together():  # the others wait for this rank
                     raise
                 summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
                 summary["exit_status"], summary["message"] = error.exit_status, str(error)
@@ -233,7 +238,9 @@ def _run(
     left: Left | None,
     consumers: RunConsumers | None,
     set_up: SetUp,
+    together: Callable[[], bool],
 ) -> None:
+    """Seat and march; fill the summary, also where the march ends with an error that all ranks have."""
     simulation = Simulation(model)
     plan = simulation.plan
     summary["wall_time"] |= simulation.factor()
@@ -261,30 +268,43 @@ def _run(
     set_up.over()
     set_up.check()
     try:
-        with consumers:
+        with out_of_memory_reported(MARCHED), consumers:
             consumers.follow(plan, steps, summary["forcing"]["period"], deadline, checkpoints)
+    except RunError:
+        if together():
+            _describe_march(model, folder, comm, summary, consumers)
+        raise
     finally:
         if response is not None:
             summary["periodic"]["probes"] = probes.figures(response.steady.periods)
-        accounts = consumers.accounts
-        summary |= figures(model, consumers.recorder, accounts)
-        summary["contact_episodes"] = accounts.episodes.figures()
-        summary["convergence"] = accounts.tally.convergence()
-        summary["wall_time"] |= accounts.tally.seconds()
-        summary["checkpoints"] = consumers.costs()
-        findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
-        summary["assumptions"] = [finding.as_data() for finding in findings]
-        noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
-        summary["warnings"] += noted
-        for line in [*(finding.line for finding in findings), contact_words(model, accounts.peaks)]:
-            LOG.info("%s", line)
-        if model.law.friction is not None:
-            LOG.info("%s", friction_words(accounts))
-        for remark in noted:
-            LOG.warning("%s", remark)
+    findings = _describe_march(model, folder, comm, summary, consumers)
+    accounts = consumers.accounts
     judge_run(model, accounts, findings)
     summary["status"], summary["exit_status"] = "completed", 0
     summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
+
+
+def _describe_march(
+    model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any], consumers: RunConsumers
+) -> list[Finding]:
+    """Add the figures, findings and remarks of a march to the summary, and log them. Collective."""
+    accounts = consumers.accounts
+    summary |= figures(model, consumers.recorder, accounts)
+    summary["contact_episodes"] = accounts.episodes.figures()
+    summary["convergence"] = accounts.tally.convergence()
+    summary["wall_time"] |= accounts.tally.seconds()
+    summary["checkpoints"] = consumers.costs()
+    findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
+    summary["assumptions"] = [finding.as_data() for finding in findings]
+    noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
+    summary["warnings"] += noted
+    for line in [*(finding.line for finding in findings), contact_words(model, accounts.peaks)]:
+        LOG.info("%s", line)
+    if model.law.friction is not None:
+        LOG.info("%s", friction_words(accounts))
+    for remark in noted:
+        LOG.warning("%s", remark)
+    return findings
 
 
 def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat:

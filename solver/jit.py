@@ -9,7 +9,10 @@ from __future__ import annotations
 
 import hashlib
 import os
+import signal
 import tempfile
+import time
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any, TypeVar
@@ -20,6 +23,7 @@ from numba.extending import register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 MARK = b"gapbeam.solver.jit"  # a file that compiles functions imports them from this module
+POLL = 0.05  # s between looks at a process that compiles
 REORDERED = {"reassoc", "contract", "nsz"}  # sums may be reordered for SIMD; infinities and NaN keep their meaning
 
 
@@ -51,6 +55,43 @@ def is_kept(function: Callable[..., Any]) -> bool:
     """Return whether machine code of an entry is kept, in any of its variants."""
     name = f"{function.__module__.rpartition('.')[2]}.{function.__name__}-*.nbc"
     return _FOLDER is not None and next(_FOLDER.rglob(name), None) is not None
+
+
+def is_pending(function: Callable[..., Any]) -> bool:
+    """Return whether machine code of an entry could be kept, and is not yet."""
+    return _FOLDER is not None and not is_kept(function)
+
+
+def compile_in_another_process(call: Callable[[], object], look: Callable[[], None]) -> None:
+    """Call an entry in a child process, which leaves its machine code in the cache.
+
+    Compilation spends seconds inside LLVM, where Python hears no signal; this process hears signals meanwhile. Where
+    the child fails, the entry is compiled when this process calls it.
+
+    Args:
+        call: Calls the entry on what it will be called on, without lasting effects outside of its memory.
+        look: Called twenty times a second meanwhile; an error that it, or a signal handler, raises kills the child.
+    """
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", DeprecationWarning)  # of forks beside threads: the child uses none of these
+        child = os.fork()
+    if child == 0:
+        try:
+            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGALRM):
+                signal.signal(number, signal.SIG_DFL)
+            call()
+        finally:
+            os._exit(0)
+    ended = False
+    try:
+        while not ended:
+            look()
+            ended = os.waitpid(child, os.WNOHANG)[0] != 0
+            time.sleep(0.0 if ended else POLL)
+    finally:
+        if not ended:
+            os.kill(child, signal.SIGKILL)
+            os.waitpid(child, 0)
 
 
 def compiled(function: Function) -> Function:

@@ -23,6 +23,7 @@ from gapbeam.solver.case.record_checksums import with_checksums
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.out_of_memory import out_of_memory_reported
@@ -264,6 +265,10 @@ def _run(
     probes = ProbeFigures(model)
     if response is not None:
         steps = probes.listening(response.steps)
+    if reason is None and response is None:
+        clock = time.perf_counter()
+        CompiledLoop(plan).compile(start if left is None else left.paused, set_up.check)
+        summary["wall_time"]["compilation"] = time.perf_counter() - clock
     consumers = consumers or RunConsumers(model, folder, comm, start)
     set_up.over()
     set_up.check()

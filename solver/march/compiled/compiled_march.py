@@ -14,7 +14,7 @@ from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT
 from gapbeam.solver.contact.laws.point_law import LawTable
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged, RunError
-from gapbeam.solver.jit import is_kept
+from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
 from gapbeam.solver.march.compiled.carried_state import STATE, Carried, carried, taken_up
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.compiled.kernel_tables import Motion, Records
@@ -36,6 +36,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State
 
 LOG = logging.getLogger("gapbeam")
+COMPILES = "the time loop is compiled, which takes about 20 s, once"
 CADENCE = 0.2  # s of wall time between blocks
 FIRST_STEPS = 64  # of the first block, before it is known what a step costs
 MOST_RECORDS = 2048  # of a block
@@ -122,6 +123,30 @@ class CompiledLoop:
         self._scheme = scheme_table(plan)
         self._room = room_for(self._table)
 
+    def compile(self, start: State | Paused, look: Callable[[], None]) -> None:
+        """Have the loop compiled in another process where its machine code is not in the cache.
+
+        This process hears signals meanwhile, and loads the machine code when it marches.
+
+        Args:
+            start: A state of the march.
+            look: Called meanwhile; an error that it raises ends the compilation.
+        """
+        if not is_pending(march_steps):
+            return
+        LOG.info(COMPILES)
+        paused = start if isinstance(start, Paused) else Paused(start, 0)
+        compile_in_another_process(lambda: self._march_no_step(paused), look)
+
+    def _march_no_step(self, paused: Paused) -> None:
+        plan = self.plan
+        accounts = Accounts.opened(plan.system, plan.law, paused.state, plan.dt)
+        march_steps(
+            self._table, self._scheme, self._law(paused.state), self._motion(paused), self._room,
+            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self._table, 2), self._factors(0, 1)[:0],
+            0, 1, 0, plan.max_iterations,
+        )  # fmt: skip
+
     def blocks(
         self,
         start: State | Paused,
@@ -157,7 +182,7 @@ class CompiledLoop:
         motion, law = self._motion(paused), self._law(state)
         origin, done, size = round(state.time / plan.dt) - paused.done, paused.done, FIRST_STEPS
         if not is_kept(march_steps):
-            LOG.info("the time loop is compiled, which takes about 20 s, once")
+            LOG.info(COMPILES)
         while done < count:
             wanted = min(size, count - done, MOST_RECORDS * every)
             if stops is not None:

@@ -1,0 +1,70 @@
+"""The first run with a compiled march: signals are heard while it compiles, and what was compiled is used."""
+
+from __future__ import annotations
+
+import json
+import os
+import signal
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.shared.command import DEMO, GAPBEAM, PROJECT, alone, process_environment, settings
+from tests.shared.processes import LONGEST, until
+
+pytestmark = alone
+REDUCED = settings("model.type=reduced", "time.end=0.02")
+
+
+def first_run(folder: Path, *options: str) -> subprocess.Popen[str]:
+    """Start a run whose cache of machine code is empty."""
+    return subprocess.Popen(
+        [*GAPBEAM, "run", str(DEMO), *REDUCED, *options, "--output", str(folder / "out")],
+        cwd=PROJECT,
+        env={**process_environment(), "NUMBA_CACHE_DIR": str(folder / "cache")},
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+    )
+
+
+def kernels(folder: Path) -> list[Path]:
+    """Return the files of the march's machine code."""
+    return list(folder.rglob("march_kernel.march_steps-*.nbc"))
+
+
+def test_a_signal_is_heard_while_the_march_compiles(tmp_path: Path) -> None:
+    """SIGTERM ends the run before compilation does: status 143, the summary says so, no child goes on."""
+    log = tmp_path / "out" / "run.log"
+    process = first_run(tmp_path)
+    until(lambda: log.exists() and "time loop is compiled" in log.read_text("utf-8"), "compilation")
+    until(lambda: process.poll() is not None or bool(children_of(process.pid)), "the process that compiles")
+    children = children_of(process.pid)
+    process.send_signal(signal.SIGTERM)
+    _, errors = process.communicate(timeout=LONGEST)
+    assert process.returncode == 143, errors
+    assert not kernels(tmp_path)
+    summary = json.loads((tmp_path / "out" / "summary.json").read_text("utf-8"))
+    assert (summary["status"], summary["exit_status"]) == ("interrupted", 143)
+    assert "terminated before the march began" in summary["message"]
+    assert len(children) == 1
+    for number in children:
+        with pytest.raises(ProcessLookupError):
+            os.kill(number, 0)
+
+
+@pytest.mark.slow(minutes=2)
+@pytest.mark.parametrize("scheme", ["discrete-gradient", "newmark"])
+def test_the_march_uses_what_was_compiled(scheme: str, tmp_path: Path) -> None:
+    """One variant of the kernel is compiled, once: by the child for the march."""
+    process = first_run(tmp_path, *settings(f"time.scheme.type={scheme}"))
+    _, errors = process.communicate(timeout=LONGEST)
+    assert process.returncode == 0, errors
+    assert errors.count("the time loop is compiled") == 1
+    assert len(kernels(tmp_path)) == 1
+
+
+def children_of(process: int) -> list[int]:
+    """Return the numbers of the children of a process."""
+    return [int(number) for number in Path(f"/proc/{process}/task/{process}/children").read_text().split()]

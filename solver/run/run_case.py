@@ -20,7 +20,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.record_checksums import with_checksums
-from gapbeam.solver.diagnostics.assumptions.assumption import Finding
+from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
@@ -303,8 +303,8 @@ def _describe_march(
     summary["assumptions"] = [finding.as_data() for finding in findings]
     noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
     summary["warnings"] += noted
-    for line in [*(finding.line for finding in findings), contact_words(model, accounts.peaks)]:
-        LOG.info("%s", line)
+    LOG.info("%s", in_one_line(findings))
+    LOG.info("%s", contact_words(model, accounts.peaks))
     if model.law.friction is not None:
         LOG.info("%s", friction_words(accounts))
     for remark in noted:

@@ -75,9 +75,9 @@ class Finding:
         return f"{one.name}: {one.quantity} {self.closest:.3g}{unit}{where}{detail}, limit {limit:g}{unit}{error}"
 
     @property
-    def line(self) -> str:
-        """A line of the log."""
-        return f"assumption {self.verdict}: {self.words}"
+    def share(self) -> float:
+        """How close the run came to the limit: 1 is the limit."""
+        return self.closest / self.assumption.limit
 
     @property
     def remark(self) -> str:
@@ -94,7 +94,7 @@ class Finding:
             "closest": self.closest,
             "limit": one.limit,
             "failure_limit": one.failure,
-            "share_of_limit": self.closest / one.limit,
+            "share_of_limit": self.share,
             "time": self.time,
             "place": None if self.place is None else [float(x) for x in self.place],
             "error_estimate": self.estimate,
@@ -102,6 +102,14 @@ class Finding:
             "verdict": self.verdict,
             "meaning": one.meaning,
         }
+
+
+def in_one_line(findings: Sequence[Finding]) -> str:
+    """Return how many assumptions hold, and which of them came closest to its limit."""
+    holding = [finding for finding in findings if finding.verdict == HOLDS]
+    nearest = max(holding, key=lambda finding: finding.share, default=None)
+    closest = "" if nearest is None else f"; closest to its limit: {nearest.words}"
+    return f"{len(holding)} of {len(findings)} assumptions hold{closest}"
 
 
 def let_pass(findings: Sequence[Finding]) -> None:

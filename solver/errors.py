@@ -48,6 +48,13 @@ class NotFinite(RunError):  # noqa: N818
     reason = "not finite"
 
 
+class RangeNotCovered(RunError):  # noqa: N818
+    """A response curve could not be followed over the range that was asked for."""
+
+    exit_status = 5
+    reason = "range not covered"
+
+
 class AssumptionBroken(RunError):  # noqa: N818
     """The beam has left what the equations assume: small rotations and strains, inside its support."""
 

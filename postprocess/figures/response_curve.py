@@ -27,16 +27,17 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     points: list[dict[str, Any]] = curve["points"]
     values = np.array([point["value"] for point in points])
     stable = np.array([point["stable"] for point in points])
+    branch = np.array([point.get("branch", 1) for point in points])
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
     figure, axes = panels(2, 1, width=DOUBLE, height=2.2, sharex=True)
     motion, multiplier = axes[:, 0]
     for number, probe in enumerate(probes):
         color = COLORS[number % len(COLORS)]
         heights = 1.0e3 * np.array([point[probe + SUFFIX] for point in points])
-        _draw(motion, values, heights, stable, color)
+        _draw(motion, values, heights, stable, branch, color)
         _mark(motion, points, heights)
     largest = np.array([point["largest_multiplier"] for point in points])
-    _draw(multiplier, values, largest, stable, BLACK)
+    _draw(multiplier, values, largest, stable, branch, BLACK)
     _mark(multiplier, points, largest)
     multiplier.axhline(1.0, color=GRAY, linewidth=0.6)
     motion.set_ylabel("peak to peak (mm)")
@@ -47,16 +48,20 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     return figure
 
 
-def _draw(panel: Axes, values: np.ndarray, heights: np.ndarray, stable: np.ndarray, color: str) -> None:
-    for part in _runs(stable):
+def _draw(
+    panel: Axes, values: np.ndarray, heights: np.ndarray, stable: np.ndarray, branch: np.ndarray, color: str
+) -> None:
+    for part in _runs(stable, branch):
         style = "-" if stable[part.start] else "--"
-        end = min(part.stop + 1, len(values))  # up to where the next part begins
+        goes_on = part.stop < len(values) and branch[part.stop] == branch[part.start]
+        end = part.stop + 1 if goes_on else part.stop  # up to where the next part of the branch begins
         panel.plot(values[part.start : end], heights[part.start : end], style, color=color)
 
 
-def _runs(stable: np.ndarray) -> Iterator[slice]:
-    """Yield the parts of one stability."""
-    edges = [0, *(np.flatnonzero(np.diff(stable.astype(int))) + 1), len(stable)]
+def _runs(stable: np.ndarray, branch: np.ndarray) -> Iterator[slice]:
+    """Yield the parts of one stability and one branch."""
+    changes = (np.diff(stable.astype(int)) != 0) | (np.diff(branch) != 0)
+    edges = [0, *(np.flatnonzero(changes) + 1), len(stable)]
     yield from (slice(start, stop) for start, stop in pairwise(edges))
 
 

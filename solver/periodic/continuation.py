@@ -33,6 +33,8 @@ GROWTH = 1.5
 FAR = 3.0  # arc lengths; a point further away is on another curve
 BACK = 0.9  # cosine between the way to a point and the tangent there; beyond it, turning around is going back
 SHARP = 0.5  # cosine of the turn between two tangents; sharper ones are at corners
+END_OF_RANGE = "the end of the range"
+LARGEST_NUMBER = "points, the largest number"
 LOCATED = 1.0e-3  # of a step: how well folds and doublings are located
 
 
@@ -175,12 +177,12 @@ class _Walk:
             points += self._events(last, found, length)
             if not self.settings.low <= found.point.value <= self.settings.high:
                 points += self._at_limit(last, found)
-                return points, "the end of the range"
+                return points, END_OF_RANGE
             points.append(found.point)
             if found.point.iterations <= QUICK:
                 length = min(GROWTH * length, self.settings.longest_step)
             last = found
-        return points, f"{self.settings.max_points} points, the largest number"
+        return points, f"{self.settings.max_points} {LARGEST_NUMBER}"
 
     def _next(self, last: _Found, length: float) -> _Found | None:
         """Return the point at an arc length from the last, or None where Newton's method fails."""

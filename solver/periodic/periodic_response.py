@@ -98,6 +98,7 @@ def find_response(
         "period": held.steps * held.model.step,
         "steps_per_period": held.steps,
         "ramps": "passed before the search",
+        "periods_marched": marched,
         "started_from": f"a march of {marched} forcing periods" if marched else "the seat",
         "seconds_before_search": settled - clock,
         "seconds_of_search": time.perf_counter() - settled,
@@ -116,6 +117,25 @@ def _marched(
             talk(state.time, taken)
             if asked():
                 raise Interrupted(f"interrupted at t = {state.time:.6g} s of the march before the search")
+    return replace(state, time=0.0)
+
+
+def settled(held: SteadyModel, seat: State, periods: int) -> State:
+    """Return the end of a march under steady forcing, at t = 0 of the forcing.
+
+    Args:
+        held: The model under steady forcing.
+        seat: Where the march starts.
+        periods: At least so many forcing periods are marched.
+
+    Raises:
+        NotConverged: A step did not converge.
+
+    Collective.
+    """
+    state = seat
+    if periods:
+        *_, (state, _) = _states(replace(held.plan, steps=held.steps * ceil(periods / held.periods)), seat)
     return replace(state, time=0.0)
 
 

@@ -8,20 +8,21 @@ from functools import lru_cache
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 from mpi4py import MPI
 
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.periodic.continuation import Curve, CurvePoint, CurveSettings, follow
+from gapbeam.solver.periodic.continuation import Curve, CurvePoint, CurveSettings
 from gapbeam.solver.periodic.modal_period_map import ModalMap
-from gapbeam.solver.periodic.periodic_response import Response, find_response
+from gapbeam.solver.periodic.periodic_response import Response, find_response, settled
+from gapbeam.solver.periodic.response_branches import follow_branches
 from gapbeam.solver.periodic.steady_forcing import SteadyModel, varied
-from gapbeam.solver.run.interruption import Interruption
-from gapbeam.solver.run.output.curve_files import curve_rows, unit_of, write_curve
+from gapbeam.solver.run.interruption import Interruption, Wish
+from gapbeam.solver.run.output.curve_files import coverage, curve_rows, unit_of, write_curve
 from gapbeam.solver.run.output.progress import ProgressLine
+from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
 
 LOG = logging.getLogger("gapbeam")
@@ -79,7 +80,7 @@ def search(
         LOG.warning("%s", remark)
     if analysis.continuation is not None:
         assert response.x is not None
-        _follow_curve(response.steady, response.x, analysis, analysis.continuation, folder, comm, found)
+        _follow_curve(response, analysis, analysis.continuation, seat, folder, comm, summary, deadline)
     return response
 
 
@@ -92,15 +93,18 @@ def stability_words(found: dict[str, Any]) -> str:
 
 
 def _follow_curve(
-    held: SteadyModel,
-    x: np.ndarray[Any, np.dtype[np.float64]],
+    response: Response,
     analysis: Periodic,
     asked: Continuation,
+    seat: State,
     folder: Path,
     comm: MPI.Comm,
-    found: dict[str, Any],
+    summary: dict[str, Any],
+    deadline: float | None,
 ) -> None:
     started = time.perf_counter()
+    held, x = response.steady, response.x
+    assert x is not None
     case = held.model.case
     tables = {"support": case.support, "contact": case.contact}
     value = value_of(asked.key, tables, dict(enumerate(case.load)))
@@ -118,27 +122,38 @@ def _follow_curve(
     def model_at(at: float) -> SteadyModel:
         return varied(held, asked.key, at)
 
-    @lru_cache(maxsize=4)
-    def map_at(at: float) -> ModalMap:
-        period_map = model_at(at).modal_map()
-        assert period_map is not None
-        return period_map
+    with Interruption(comm, deadline) as interruption:
 
-    curve = follow(map_at, value, x, settings)
+        @lru_cache(maxsize=4)
+        def map_at(at: float) -> ModalMap:
+            wish = interruption.agreed()
+            if wish != Wish.NONE:
+                words = f"{wish.words} at {asked.key} = {at:.6g} of the response curve"
+                raise Interrupted(words, wish.exit_status)
+            period_map = model_at(at).modal_map()
+            assert period_map is not None
+            return period_map
+
+        def start_at(at: float) -> Array:
+            return map_at(at).coordinates(settled(model_at(at), seat, summary["periodic"]["periods_marched"]))
+
+        branches = follow_branches(map_at, value, x, settings, start_at)
     unit = unit_of(asked.key, held)
-    rows = curve_rows(curve, model_at)
+    rows = curve_rows(branches.curves, model_at)
     if comm.rank == 0:
-        write_curve(folder, asked.key, unit, analysis.periods, curve, rows)
-    found["curve"] = {
+        write_curve(folder, asked.key, unit, analysis.periods, branches, rows)
+    events = [point for curve in branches.curves for point in curve.events]
+    summary["periodic"]["curve"] = {
         "key": asked.key,
         "unit": unit,
-        "points": len(curve.points),
-        "endings": list(curve.endings),
-        "events": [{"value": point.value, "event": point.event} for point in curve.events],
-        "unstable_points": sum(not point.stability.stable for point in curve.points),
+        "points": len(rows),
+        **coverage(branches),
+        "events": [{"value": point.value, "event": point.event} for point in events],
+        "unstable_points": sum(not row["stable"] for row in rows),
         "seconds": time.perf_counter() - started,
     }
-    _log_curve(asked.key, unit, curve)
+    for curve in branches.curves:
+        _log_curve(asked.key, unit, curve)
 
 
 def _log_curve(key: str, unit: str, curve: Curve) -> None:

@@ -51,6 +51,7 @@ from gapbeam.solver.run.verdict import (
     contact_words,
     figures,
     friction_words,
+    judge_curve,
     judge_run,
     remarks,
     remarks_on_model,
@@ -285,6 +286,7 @@ def _run(
     findings = _describe_march(model, folder, comm, summary, consumers)
     accounts = consumers.accounts
     judge_run(model, accounts, findings)
+    judge_curve(summary.get("periodic", {}).get("curve"))
     summary["status"], summary["exit_status"] = "completed", 0
     summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import logging
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -16,12 +16,13 @@ from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.step_counts import Tally
-from gapbeam.solver.errors import EnergyCreated, EnergyLost
+from gapbeam.solver.errors import EnergyCreated, EnergyLost, RangeNotCovered
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks
 from gapbeam.solver.models.time_step import frequency_of_interest
+from gapbeam.solver.periodic.continuation import LARGEST_NUMBER
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.output.run_summary import describe_energy, describe_gates
@@ -154,6 +155,30 @@ def judge(model: Model, ledger: Ledger, gates: EnergyGates) -> None:
             "the results are not to be trusted. Use the scheme discrete-gradient, a smaller time.step or a "
             "softer contact.stiffness; gates.accept_energy_growth = true accepts it"
         )
+
+
+def judge_curve(curve: Mapping[str, Any] | None) -> None:
+    """Pass a response curve that covers the range asked for, or none.
+
+    Args:
+        curve: `summary["periodic"]["curve"]`.
+
+    Raises:
+        RangeNotCovered: It covers only a part.
+    """
+    if curve is None or not curve["missing"]:
+        return
+    unit = curve["unit"]
+    gaps = "; ".join(f"{gap['low']:.6g} to {gap['high']:.6g} {unit} ({gap['reason']})" for gap in curve["missing"])
+    advice = (
+        "impacts that begin to graze, or chatter, leave no smooth branch: try gapbeam sweep over "
+        f"{curve['key']}, which marches, analysis.periods = 2, more contact.damping or a softer contact.stiffness"
+    )
+    if any(LARGEST_NUMBER in gap["reason"] for gap in curve["missing"]):
+        advice = "try more analysis.continuation.max_points"
+    raise RangeNotCovered(
+        f"the response curve does not cover all of the range of {curve['key']}: none was followed from {gaps}; {advice}"
+    )
 
 
 def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> None:

@@ -14,6 +14,7 @@ import pytest
 from mpi4py import MPI
 from PIL import Image
 
+import gapbeam
 from gapbeam.postprocess.figures.response_curve import draw_response_curve
 from gapbeam.postprocess.plot import plot
 from gapbeam.postprocess.results.results import open_results
@@ -171,6 +172,26 @@ def test_curve_of_a_beam(tmp_path: Path) -> None:
         assert np.asarray(picture.convert("L"), dtype=float).std() > 2.0
     lines = draw_response_curve(table).axes[0].get_lines()
     assert {line.get_linestyle() for line in lines if len(line.get_xdata()) > 1} == {"-", "--"}
+
+
+def test_a_curve_that_does_not_cover_its_range_has_status_5(tmp_path: Path) -> None:
+    """Few points do not reach the ends: the gap is named, with what helps; the response itself stands."""
+    curve = ["key='load.shaker.amplitude'", "low=1.0", "high=40.0", "max_points=2"]
+    outcome = run(tmp_path, "contact.stiffness=1e10", f"analysis.continuation={{{', '.join(curve)}}}")
+    assert (outcome.exit_status, outcome.summary["reason"]) == (5, "range not covered")
+    found = outcome.summary["periodic"]["curve"]
+    assert found["branches"] > 1
+    assert found["missing"]
+    assert f"from {found['missing'][0]['low']:.6g} to {found['missing'][0]['high']:.6g} N" in outcome.message
+    assert "try more analysis.continuation.max_points" in outcome.message
+    table = json.loads((tmp_path / CURVE_FILE).read_text(encoding="utf-8"))
+    assert table["missing"] == found["missing"]
+    assert {point["branch"] for point in table["points"]} == set(range(1, found["branches"] + 1))
+    lines = [line.get_xdata() for line in draw_response_curve(table).axes[0].get_lines()]
+    for gap in found["missing"]:
+        assert not any(min(x) <= gap["low"] and max(x) >= gap["high"] for x in lines if len(x) > 1)
+    page = next(path for path in gapbeam.report(tmp_path) if path.suffix == ".html").read_text(encoding="utf-8")
+    assert "No response was followed from" in page
 
 
 PERIODIC = GOOD + '\n[analysis]\ntype = "periodic"\n'

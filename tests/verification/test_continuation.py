@@ -8,9 +8,11 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
+from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.periodic.continuation import Curve, CurveSettings, follow
 from gapbeam.solver.periodic.floquet import FOLD, PERIOD_DOUBLING
 from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.periodic.response_branches import follow_branches
 from gapbeam.solver.periodic.shooting import shoot
 from tests.verification.test_shooting import oscillator_map, physical
 
@@ -129,6 +131,44 @@ def test_a_curve_that_ends_says_why() -> None:
     )
     assert len(curve.points) == 7
     assert curve.endings == ("3 points, the largest number",) * 2
+
+
+def linear_map(omega: float, without: tuple[float, float]) -> ModalMap:
+    """A linear oscillator that refuses an interval of frequencies, as a map that chatters there does."""
+    if without[0] < omega < without[1]:
+        raise NotConverged("no step converges here")
+    return oscillator_map(200, omega, 0.05, gap=100.0)
+
+
+def test_a_second_branch_starts_where_the_first_does_not_get() -> None:
+    """Where no response can be followed from 0.7 to 0.75, both sides are, and the interval between them is named."""
+    settings, without = CurveSettings(0.5, 1.6), (0.7, 0.75)
+    found = follow_branches(lambda w: linear_map(w, without), 0.9, np.zeros(2), settings, lambda _: np.zeros(2))
+    assert len(found.curves) == 2
+    spans = [sorted(point.value for point in curve.points) for curve in found.curves]
+    assert (spans[0][-1], spans[1][0]) == (1.6, 0.5)
+    (low, high, reason), *others = found.missing
+    assert not others
+    assert low == spans[1][-1] == pytest.approx(0.7, abs=1e-3)
+    assert high == spans[0][0] == pytest.approx(0.75, abs=1e-3)
+    assert "from both sides" in reason
+
+
+def test_an_end_of_the_range_without_a_response_is_named() -> None:
+    """From 0.7 down nothing converges: the interval down to the end of the range is missing."""
+    found = follow_branches(
+        lambda w: linear_map(w, (0.0, 0.7)), 0.9, np.zeros(2), CurveSettings(0.5, 1.6), lambda _: np.zeros(2)
+    )
+    assert len(found.curves) == 1
+    assert [gap[:2] for gap in found.missing] == [(0.5, pytest.approx(0.7, abs=1e-3))]
+
+
+def test_a_curve_that_is_covered_has_no_gaps() -> None:
+    """A curve that ends at both ends of the range, or turns back at a fold, misses nothing."""
+    found = follow_branches(
+        lambda w: linear_map(w, (0.0, 0.0)), 0.9, np.zeros(2), CurveSettings(0.5, 1.6), lambda _: np.zeros(2)
+    )
+    assert (len(found.curves), found.missing) == (1, ())
 
 
 def test_amplitude_of_the_force() -> None:

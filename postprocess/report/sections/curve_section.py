@@ -61,11 +61,14 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     axis = f"{curve['key']} ({curve['unit']})"
     texts = [_point_words(point, curve) for point in points]
     motion, multiplier = list[Curve](), list[Curve]()
-    for probe in probes:
-        motion += _branch(probe, points, factor * np.array([point[probe + SUFFIX] for point in points]), texts)
-    multiplier += _branch(
-        "largest multiplier", points, np.array([point["largest_multiplier"] for point in points]), texts
-    )
+    for number, part in _parts(points):
+        suffix = "" if number == 1 else f", branch {number}"
+        inside, said = points[part], texts[part]
+        for probe in probes:
+            heights = factor * np.array([point[probe + SUFFIX] for point in inside])
+            motion += _branch(probe + suffix, inside, heights, said)
+        largest = np.array([point["largest_multiplier"] for point in inside])
+        multiplier += _branch("largest multiplier" + suffix, inside, largest, said)
     ends = [min(point["value"] for point in points), max(point["value"] for point in points)]
     multiplier.append(Curve("limit of stability", ends, [1.0, 1.0], dashed=True))
     rows = [
@@ -73,7 +76,12 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
         for point in points
         if point["event"]
     ]
+    missing = [
+        Verdict("warning", f"No response was followed from {gap['low']:.6g} to {gap['high']:.6g} {curve['unit']}.")
+        for gap in curve.get("missing", ())
+    ]
     blocks: list[Block] = [
+        *missing,
         Chart(
             "Peak to peak of the displacement along the curve of periodic responses; dashed where they are unstable.",
             axis, f"peak to peak ({length})", motion, command,
@@ -83,6 +91,13 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     if rows:
         blocks.append(Table("Events along the curve", ("event", axis, "largest multiplier"), rows, digits=6))
     return Section("Response curve", anchor, blocks)
+
+
+def _parts(points: Sequence[Mapping[str, Any]]) -> list[tuple[int, slice]]:
+    """Return number and points of every branch."""
+    numbers = [int(point.get("branch", 1)) for point in points]
+    starts = [place for place in range(len(numbers)) if place == 0 or numbers[place] != numbers[place - 1]]
+    return [(numbers[start], slice(start, stop)) for start, stop in pairwise([*starts, len(numbers)])]
 
 
 def _branch(name: str, points: Sequence[Mapping[str, Any]], heights: np.ndarray, texts: Sequence[str]) -> list[Curve]:

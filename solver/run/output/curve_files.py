@@ -4,29 +4,34 @@ from __future__ import annotations
 
 import csv
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.periodic.continuation import Curve, CurvePoint
+from gapbeam.solver.periodic.response_branches import Branches
 from gapbeam.solver.periodic.steady_forcing import SteadyModel
 from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE
 from gapbeam.solver.run.output.results_folder import write_beside
 
 
-def curve_rows(curve: Curve, model_at: Callable[[float], SteadyModel]) -> list[dict[str, Any]]:
-    """Return one row for every point: parameter, stability, and what probes and faces do there.
+def curve_rows(curves: Sequence[Curve], model_at: Callable[[float], SteadyModel]) -> list[dict[str, Any]]:
+    """Return one row for every point: parameter, branch, stability, and what probes and faces do there.
 
     Args:
-        curve: The curve.
+        curves: The branches.
         model_at: The model for a value of the parameter.
     """
-    return [_row(point, model_at(point.value)) for point in curve.points]
+    return [
+        _row(point, number, model_at(point.value))
+        for number, curve in enumerate(curves, start=1)
+        for point in curve.points
+    ]
 
 
-def _row(point: CurvePoint, steady: SteadyModel) -> dict[str, Any]:
+def _row(point: CurvePoint, branch: int, steady: SteadyModel) -> dict[str, Any]:
     period_map = steady.modal_map()
     assert period_map is not None
     places, forces = period_map.history(point.x)
@@ -34,6 +39,7 @@ def _row(point: CurvePoint, steady: SteadyModel) -> dict[str, Any]:
     leading = stability.multipliers[0]
     row: dict[str, Any] = {
         "value": point.value,
+        "branch": branch,
         "stable": stability.stable,
         "kind": stability.kind,
         "event": point.event,
@@ -51,7 +57,7 @@ def _row(point: CurvePoint, steady: SteadyModel) -> dict[str, Any]:
     return row
 
 
-def write_curve(folder: Path, key: str, unit: str, periods: int, curve: Curve, rows: list[dict[str, Any]]) -> None:
+def write_curve(folder: Path, key: str, unit: str, periods: int, found: Branches, rows: list[dict[str, Any]]) -> None:
     """Write the table.
 
     Args:
@@ -59,15 +65,24 @@ def write_curve(folder: Path, key: str, unit: str, periods: int, curve: Curve, r
         key: What varies.
         unit: Its unit.
         periods: Forcing periods in a period of the response.
-        curve: The curve.
+        found: The branches.
         rows: Those of `curve_rows`.
     """
-    found = {"key": key, "unit": unit, "periods": periods, "endings": list(curve.endings), "points": rows}
-    write_beside(folder / CURVE_FILE, json.dumps(found, indent=1) + "\n")
+    contents = {"key": key, "unit": unit, "periods": periods, **coverage(found), "points": rows}
+    write_beside(folder / CURVE_FILE, json.dumps(contents, indent=1) + "\n")
     with (folder / CURVE_TABLE_FILE).open("w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, list(rows[0]))
         writer.writeheader()
         writer.writerows(rows)
+
+
+def coverage(found: Branches) -> dict[str, Any]:
+    """Return why the first branch ends, and where no branch was found."""
+    return {
+        "endings": list(found.curves[0].endings),
+        "branches": len(found.curves),
+        "missing": [{"low": low, "high": high, "reason": why} for low, high, why in found.missing],
+    }
 
 
 def unit_of(key: str, steady: SteadyModel) -> str:

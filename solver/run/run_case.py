@@ -20,7 +20,6 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.record_checksums import with_checksums
-from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
@@ -31,11 +30,11 @@ from gapbeam.solver.models.energy_creation import accepted_energy_creators, refu
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.periodic.probe_figures import ProbeFigures
 from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
-from gapbeam.solver.run.assumptions.recorded_content import recorded_content
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
 from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
 from gapbeam.solver.run.interruption import SetUp, Wish
+from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
@@ -45,18 +44,7 @@ from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, clear
 from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
-from gapbeam.solver.run.verdict import (
-    assumptions,
-    balance_words,
-    contact_words,
-    figures,
-    friction_words,
-    judge_curve,
-    judge_run,
-    remarks,
-    remarks_on_model,
-    resolution_remarks,
-)
+from gapbeam.solver.run.verdict import balance_words, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
 
 LOG = logging.getLogger("gapbeam")
@@ -278,40 +266,17 @@ def _run(
             consumers.follow(plan, steps, summary["forcing"]["period"], deadline, checkpoints)
     except RunError:
         if together():
-            _describe_march(model, folder, comm, summary, consumers)
+            describe_march(model, folder, comm, summary, consumers)
         raise
     finally:
         if response is not None:
             summary["periodic"]["probes"] = probes.figures(response.steady.periods)
-    findings = _describe_march(model, folder, comm, summary, consumers)
+    findings = describe_march(model, folder, comm, summary, consumers)
     accounts = consumers.accounts
     judge_run(model, accounts, findings)
     judge_curve(summary.get("periodic", {}).get("curve"))
     summary["status"], summary["exit_status"] = "completed", 0
     summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
-
-
-def _describe_march(
-    model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any], consumers: RunConsumers
-) -> list[Finding]:
-    """Add the figures, findings and remarks of a march to the summary, and log them. Collective."""
-    accounts = consumers.accounts
-    summary |= figures(model, consumers.recorder, accounts)
-    summary["contact_episodes"] = accounts.episodes.figures()
-    summary["convergence"] = accounts.tally.convergence()
-    summary["wall_time"] |= accounts.tally.seconds()
-    summary["checkpoints"] = consumers.costs()
-    findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
-    summary["assumptions"] = [finding.as_data() for finding in findings]
-    noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
-    summary["warnings"] += noted
-    LOG.info("%s", in_one_line(findings))
-    LOG.info("%s", contact_words(model, accounts.peaks))
-    if model.law.friction is not None:
-        LOG.info("%s", friction_words(accounts))
-    for remark in noted:
-        LOG.warning("%s", remark)
-    return findings
 
 
 def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat:

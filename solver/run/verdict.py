@@ -171,8 +171,8 @@ def judge_curve(curve: Mapping[str, Any] | None) -> None:
     unit = curve["unit"]
     gaps = "; ".join(f"{gap['low']:.6g} to {gap['high']:.6g} {unit} ({gap['reason']})" for gap in curve["missing"])
     advice = (
-        "impacts that begin to graze, or chatter, leave no smooth branch: try gapbeam sweep over "
-        f"{curve['key']}, which marches, analysis.periods = 2, more contact.damping or a softer contact.stiffness"
+        "impacts that begin to graze, or chatter, leave no smooth branch: try gapbeam sweep, which marches, over "
+        f"{curve['key']}, analysis.periods = 2, more contact.damping or a softer contact.stiffness"
     )
     if any(LARGEST_NUMBER in gap["reason"] for gap in curve["missing"]):
         advice = "try more analysis.continuation.max_points"

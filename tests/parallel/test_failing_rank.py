@@ -27,7 +27,7 @@ BROKEN, ENDED, WITH_NAN = (f"tests.programs.{name}" for name in ("broken_rank", 
         ("gapbeam.solver.integrators.midpoint", "Midpoint.advance", "ZeroDivisionError"),
         pytest.param("gapbeam.solver.diagnostics.step_counts", "Tally.see", "SystemExit", marks=pytest.mark.slow),
         pytest.param("gapbeam.solver.run.output.field_files", "FieldWriter.write", "OSError", marks=pytest.mark.slow),
-        pytest.param("gapbeam.solver.run.run_case", "judge", "ValueError", marks=pytest.mark.slow),
+        pytest.param("gapbeam.solver.run.run_case", "judge_run", "ValueError", marks=pytest.mark.slow),
     ],
     ids=["seat", "mesh", "step", "exit", "output", "verdict"],
 )
@@ -44,13 +44,16 @@ def test_error_on_one_rank_ends_all(module: str, place: str, error: str, tmp_pat
 
 
 @pytest.mark.parametrize(
-    ("place", "error", "status"),
-    [pytest.param("build_model", "UserError", 2, marks=pytest.mark.slow), ("figures", "NotFinite", 4)],
+    ("module", "place", "error", "status"),
+    [
+        pytest.param("run_case", "build_model", "UserError", 2, marks=pytest.mark.slow),
+        ("march_summary", "figures", "NotFinite", 4),
+    ],
     ids=["set-up", "figures"],
 )
-def test_reported_error_of_one_rank_ends_all(place: str, error: str, status: int, tmp_path: Path) -> None:
+def test_reported_error_of_one_rank_ends_all(module: str, place: str, error: str, status: int, tmp_path: Path) -> None:
     """An error with a status of its own that only one rank has, the other waits for it: ended with that status."""
-    words = ("gapbeam.solver.run.run_case", place, error, "run", DEMO, *SHORT, "--output", tmp_path / "out")
+    words = (f"gapbeam.solver.run.{module}", place, error, "run", DEMO, *SHORT, "--output", tmp_path / "out")
     done = on_ranks(2, *words, program=BROKEN)
     assert done.returncode == status
     assert "gapbeam: rank 1 failed; ending all ranks" in done.stderr

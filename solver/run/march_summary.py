@@ -1,0 +1,47 @@
+"""What the summary of a run says about its march: figures, assumptions, remarks."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+from typing import Any
+
+from mpi4py import MPI
+
+from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.assumptions.recorded_content import recorded_content
+from gapbeam.solver.run.run_consumers import RunConsumers
+from gapbeam.solver.run.verdict import (
+    assumptions,
+    contact_words,
+    figures,
+    friction_words,
+    remarks,
+    resolution_remarks,
+)
+
+LOG = logging.getLogger("gapbeam")
+
+
+def describe_march(
+    model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any], consumers: RunConsumers
+) -> list[Finding]:
+    """Add the figures, findings and remarks of a march to the summary, and log them. Collective."""
+    accounts = consumers.accounts
+    summary |= figures(model, consumers.recorder, accounts)
+    summary["contact_episodes"] = accounts.episodes.figures()
+    summary["convergence"] = accounts.tally.convergence()
+    summary["wall_time"] |= accounts.tally.seconds()
+    summary["checkpoints"] = consumers.costs()
+    findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
+    summary["assumptions"] = [finding.as_data() for finding in findings]
+    noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]
+    summary["warnings"] += noted
+    LOG.info("%s", in_one_line(findings))
+    LOG.info("%s", contact_words(model, accounts.peaks))
+    if model.law.friction is not None:
+        LOG.info("%s", friction_words(accounts))
+    for remark in noted:
+        LOG.warning("%s", remark)
+    return findings

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -18,6 +19,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model
 
 Rows = dict[str, Array]
+TOUCHED = 1.0e-9  # weight of a DOF in what a probe reads; less is round-off of shape functions
 
 
 @dataclass
@@ -36,6 +38,7 @@ class Recorder:
     largest_restraint_energy: float = 0.0
     largest_energy: float = 0.0
     _last_time: float | None = None
+    _last_place: Array | None = None
     _last_velocity: Array | None = None
 
     @property
@@ -109,22 +112,32 @@ class Recorder:
         """
         if self._last_velocity is None or self._last_time != time:
             return True
-        now, kept = self._probes(velocity[None]), self._last_velocity
+        now, kept = (np.where(self._massless, 0.0, of) for of in (self._probes(velocity[None]), self._last_velocity))
         largest = max(float(np.max(np.abs(now), initial=0.0)), float(np.max(np.abs(kept), initial=0.0)))
         return bool(np.all(np.abs(now - kept) <= share * largest))
 
+    @cached_property
+    def _massless(self) -> Array:
+        """Which probes read DOFs without mass, (probes, components): no scheme has a velocity of theirs. Collective."""
+        operators = self.model.system.operators
+        return np.asarray(np.abs(self._probes(operators.massless.astype(float)[None])[0]) > TOUCHED)
+
     def _probe_rows(self, instants: Instants) -> Rows:
-        """Return the motion of the probes; the first record of all has no interval, and no acceleration."""
+        """Return the motion of the probes; the first record of all has no interval, and no acceleration.
+
+        The velocity of DOFs without mass, which follow from equilibrium, is the mean since the last record.
+        """
         first = self._last_time is None
         place, velocity = self._probes(instants.u), self._probes(instants.v)
         ends = instants.times
         starts = np.concatenate([[ends[0] if first else self._last_time], ends[:-1]])
-        before = velocity[:1] if self._last_velocity is None else self._last_velocity
         intervals = (ends - starts)[:, None, None]
-        change = np.diff(velocity, axis=0, prepend=before)
-        relative = np.divide(change, intervals, out=np.zeros_like(change), where=intervals > 0.0)
+        if self._massless.any():
+            mean = _rates(place, self._last_place, intervals)
+            velocity = np.where(self._massless & (intervals > 0.0), mean, velocity)
+        relative = _rates(velocity, self._last_velocity, intervals)
         motion = sum((_frame_means(load, starts, ends) for load in self.model.system.loads), np.zeros((len(ends), 3)))
-        self._last_velocity = velocity[-1:]
+        self._last_place, self._last_velocity = place[-1:], velocity[-1:]
         return {
             "displacement": place,
             "velocity": velocity,
@@ -136,6 +149,12 @@ class Recorder:
         """Return what the probes read of DOFs x, (times, n): (times, probes, components)."""
         operators = self.model.system.operators
         return np.stack([probe.evaluate(x, operators) for probe in self.model.probes.values()], axis=1)
+
+
+def _rates(values: Array, before: Array | None, intervals: Array) -> Array:
+    """Return the change of values from record to record over the intervals; none where an interval is none."""
+    change = np.diff(values, axis=0, prepend=values[:1] if before is None else before)
+    return np.asarray(np.divide(change, intervals, out=np.zeros_like(change), where=intervals > 0.0))
 
 
 def _frame_means(load: Load, starts: Array, ends: Array) -> Array:

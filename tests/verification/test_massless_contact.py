@@ -10,6 +10,7 @@ import pytest
 from scipy.sparse.linalg import eigsh
 
 import gapbeam
+from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import SAFETY, stable_step
@@ -17,7 +18,7 @@ from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import State
-from tests.shared.command import DEMO, alone, called, on_ranks, settings
+from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks, settings
 from tests.shared.models import SOLID, beam_model, mass_of, seat_of, spread, stiffness_of, thrown
 
 MESHES: dict[str, dict[str, Any]] = {
@@ -137,6 +138,23 @@ def test_steps_beyond_the_limit_are_refused(tmp_path: Path) -> None:
     for words in ("time.step", "0.0001 s", "expected at most", "without damping", "discrete-gradient"):
         assert words in done.stderr
     assert not (tmp_path / "results").exists()
+
+
+def test_velocity_of_a_node_without_mass_is_that_of_its_displacement(tmp_path: Path) -> None:
+    """A probe on a contact node records du/dt, not the rate that a scheme carries where no inertia holds it.
+
+    The mass of the neighbors is moved there too, so that the velocity of the body beside is of the same size.
+    """
+    probes = "probe=[{name = 'node', point = [0.025, -0.006]}, {name = 'inside', point = [0.025, 0.0]}]"
+    words = (*RATTLE, "time.end=0.03", "contact.mass=redistributed", probes)
+    outcome = gapbeam.run(DEMO, words, tmp_path / "out")
+    assert outcome.summary["peak_contact_force"]["base"] > 500.0
+    found = open_results(tmp_path / "out").history
+    place, velocity = (found[name].sel(probe="node").values for name in ("displacement", "velocity"))
+    mean = np.diff(place, axis=0) / np.diff(found["time"].values)[:, None]
+    np.testing.assert_allclose(velocity[1:], mean, rtol=0.0, atol=1e-12)
+    inside = found["velocity"].sel(probe="inside").values
+    assert np.abs(velocity).max() < 5.0 * np.abs(inside).max()
 
 
 @pytest.mark.parametrize("formulation", ["unilateral", "augmented-lagrangian", "nitsche", "penalty"])

@@ -16,7 +16,7 @@ PARTS = ("gates", "episodes", "peaks", "tally")
 NOT_KEPT = {"limits", "contact", "dt"}
 RECORDED = ("largest_restraint_energy", "largest_energy", "_last_time")
 WATCHED = ("closest", "due", "highest", "at_start", "looks")
-VELOCITY = "_last_velocity"
+PROBES = ("_last_place", "_last_velocity")
 PAIR = 2  # numbers that are kept of a face
 
 
@@ -31,7 +31,7 @@ def as_json(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
         "watch": None if watch is None else {key: _plain(getattr(watch, key)) for key in WATCHED},
         LEDGER: {key: _plain(value) for key, value in vars(accounts.ledger).items()},
         "time": accounts.time,
-        "recorder": {key: _plain(getattr(recorder, key)) for key in (*RECORDED, VELOCITY)},
+        "recorder": {key: _plain(getattr(recorder, key)) for key in (*RECORDED, *PROBES)},
     }
 
 
@@ -56,9 +56,9 @@ def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> Non
     if recorder.watch is not None:
         for key in WATCHED:
             setattr(recorder.watch, key, _like(getattr(recorder.watch, key), data["watch"][key]))
-    velocity = seen[VELOCITY]
     form = np.zeros((1, len(recorder.labels["probe"]), len(recorder.labels["component"])))
-    recorder._last_velocity = None if velocity is None else _like(form, velocity)
+    for key in PROBES:
+        setattr(recorder, key, None if seen[key] is None else _like(form, seen[key]))
 
 
 def _plain(value: Any) -> Any:

@@ -84,7 +84,7 @@ def test_roots_rise_with_both_springs() -> None:
     """Monotone over 60 orders of magnitude and apart from the next root: nothing jumps from root to root."""
     springs = np.concatenate([[0.0], np.logspace(-30, 30, 121), [INF]])
     found = roots(np.arange(1, 6)[:, None, None], springs[:, None], springs)
-    slack = 4e-16 * found
+    slack = 1e-15 * found  # round-off differs from processor to processor
     assert np.all(np.diff(found, axis=1) >= -slack[:, 1:])
     assert np.all(np.diff(found, axis=2) >= -slack[:, :, 1:])
     inner = found[:, 1:, 1:]

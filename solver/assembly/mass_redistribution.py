@@ -65,8 +65,8 @@ def extrapolation(space: Any, facets: Indices, lumped: bool = False) -> PETSc.Ma
     if not comm.allreduce(all(each is not None for each in found), op=MPI.LAND):
         raise UserError(
             'contact.mass = "redistributed": the mesh has too few nodes between base and gland to take up the mass of '
-            "the contact nodes; expected two layers or more; try mesh.cells_through_thickness = 2 with "
-            "mesh.degree = 2, 3 with degree 1"
+            "the contact nodes; expected two layers or more of cells that are not much longer than high; try "
+            "mesh.cells_through_thickness = 2 with mesh.degree = 2, 3 with degree 1, and a smaller mesh.support_size"
         )
     rows, columns = [owned[~on_face]], [owned[~on_face]]
     values: list[Array] = [np.ones(int(np.sum(~on_face)))]

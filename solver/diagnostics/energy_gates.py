@@ -23,6 +23,11 @@ from gapbeam.solver.errors import EnergyCreated, NotFinite
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator, Step
 
+REMEDY = (
+    "Use the scheme discrete-gradient (implicit-midpoint where contact has no potential), a smaller time.step or, with "
+    "the formulation penalty, a softer contact.stiffness"
+)
+
 
 @dataclass
 class EnergyGates:
@@ -71,15 +76,15 @@ class EnergyGates:
         if not finite:
             raise NotFinite(
                 f"at t = {time:.6g} s energy or contact pressure is not finite; "
-                "try a smaller time.step or the scheme discrete-gradient"
+                "try a smaller time.step, or the scheme discrete-gradient (implicit-midpoint where contact has no "
+                "potential)"
             )
         growth = self.growth(ledger)
         if growth > self.limits.total_growth and not self.limits.accept_energy_growth:
             raise EnergyCreated(
                 f"at t = {time:.6g} s the scheme has created {ledger.created:.3g} J, {growth:.1%} of the "
                 f"energy exchanged (allowed: {self.limits.total_growth:.1%}); the results are not to be trusted. "
-                "Use the scheme discrete-gradient, a smaller time.step or a softer contact.stiffness; "
-                "gates.accept_energy_growth = true goes on in spite of it"
+                f"{REMEDY}; gates.accept_energy_growth = true goes on in spite of it"
             )
 
     def growth(self, ledger: Ledger) -> float:

@@ -20,7 +20,7 @@ def ramps_at(time: Any, ramp: float) -> tuple[Any, Any, Any]:
         time: s.
         ramp: Duration of the start, s; 0 for none.
     """
-    if ramp == 0.0 or np.min(time) >= ramp:
+    if ramp == 0.0 or np.min(time, initial=np.inf) >= ramp:
         return 1.0, 0.0, 0.0
     s = np.clip(time / ramp, 0.0, 1.0)
     return (

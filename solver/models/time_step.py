@@ -103,9 +103,23 @@ def with_time_step(case: Case, stiffness: float) -> tuple[Case, tuple[Default, .
     chosen = time_step(case, stiffness)
     resolved = case.model_copy(update={"time": case.time.model_copy(update={"step": chosen.value})})
     faults = [replace(fault, where=".".join(map(str, fault.key))) for fault in contradictions_in(resolved)]
+    hint = _common_divisor(case)
+    of_step = [fault for fault in faults if fault.key == ("time", "step")]
+    if hint and of_step:  # the intervals are whole numbers of the computed step but for rounding: it is far too short
+        faults = [replace(fault, hint=hint) for fault in of_step]
     if faults:
         raise CaseError(f'the case with time.step = "auto", {chosen.value:.4g} s: {chosen.reason},', faults)
     return resolved, (chosen,)
+
+
+def _common_divisor(case: Case) -> str:
+    """Return output intervals near those of a case that a step of usual length divides, in words; "" without any."""
+    given = {name: getattr(case.output, name) for name in ("history_interval", "fields_interval")}
+    given = {name: value for name, value in given.items() if value is not None}
+    longest = min([1.0 / (STEPS_PER_PERIOD * frequency_of_interest(case)[0]), *given.values()])
+    step = float(f"{0.9 * longest:.0e}")
+    near = [f"{name} = {float(f'{round(value / step) * step:.12g}')!r}" for name, value in given.items()]
+    return f"{', '.join(near)}: whole numbers of steps of {step:g} s" if near else ""
 
 
 def rounded_down(case: Case, longest: float) -> tuple[float, list[str]]:

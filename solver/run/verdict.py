@@ -11,7 +11,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Assumption, Finding, let_pass
 from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
-from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_gates import REMEDY, EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -152,8 +152,7 @@ def judge(model: Model, ledger: Ledger, gates: EnergyGates) -> None:
         raise EnergyCreated(
             f"the scheme {model.case.time.scheme.type} created {ledger.created:.3g} J, "
             f"{gates.growth(ledger):.2%} of the energy exchanged (allowed: {gates.limits.impact_growth:.2%}): "
-            "the results are not to be trusted. Use the scheme discrete-gradient, a smaller time.step or a "
-            "softer contact.stiffness; gates.accept_energy_growth = true accepts it"
+            f"the results are not to be trusted. {REMEDY}; gates.accept_energy_growth = true accepts it"
         )
 
 

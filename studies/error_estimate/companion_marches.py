@@ -23,6 +23,8 @@ from gapbeam.studies.trials.starts import seated
 
 WARM_UP = 20  # steps that are not timed: code is loaded and memory touched
 TIMED = 200  # steps
+PATIENCE = 2.0  # times the budget of time that all marches may take in the end: the cost of a march is a guess
+FEWEST_RECORDS = 8
 
 
 class EstimateError(Exception):
@@ -53,7 +55,8 @@ def companion_motions(
 ) -> Iterator[CompanionMotion]:
     """March the companions of a case, all up to the same time.
 
-    That is the end of the run, or what the budget of time allows, by the first steps of the first companion.
+    That is the end of the run, or what the budget of time allows, by the first steps of the first companion. A
+    companion that takes longer than its share all the same stops where it is, and those after it with it.
 
     Args:
         case: The case of the run.
@@ -64,9 +67,10 @@ def companion_motions(
         budget: Wall time for all marches, s; setting up does not count.
 
     Raises:
-        EstimateError: A companion is refused, finds no seat or does not converge.
+        EstimateError: A companion is refused, finds no seat, does not converge or takes far too long.
     """
     kept, reached = KeptBody(), None
+    whole = sum(COST[one.name] for one in companions)
     for companion in companions:
         clock = time.perf_counter()
         try:
@@ -77,14 +81,18 @@ def companion_motions(
         except (CaseError, RunError) as error:
             raise EstimateError(f"{companion.name}: {error}") from error
         if reached is None:
-            respond(model, start, WARM_UP)
-            pace = respond(model, start, TIMED).seconds / TIMED
-            total = sum(COST[one.name] for one in companions) * pace * end / step
+            respond(model, start, WARM_UP, longest=budget)
+            timed = respond(model, start, TIMED, longest=0.1 * budget)
+            total = whole * timed.seconds / max(1, timed.steps) * end / step
             reached = end if total <= budget else floor(end / interval * budget / total) * interval
-        response = respond(model, start, round(reached / model.step), interval)
+        longest = PATIENCE * budget * COST[companion.name] / whole
+        response = respond(model, start, round(reached / model.step), interval, longest)
         if response.verdict != "passed":
             raise EstimateError(f"{companion.name}: {response.message}")
+        if len(response.history["time"]) < FEWEST_RECORDS:
+            raise EstimateError(f"{companion.name}: too slow for the {budget:.3g} s that it may take")
         motion = MotionRecord.of_history(as_history(response.history, response.labels))
+        reached = min(reached, motion.end)
         yield CompanionMotion(companion.name, motion, model.dofs, model.step, time.perf_counter() - clock)
 
 

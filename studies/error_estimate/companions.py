@@ -81,7 +81,8 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
     shared |= _of_reduced_models(case)
     usual = _model(case, None)
     shared |= _plane_keys(case) if plane else {}
-    own = mesh_keys(case, 1.0, plane) if plane else {}
+    even = case.mesh.degree == 1  # puts nodes on the axis, where loads and probes are
+    own = mesh_keys(case, 1.0, plane, even) if plane else {}
     found = [Companion(SAME, shared | own | {"model": usual})] if isinstance(case.model, FullModel) else []
     found.append(Companion(HALF_STEP, shared | own | {"model": usual, "time.step": 0.5 * step}))
     if stiffness is not None and computed:
@@ -90,9 +91,9 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
         left_out.append("the mesh, which is given by a file")
     else:
         coarse = _model(case, 0.5)
-        found.append(Companion(COARSER, shared | mesh_keys(case, 2.0, plane) | {"model": coarse}))
+        found.append(Companion(COARSER, shared | mesh_keys(case, 2.0, plane, even) | {"model": coarse}))
         if case.mesh.dimension == 2 or plane:
-            fine = mesh_keys(case, 0.5, plane) | {"model": _finest(case), "time.step": 0.5 * step}
+            fine = mesh_keys(case, 0.5, plane, even) | {"model": _finest(case), "time.step": 0.5 * step}
             found.append(Companion(FINEST, shared | fine))
         else:
             left_out.append("a finer mesh: the motion is not in the bending plane, and finer solids are expensive")

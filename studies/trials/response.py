@@ -72,7 +72,9 @@ class Response:
         self.exit_status = error.exit_status
 
 
-def respond(model: Model, start: State, steps: int, interval: float | None = None) -> Response:
+def respond(
+    model: Model, start: State, steps: int, interval: float | None = None, longest: float | None = None
+) -> Response:
     """March a model from a start.
 
     Args:
@@ -80,6 +82,7 @@ def respond(model: Model, start: State, steps: int, interval: float | None = Non
         start: Its state at the start, at any time.
         steps: Number of whole steps.
         interval: Time between records, s, a whole number of steps; None records nothing.
+        longest: Wall time after which the march stops, in its place, with what it has up to then, s; on one rank.
 
     Returns:
         The response; one that created energy or did not converge says so, up to where it came.
@@ -88,14 +91,16 @@ def respond(model: Model, start: State, steps: int, interval: float | None = Non
     """
     response, clock = Response(), time.perf_counter()
     try:
-        _march(model, start, steps, interval, response)
+        _march(model, start, steps, interval, response, None if longest is None else clock + longest)
     except RunError as error:
         response.failed(error)
     response.seconds = time.perf_counter() - clock
     return response
 
 
-def _march(model: Model, start: State, steps: int, interval: float | None, response: Response) -> None:
+def _march(
+    model: Model, start: State, steps: int, interval: float | None, response: Response, deadline: float | None
+) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
     recorder = Recorder(model)
@@ -106,6 +111,8 @@ def _march(model: Model, start: State, steps: int, interval: float | None, respo
             response.end = step_block.end
             if step_block.rows is not None:
                 rows.append(step_block.rows)
+            if deadline is not None and time.perf_counter() > deadline:
+                break
         judge(model, accounts.ledger, accounts.gates)
     finally:
         response.labels = recorder.labels

@@ -10,6 +10,9 @@ import pytest
 import gapbeam
 from benchmarks.error_estimates import checked_case
 from gapbeam.postprocess.report.sections.errors_table import errors_table
+from gapbeam.studies.error_estimate import companion_marches
+from gapbeam.studies.error_estimate.companion_marches import EstimateError, companion_motions
+from gapbeam.studies.error_estimate.companions import COARSER, HALF_STEP, Companion
 from tests.shared.command import DEMO, alone, called, on_ranks, settings
 
 QUIET = ("model.type=reduced", "load.shaker.amplitude=2.0", "time.end=0.4", "output.fields_interval=0.1")
@@ -48,6 +51,19 @@ def test_a_run_ends_with_its_errors(tmp_path: Path) -> None:
     assert off.returncode == 0
     assert "errors" not in gapbeam.open_results(tmp_path / "off").summary
     assert "+-" not in off.stdout
+
+
+def test_companions_that_are_slower_than_thought_stop(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A companion of ten times the guessed cost once took minutes; it stops, and those after it go no further."""
+    changes = {"model.type": "reduced", "contact.stiffness": 1.0e13, "output.history_interval": 1.0e-4}
+    case = gapbeam.read_case(DEMO)
+    companions = [Companion(HALF_STEP, changes | {"time.step": 5.0e-5}), Companion(COARSER, changes)]
+    monkeypatch.setattr(companion_marches, "PATIENCE", 1.0e-9)
+    motions = list(companion_motions(case, companions, 0.6, 1.0e-4, 1.0e-4, 1.0e6))
+    assert 8.0e-4 < motions[0].motion.end < 0.6
+    assert motions[1].motion.end == pytest.approx(motions[0].motion.end)
+    with pytest.raises(EstimateError, match="too slow"):
+        list(companion_motions(case, companions, 0.6, 1.0e-4, 0.1, 1.0e6))
 
 
 @alone

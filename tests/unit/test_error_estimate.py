@@ -158,6 +158,15 @@ def test_companions_of_each_formulation_are_cases(formulation: str) -> None:
         gapbeam.read_case(case, dict(one.changes))
 
 
+@pytest.mark.parametrize("solid", [False, True], ids=["plane", "solid"])
+def test_companions_of_linear_cells_have_nodes_on_the_axis(solid: bool) -> None:
+    """Half of two cells is one, without a node where the probes are: the errors of such runs were not estimated."""
+    keys = {"mesh.degree": 1, "mesh.cells_through_thickness": 2, "mesh.size": 0.02}
+    case = gapbeam.read_case(DEMO, keys | ({"mesh.dimension": 3, "mesh.cell": None} if solid else {}))
+    for one in companions_of(case, 1.0e-4, 2.1e14, computed=True).companions:
+        assert gapbeam.read_case(case, dict(one.changes)).mesh.cells_through_thickness in (None, 2, 4)
+
+
 def test_a_solid_in_its_plane_has_plane_companions() -> None:
     """And one that is loaded across it has solid ones, without a finer mesh, which is said."""
     solid = gapbeam.read_case(DEMO, {"mesh.dimension": 3, "mesh.cell": None, "probe.tip.point": [0.51, 0.0, 0.0]})

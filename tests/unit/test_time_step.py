@@ -110,6 +110,20 @@ def test_intervals_without_a_common_divisor_are_a_fault() -> None:
     assert refused.value.exit_status == 2
 
 
+def test_advice_on_intervals_without_a_common_divisor_can_be_followed() -> None:
+    """It was an interval of 1e-19 s, of which the step was then 1e-19 s; now both are near those of the case."""
+    output = {"history_interval": 8.868034862e-4, "fields_interval": 0.04434017431139}
+    with pytest.raises(CaseError) as refused:
+        with_time_step(case_of(20.0, output=output), RIGID)
+    (fault,) = refused.value.faults
+    words = fault.hint.partition(":")[0]
+    advised = {key: float(value) for key, _, value in (word.partition(" = ") for word in words.split(", "))}
+    for key, value in output.items():
+        assert advised[key] == pytest.approx(value, rel=0.05)
+    resolved, (chosen,) = with_time_step(case_of(20.0, output=advised), RIGID)
+    assert resolved.time.step == chosen.value > 1.0e-5
+
+
 def test_the_model_holds_the_number() -> None:
     """model.case has the step, which is listed with its reason; a step that was given is left as it is."""
     model = beam_model({"mesh": COARSE, "time": {"step": "auto"}})

@@ -5,16 +5,22 @@ from __future__ import annotations
 import logging
 from math import pi, sqrt
 
+import numpy as np
 import pytest
 
 from gapbeam.meshes.section_figures import Section
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, Gates
 from gapbeam.solver.case.checks.case_warnings import motion
 from gapbeam.solver.case.computed_defaults import bending_words, overhang_frequency
 from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.errors import EnergyCreated
+from gapbeam.solver.faults import CaseError
 from gapbeam.solver.run.output import progress
 from gapbeam.studies.modes.theory_comparison import WHOLE, beams_of
 from tests.shared.command import DEMO
+from tests.shared.models import COARSE, beam_model
 
 pytestmark = pytest.mark.versions
 
@@ -52,6 +58,21 @@ def test_a_falling_beam_moves() -> None:
     only = [replace_loads(one) for one in (seated, falling)]
     assert ["in motion" in line for line in motion(only[0])].count(True) == 1
     assert not any("in motion" in line for line in motion(only[1]))
+
+
+def test_schemes_that_are_advised_against_created_energy_are_not_refused() -> None:
+    """The discrete gradient, which has no potential in Nitsche's method with theta = 0, and the midpoint rule there."""
+    ledger = Ledger(2.0, 0.0, 0.0, 1.0, np.zeros(0), algorithmic=-1.0, exchanged=1.0)
+    gates = EnergyGates(Gates(), beam_model({"mesh": COARSE}).system.contact)
+    with pytest.raises(EnergyCreated) as created:
+        gates.let_pass(0.0, True, ledger)
+    assert "discrete-gradient (implicit-midpoint where contact has no potential)" in str(created.value)
+    assert "with the formulation penalty, a softer contact.stiffness" in str(created.value)
+    case('contact.formulation={ type = "nitsche", theta = 1 }', "time.scheme=discrete-gradient")
+    other = 'contact.formulation={ type = "nitsche", theta = 0 }'
+    with pytest.raises(CaseError):
+        case(other, "time.scheme=discrete-gradient")
+    case(other, "time.scheme=implicit-midpoint")
 
 
 def replace_loads(found: Case) -> Case:

@@ -72,6 +72,14 @@ def test_one_layer_of_nodes_is_not_enough() -> None:
         beam_model({"mesh": mesh, "contact": {"mass": "redistributed"}})
 
 
+def test_cells_that_are_long_for_their_height_are_not_enough() -> None:
+    """Two layers of cells of 25 mm by 6 mm are too few nodes; shorter cells, as the message says, are enough."""
+    mesh = {"cells_through_thickness": 2, "size": 0.05, "support_size": 0.025, "edge_size": 0.025}
+    with pytest.raises(UserError, match=r"a smaller mesh\.support_size"):
+        beam_model({"mesh": mesh, "contact": {"mass": "redistributed"}})
+    beam_model({"mesh": mesh | {"support_size": 0.006, "edge_size": 0.006}, "contact": {"mass": "redistributed"}})
+
+
 @pytest.mark.parametrize("mesh", ["quadrilaterals", "linear"])
 @pytest.mark.parametrize("way", ["consistent", "redistributed"])
 def test_stable_step_follows_from_the_highest_frequency(mesh: str, way: str) -> None:

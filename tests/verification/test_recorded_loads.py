@@ -84,6 +84,13 @@ def test_the_curve_goes_to_the_sine(interpolation: str, expected: float, tmp_pat
     assert order(error, 1.0 / 900.0) == pytest.approx(expected, abs=0.4)
 
 
+def test_the_mean_over_no_time_is_the_value(tmp_path: Path) -> None:
+    """At the start of a run the first record asks for means over nothing; with a ramp that ended in a trace."""
+    signal, starts = sine_signal(tmp_path, 1.0e-3, ramp=0.05), np.array([0.0, 0.02])
+    for one in (starts[:1], starts[1:], starts):
+        assert signal.mean(one, one) == pytest.approx(signal.value(one), rel=1e-14)
+
+
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_recorded_sine_marches_as_the_harmonic_one(name: str, tmp_path: Path) -> None:
     """An oscillator in contact under both, with every scheme: apart by the error of the curve, of order 4."""

@@ -1,0 +1,94 @@
+"""Whether a run agrees with another way to compute it."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+import gapbeam
+from benchmarks.drawn_schema.references import long_march, motion_by
+from benchmarks.drawn_schema.ways import Way
+from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.solver.case.case import Case
+from gapbeam.studies.error_estimate.horizon import spans_of
+from gapbeam.studies.error_estimate.key_figures import key_figures
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
+
+NEGLIGIBLE = 1.0e-6  # of the scale
+FACTOR = 2.0  # times its stated error: beyond, a figure is a finding
+SETTLED = 1.0e-4  # change over a period, relative
+PERIODIC = 0.01  # difference from a settled march, relative
+UNSTABLE = 0.97  # multipliers closer to 1 take longer than a long march to settle
+
+
+def compared(way: Way, case: Case, folder: Any) -> dict[str, Any]:
+    """Compare the run in a folder with another way, and return what was found, for a line of JSON."""
+    results = open_results(folder)
+    summary = results.summary
+    computed = {one["key"]: one["value"] for one in summary["defaults"]}
+    step = float(computed.get("time.step", case.time.step))
+    if way.name == "long march":
+        return _periodic(way, case, results, step, computed)
+    run = MotionRecord.of_history(results.history)
+    other = motion_by(way, case, run, step, computed)
+    if way.exact is not None:
+        return _exactly(run, other, way.exact, way.forces)
+    return _within(case, summary["errors"], run, other)
+
+
+def _exactly(run: MotionRecord, other: MotionRecord, limit: float, forces: float) -> dict[str, Any]:
+    mine, theirs = _waves(run), _waves(other, forces)
+    count = min(len(mine), len(theirs))
+    apart = np.abs(mine[:count] - theirs[:count]) / np.maximum(np.ptp(mine, axis=0), 1.0e-30)
+    largest = float(apart.max(initial=0.0))
+    return {"figures": 1, "above": int(largest > limit), "worst": largest / limit, "what": "motion"}
+
+
+def _waves(motion: MotionRecord, forces: float = 1.0) -> Any:
+    """Return displacements, or impulses, divided by a factor of forces, where there is no probe."""
+    return motion.displacement if motion.probes else motion.impulse / forces
+
+
+def _within(case: Case, errors: dict[str, Any], run: MotionRecord, other: MotionRecord) -> dict[str, Any]:
+    """Compare each figure that has an error; figures of which both difference and error are negligible are not."""
+    if errors["status"] != "estimated":
+        return {"figures": 0, "above": 0, "worst": None, "what": errors["reason"]}
+    known = {(row["name"], row["span"]): row for row in errors["figures"]}
+    rows = []
+    for span in spans_of(case, errors["up_to"], run.interval, errors["horizon"]):
+        theirs = key_figures(other, span)
+        for name, figure in key_figures(run, span).items():
+            row = known[name, span.name]
+            if row["error"] is None:
+                continue
+            scale = row["error"] / row["relative_error"] if row["relative_error"] else abs(figure.mean)
+            difference = abs(figure.mean - theirs[name].mean)
+            if max(difference, row["error"]) > NEGLIGIBLE * scale:
+                rows.append((difference / max(row["error"], 1.0e-300), f"{name}, {span.name}", difference / scale))
+    worst = max(rows, default=(None, "", 0.0), key=lambda row: row[0] or 0.0)
+    above = sum(ratio > FACTOR for ratio, _, _ in rows)
+    return {"figures": len(rows), "above": above, "worst": worst[0], "what": worst[1], "relative": worst[2]}
+
+
+def _periodic(way: Way, case: Case, results: Results, step: float, computed: dict[str, float]) -> dict[str, Any]:
+    """Compare a stable response with the end of a long march; one that does not settle says nothing."""
+    found = results.summary["periodic"]
+    run = MotionRecord.of_history(results.history)
+    if not run.probes:
+        return {"figures": 0, "above": 0, "worst": None, "what": "no probe"}
+    closes = np.abs(run.displacement[-1] - run.displacement[0]) / np.maximum(np.ptp(run.displacement, axis=0), 1e-30)
+    report = {"closes": float(closes.max()), "stable": found["stable"], "multiplier": found["largest_multiplier"]}
+    if not found["stable"] or found["largest_multiplier"] > UNSTABLE:
+        return report | {"figures": 0, "above": 0, "worst": None, "what": "not stable, or slow to settle"}
+    last, change = long_march(way, case, step, computed)
+    if change > SETTLED:
+        return report | {"figures": 0, "above": 0, "worst": None, "what": f"the march changes by {change:.2g}"}
+    mine, theirs = (np.ptp(motion.displacement, axis=0) for motion in (run, last))
+    apart = float((np.abs(mine - theirs) / theirs).max())
+    return report | {"figures": 1, "above": int(apart > PERIODIC), "worst": apart / PERIODIC, "what": "range"}
+
+
+def read_again(folder: Any) -> Case:
+    """Return the case of a results folder."""
+    return gapbeam.read_case(folder / "case.toml")

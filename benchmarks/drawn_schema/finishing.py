@@ -1,0 +1,152 @@
+"""What a drawn case needs beside the rules of single keys: names, directions, and sizes that follow other tables."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from pydantic import BaseModel, TypeAdapter
+
+from benchmarks.drawn_schema.rules import LeftOut
+from benchmarks.drawn_schema.tables import Draw
+from gapbeam.solver.case.case import Case, Probe
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.contact.laws.law_choice import Law
+from gapbeam.solver.integrators.scheme_choice import Scheme
+from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, TimeScheme
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.table import models_in, type_name
+
+TILTED = 0.15  # share of the loads with a direction beside the bending direction
+WEIGHTLESS = 0.05  # share of the cases without gravity
+SLOW_STEPS = 120  # of a mesh, which takes milliseconds for one
+SOFT = 0.5  # of E over the length of the support
+STIFF = 8  # one in so many cases of a scheme that creates energy with stiff contact is left stiff
+_LAW: TypeAdapter[ChosenLaw] = TypeAdapter(Law)
+_SCHEME: TypeAdapter[TimeScheme] = TypeAdapter(Scheme)
+
+
+def loads_and_probes(draw: Draw, key: str) -> list[dict[str, Any]]:
+    """Draw the entries of an array of tables, without what depends on other tables."""
+    if key == "probe":
+        least = 1 if draw.focus.key == "probe" else 0
+        return [draw.table(Probe) for _ in range(max(least, draw.chance.choice((0, 1, 1, 1, 1, 2))))]
+    models = models_in(Load)
+    static = [model for model in models if getattr(model, "static", False)]
+    moving = [model for model in models if model not in static]
+    wanted = [model for model in models if _in_focus(draw, model)]
+    chosen = [] if draw.chance.random() < WEIGHTLESS else [*static]
+    chosen += wanted or [draw.chance.choice(moving)]
+    if draw.chance.random() < 0.25 or not any(model in moving for model in chosen):
+        chosen.append(draw.chance.choice(moving))
+    return [draw.table(model) for model in dict.fromkeys(chosen)]
+
+
+def _in_focus(draw: Draw, model: type[BaseModel]) -> bool:
+    if draw.focus.table == Case.__name__ and draw.focus.key == "load":
+        return bool(draw.focus.value == type_name(model))
+    return draw.focus.table in {base.__name__ for base in model.__mro__}
+
+
+def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
+    """Return the tables of a whole case: those that are given, with names, directions, sizes."""
+    whole = {key: value for key, value in tables.items() if not isinstance(value, LeftOut)}
+    whole = {key: dict(value) if isinstance(value, dict) else value for key, value in whole.items()}
+    dimension = whole.get("mesh", {}).get("dimension", 2)
+    whole["load"] = [_load(draw, load, number, dimension) for number, load in enumerate(whole["load"])]
+    whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
+    whole["damping"] = _damping(draw, whole.get("damping", {}))
+    whole["contact"] = _contact(draw, whole["contact"], whole["time"].get("scheme"))
+    whole["mesh"] = _mesh(draw, whole["mesh"], whole["contact"].get("mass") == "redistributed")
+    whole["time"] = _time(draw, whole)
+    if "continuation" in whole.get("analysis", {}):
+        curve = _around(whole["analysis"]["continuation"], whole)
+        whole["analysis"] = whole["analysis"] | {"continuation": curve}
+    return whole
+
+
+def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict[str, Any]:
+    """Name a load, and tilt it in or beside the bending plane, by what the seed and its number say."""
+    named = load | {"name": f"l{number}"}
+    tilt = (draw.scene.seed * 7919 + number * 104729) % 1000 / 1000.0
+    if tilt < TILTED:
+        sense = -1.0 if load["type"] in _downward() else 1.0
+        share = round(4.0 * tilt, 3)
+        named["direction"] = [share, sense] if dimension == 2 else [0.0, share, sense]
+    return named
+
+
+def _downward() -> set[str]:
+    return {type_name(model) for model in models_in(Load) if getattr(model, "static", False)}
+
+
+def _damping(draw: Draw, damping: dict[str, Any]) -> dict[str, Any]:
+    """Keep one of the two ways in which damping is given, or none, by what the seed says."""
+    pairs = (("frequencies", "ratios"), ("mass", "stiffness"), ("frequencies", "ratios"), ())
+    return {key: damping[key] for key in pairs[draw.scene.seed % len(pairs)] if key in damping}
+
+
+def _contact(draw: Draw, contact: dict[str, Any], scheme: dict[str, Any] | None) -> dict[str, Any]:
+    """Turn a stiffness per area of a linear law into that of the drawn law, and of each of the drawn points.
+
+    Most contacts of schemes that create energy with stiff contact are soft: others are refused.
+    """
+    scene, points = draw.scene, contact.get("points")
+    creator = scheme is not None and _SCHEME.validate_python(scheme).contact_range == SOFT_CONTACT
+    if creator and draw.scene.seed % STIFF and isinstance(contact.get("stiffness"), float):
+        contact = contact | {"stiffness": min(contact["stiffness"], SOFT * scene.modulus / scene.support)}
+    law = _LAW.validate_python(contact.get("law", {"type": "kelvin-voigt"}))
+    exponent = float(law.spring_exponent)
+    usual = (SOFT * scene.modulus / scene.support) if creator else 0.1 * scene.stiffness
+    share = scene.width * scene.support / len(points) if points else 1.0
+    numbers = {key: share * contact[key] for key in ("stiffness", "damping") if isinstance(contact.get(key), float)}
+    if exponent > 1.0 and contact.get("stiffness") != "auto":
+        linear = numbers.get("stiffness", share * usual)
+        numbers["stiffness"] = linear / scene.shallow ** (exponent - 1.0)
+    return contact | numbers
+
+
+def _mesh(draw: Draw, mesh: dict[str, Any], layers: bool) -> dict[str, Any]:
+    """Keep solids small, and give bodies the layers of nodes that the mass of contact nodes is moved to."""
+    linear = mesh.get("degree", 2) == 1
+    if layers:
+        square = {"support_size": min(0.5 * draw.scene.thickness, draw.scene.support)}
+        mesh = mesh | square | {"cells_through_thickness": 4 if linear else 2}
+    if mesh.get("dimension", 2) == 2:
+        return {key: value for key, value in mesh.items() if key != "cells_across_width"}
+    small = {
+        "cells_across_width": 2 if linear else 1,
+        "cells_through_thickness": mesh["cells_through_thickness"] if layers else 2 if linear else 1,
+        "size": max(3.0 * draw.scene.thickness, 0.12 * draw.scene.length),
+        "support_size": mesh["support_size"] if layers else 0.4 * draw.scene.support,
+    }
+    return mesh | small
+
+
+def _time(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
+    """Shorten the run of a mesh, whose steps take longest, to some hundred steps; more of them where they are explicit.
+
+    A step of the explicit scheme is computed.
+    """
+    time: dict[str, Any] = whole["time"]
+    scene = draw.scene
+    scheme = time.get("scheme", {}).get("type")
+    if scheme == "central-difference":
+        return time | {"step": "auto", "end": 60.0 * scene.step}
+    slow = whole.get("model", {"type": "full"})["type"] == "full" or "friction" in whole["contact"]
+    most = SLOW_STEPS if slow else 4 * SLOW_STEPS
+    steps = round(time["end"] / scene.step)
+    if steps > most:
+        return time | {"end": most * scene.step}
+    return time
+
+
+def _around(curve: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
+    """Put the range of a curve around the value of the case."""
+    table, *name, key = curve["key"].split(".")
+    if name:
+        loads = [load for load in whole["load"] if load["name"] == name[0]]
+        value = loads[0].get(key, 1.0) if loads else 1.0
+    else:
+        value = whole.get(table, {}).get(key, 1.0)
+    low, high = sorted((0.8 * value, 1.25 * value))
+    return curve | {"low": low, "high": high}

@@ -1,0 +1,192 @@
+"""How the numbers and texts of each table are drawn: a rule for every key that the schema does not name the values of.
+
+A key without a rule, and without named values, ends a draw: whoever adds a key says here how it is drawn.
+"""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Callable
+from typing import Any
+
+from benchmarks.drawn_schema.records import write_record
+from benchmarks.drawn_schema.scene import Scene
+from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT
+
+
+class LeftOut:
+    """In the place of a value: the key is not given."""
+
+
+LEFT_OUT = LeftOut()
+Rule = Callable[[random.Random, Scene], Any]
+
+
+def between(least: float, most: float) -> Rule:
+    """Return a rule for a number, evenly drawn."""
+    return lambda chance, _: chance.uniform(least, most)
+
+
+def powers(least: float, most: float) -> Rule:
+    """Return a rule for a number whose exponent to the base 10 is evenly drawn."""
+    return lambda chance, _: 10.0 ** chance.uniform(least, most)
+
+
+def one_of(*values: Any) -> Rule:
+    """Return a rule for one of some values."""
+    return lambda chance, _: chance.choice(values)
+
+
+def never(_: random.Random, __: Scene) -> LeftOut:
+    """Leave a key out at all times."""
+    return LEFT_OUT
+
+
+def seldom(rule: Rule, share: float = 0.25) -> Rule:
+    """Return a rule that leaves the key out most of the time."""
+    return lambda chance, scene: rule(chance, scene) if chance.random() < share else LEFT_OUT
+
+
+def _point(chance: random.Random, scene: Scene) -> float:
+    """Draw a place on the axis: the tip, the middle, or anywhere at a hundredth of the length."""
+    return scene.length * chance.choice((1.0, 1.0, 0.5, round(chance.uniform(0.02, 0.98), 2)))
+
+
+def _frequency(chance: random.Random, scene: Scene) -> float:
+    return scene.frequency * chance.choice((1.0, 1.0, 1.0, 1.0, 2.0))
+
+
+def _force(chance: random.Random, scene: Scene) -> float:
+    return 9.81 * scene.mass * float(10.0 ** chance.uniform(-1.5, 0.7))
+
+
+def _preload(chance: random.Random, scene: Scene) -> float:
+    return 0.3 * 9.81 * scene.mass * chance.uniform(-1.0, 1.0)
+
+
+def _ramp(chance: random.Random, scene: Scene) -> float:
+    return chance.choice((0.0, 1.0, 2.0)) / scene.frequency
+
+
+def _contact_points(chance: random.Random, scene: Scene) -> list[float]:
+    return [scene.support * share for share in chance.choice(((0.0, 1.0), (0.05, 0.95), (0.0, 0.5, 1.0)))]
+
+
+RULES: dict[tuple[str, str], Rule] = {
+    ("Case", "title"): lambda _, scene: f"drawn {scene.seed}",
+    ("Beam", "length"): lambda _, scene: scene.length,
+    ("Beam", "thickness"): lambda _, scene: scene.thickness,
+    ("Beam", "width"): lambda _, scene: scene.width,
+    ("Material", "young_modulus"): lambda _, scene: scene.modulus,
+    ("Material", "poisson_ratio"): between(0.0, 0.45),
+    ("Material", "density"): lambda _, scene: scene.density,
+    ("Material", "yield_stress"): seldom(between(1.0e8, 4.0e8)),
+    ("Damping", "frequencies"): lambda _, scene: [scene.bending, 6.0 * scene.bending],
+    ("Damping", "ratios"): lambda chance, _: [chance.choice((0.002, 0.01, 0.03))] * 2,
+    ("Damping", "mass"): lambda chance, scene: chance.choice((0.0, 0.05)) * scene.bending,
+    ("Damping", "stiffness"): lambda chance, scene: chance.choice((0.0, 3.0e-3, 1.0e-2)) / scene.bending,
+    ("Support", "length"): lambda _, scene: scene.support,
+    ("Support", "clearance"): lambda _, scene: scene.clearance,
+    ("Restraint", "axial"): seldom(powers(1.0, 5.0)),
+    ("Restraint", "lateral"): seldom(powers(1.0, 5.0)),
+    ("Mesh", "dimension"): one_of(2, 2, 2, 3),
+    ("Mesh", "size"): lambda chance, scene: scene.thickness * chance.uniform(1.5, 3.0),
+    ("Mesh", "support_size"): lambda chance, scene: scene.support * chance.choice((0.15, 0.25, 0.4)),
+    ("Mesh", "edge_size"): seldom(lambda chance, scene: scene.support * chance.choice((0.08, 0.15))),
+    ("Mesh", "cells_through_thickness"): one_of(1, 2, 2, 4),
+    ("Mesh", "cells_across_width"): one_of(1, 2, LEFT_OUT),
+    ("Mesh", "file"): never,  # of a mesh that somebody else built: tests/verification has those
+    ("ReducedModel", "modes"): one_of(0, 4, 12, 24, 40, LEFT_OUT),
+    ("ReducedModel", "frequency"): seldom(lambda chance, scene: scene.bending * chance.uniform(7.0, 30.0)),
+    ("ReducedModel", "shapes"): one_of(2, 5, 13, 19, LEFT_OUT),
+    ("ReducedModel", "points_across"): seldom(one_of("all", 1, 2)),
+    ("BeamModel", "elements"): one_of(10, 25, 60, LEFT_OUT),
+    ("Contact", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2.5, 0.5), 0.6),
+    ("Contact", "damping"): seldom(lambda chance, scene: scene.stiffness * scene.step * 10.0 ** chance.uniform(-4, -1)),
+    ("Contact", "points"): seldom(_contact_points, 0.2),
+    ("Contact", "patch"): seldom(lambda chance, scene: scene.support * chance.choice((0.1, 0.2)), 0.1),
+    ("Contact", "quadrature_degree"): seldom(one_of(2, 4, 6)),
+    ("Contact", "touch_depth"): seldom(lambda _, scene: 1.0e-4 * abs(scene.clearance), 0.15),
+    ("Friction", "coefficient"): one_of(0.0, 0.1, 0.3, 0.6),
+    ("Friction", "slip_velocity"): seldom(powers(-4.0, -2.0)),
+    ("NitscheMethod", "factor"): seldom(between(1.0, 20.0)),
+    ("AugmentedLagrangian", "penetration"): seldom(powers(-5.0, -2.0)),
+    ("KelvinVoigt", "restitution"): seldom(between(0.4, 1.0)),
+    ("HuntCrossley", "exponent"): one_of(1.0, 1.5, LEFT_OUT),
+    ("HuntCrossley", "restitution"): between(0.3, 1.0),
+    ("LankaraniNikravesh", "exponent"): one_of(1.0, 1.5, LEFT_OUT),
+    ("LankaraniNikravesh", "restitution"): between(0.3, 1.0),
+    ("AdamsImpact", "exponent"): one_of(1.0, 1.5, 2.2, LEFT_OUT),
+    ("AdamsImpact", "damping"): lambda chance, scene: scene.stiffness * scene.step * 10.0 ** chance.uniform(-4, -1),
+    ("AdamsImpact", "full_depth"): lambda chance, scene: scene.shallow * chance.choice((0.1, 1.0)),
+    ("LoadTable", "name"): never,  # numbered where the loads are put together
+    ("LoadTable", "direction"): never,  # drawn for the dimension of the mesh where the loads are put together
+    ("Gravity", "acceleration"): seldom(one_of(1.62, 9.81, 20.0)),
+    ("PointLoad", "point"): _point,
+    ("HarmonicLoad", "amplitude"): _force,
+    ("BaseMotion", "amplitude"): lambda chance, _: 9.81 * 10.0 ** chance.uniform(-1.0, 0.8),
+    ("HarmonicLoad", "frequency"): _frequency,
+    ("HarmonicLoad", "phase"): seldom(between(0.0, 360.0)),
+    ("HarmonicLoad", "ramp"): _ramp,
+    ("Exciter", "mass"): lambda chance, scene: scene.mass * chance.choice((0.0, 0.05, 0.3)),
+    ("Exciter", "stiffness"): lambda chance, scene: scene.mass * (scene.bending * chance.choice((0.0, 1.0, 5.0))) ** 2,
+    ("Exciter", "damping"): lambda chance, scene: scene.mass * scene.bending * chance.choice((0.0, 0.05, 0.3)),
+    ("Exciter", "preload"): seldom(_preload),
+    ("RecordedTable", "file"): write_record,
+    ("RecordedTable", "time_column"): seldom(one_of(1, "time")),
+    ("RecordedTable", "value_column"): seldom(one_of(2, "signal")),
+    ("RecordedTable", "time_scale"): never,
+    ("RecordedTable", "scale"): _force,
+    ("RecordedMotion", "scale"): lambda chance, _: 9.81 * 10.0 ** chance.uniform(-1.0, 0.5),
+    ("RecordedTable", "offset"): seldom(lambda chance, scene: 0.1 * 9.81 * scene.mass * chance.uniform(-1, 1), 0.1),
+    ("RecordedTable", "start"): seldom(lambda chance, scene: chance.choice((0.0, 0.5)) / scene.frequency),
+    ("RecordedTable", "ramp"): _ramp,
+    ("RecordedTable", "checksum"): never,
+    ("Probe", "name"): never,  # numbered where the probes are put together
+    ("Probe", "point"): _point,
+    ("Time", "end"): lambda _, scene: scene.periods / scene.frequency,
+    ("Time", "step"): lambda chance, scene: chance.choice((scene.step,) * 6 + ("auto",)),
+    ("Time", "frequency"): seldom(lambda chance, scene: max(scene.frequency, scene.bending) * chance.uniform(2, 8)),
+    ("Time", "max_halvings"): seldom(one_of(0, 3, 10)),
+    ("Time", "max_iterations"): seldom(one_of(20, 200)),
+    ("Newmark", "beta"): seldom(between(0.25, 0.5)),
+    ("Newmark", "gamma"): seldom(between(0.5, 0.7)),
+    ("HHTAlpha", "alpha"): seldom(between(0.0, 0.33)),
+    ("GeneralizedAlpha", "rho_inf"): seldom(between(0.0, 1.0), 0.7),
+    ("MoreauJean", "theta"): seldom(between(0.5, 1.0)),
+    ("MoreauJean", "restitution"): seldom(between(0.0, 1.0), 0.6),
+    ("Periodic", "periods"): one_of(1, 1, 1, 2, 3),
+    ("Periodic", "tolerance"): seldom(powers(-9.0, -5.0)),
+    ("Periodic", "max_iterations"): seldom(one_of(15, 60)),
+    ("Periodic", "harmonics"): one_of(5, 12, 20),
+    ("Periodic", "samples_per_harmonic"): one_of(8, 16, 32),
+    ("Continuation", "key"): one_of("support.clearance", "contact.stiffness", "load.l1.amplitude", "load.l1.frequency"),
+    ("Continuation", "low"): lambda *_: 0.0,  # put around the value of the case where that is known
+    ("Continuation", "high"): lambda *_: 1.0,
+    ("Continuation", "first_step"): seldom(between(0.005, 0.05)),
+    ("Continuation", "longest_step"): seldom(between(0.05, 0.3)),
+    ("Continuation", "max_points"): one_of(3, 6),
+    ("SolverTable", "tolerance"): seldom(powers(-11.0, -8.0)),
+    ("SolverTable", "memory"): seldom(one_of(0.5, 2.0), 0.1),
+    ("Gates", "impact_loss"): seldom(powers(-4.0, -1.0), 0.1),
+    ("Gates", "impact_growth"): seldom(powers(-4.0, -2.0), 0.1),
+    ("Gates", "total_growth"): seldom(powers(-2.0, 0.0), 0.1),
+    ("Gates", "total_loss"): seldom(powers(-2.0, 0.0), 0.1),
+    ("Gates", "accept_energy_loss"): seldom(one_of(True, False), 0.1),
+    ("Gates", "accept_energy_growth"): seldom(one_of(True, False), 0.1),
+    ("Output", "history_interval"): seldom(lambda chance, scene: scene.step * chance.choice((1, 2, 3)), 0.3),
+    ("Output", "fields_interval"): lambda chance, scene: scene.step * chance.choice((50, 100)),
+    ("Output", "checkpoint_interval"): seldom(one_of(0.0, 1.0)),
+    ("Output", "wall_time"): never,
+}
+"""Rules by class of the table, or of one that it derives from, and key."""
+
+
+def weight_of(table: type) -> float:
+    """Return how often a table is drawn beside the others: schemes that create energy are seldom of use."""
+    return 1.0 if getattr(table, "contact_range", None) == SOFT_CONTACT else 4.0
+
+
+def rule_of(table: type, key: str) -> Rule | None:
+    """Return the rule of a key: that of its table or of the nearest class that this derives from."""
+    return next((RULES[base.__name__, key] for base in table.__mro__ if (base.__name__, key) in RULES), None)

@@ -1,0 +1,180 @@
+"""Other ways to compute a case: changes of it that leave its answer as it is, exactly or within its stated error."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.factor_checks import factor_needed
+from gapbeam.solver.case.model_table import FullModel, ReducedModel
+from gapbeam.solver.integrators.scheme_choice import scheme_names
+from gapbeam.solver.loads.places import PointForce
+from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES
+from gapbeam.studies.trials.refined_mesh import mesh_keys
+
+FINER = 0.25  # of the step
+ALL_MODES = 1000
+OF_FORCE = ("amplitude", "scale", "offset", "mass", "stiffness", "damping", "preload")
+"""Keys of loads at a point that are forces, or forces over what the load moves with."""
+ROUND_OFF, ITERATIONS = 1.0e-6, 1.0e-4  # of the range of the motion, in its first part
+
+
+@dataclass(frozen=True)
+class Way:
+    """Another way to compute a case.
+
+    Attributes:
+        name: Of the way.
+        changes: Keys that it replaces.
+        exact: Largest difference of the motion relative to its range, before chaos has multiplied it; None: the
+            figures differ by no more than their stated errors.
+        step_by_step: Whether the march in Python stands in the place of the compiled one.
+        forces: Contact forces of this way over those of the case.
+    """
+
+    name: str
+    changes: Mapping[str, Any]
+    exact: float | None = None
+    step_by_step: bool = False
+    forces: float = 1.0
+
+
+def ways_of(case: Case) -> list[Way]:
+    """Return the other ways to compute a case."""
+    if isinstance(case.analysis, Periodic):
+        return list(_of_periodic(case))
+    return [way for found in WAYS for way in found(case)]
+
+
+def _of_periodic(case: Case) -> Iterator[Way]:
+    """A stable response is where a long march ends."""
+    yield Way("long march", {"analysis": {"type": "transient"}, **_plain(case)})
+
+
+def _plain(case: Case) -> dict[str, Any]:
+    """Return keys that every reference has: no limits, records as those of the run."""
+    return {"gates.accept_energy_growth": True, "gates.accept_energy_loss": True, "title": case.title}
+
+
+def step_by_step(case: Case) -> Iterator[Way]:
+    """Compiled loop against the march in Python."""
+    contact = case.contact
+    slow = contact.rubs is not None or not contact.formulation.follows_the_law or case.time.adaptive
+    if not isinstance(case.model, FullModel) and not slow:
+        yield Way("step by step", {}, ROUND_OFF, step_by_step=True)
+
+
+def double_width(case: Case) -> Iterator[Way]:
+    """A slice twice as wide under twice the forces moves as before."""
+    if case.mesh.dimension == 3 or case.mesh.file is not None:
+        return
+    changes: dict[str, Any] = {
+        "beam.width": 2.0 * case.beam.width,
+        "restraint.axial": 2.0 * case.restraint.axial,
+        "restraint.lateral": 2.0 * case.restraint.lateral,
+    }
+    for load in case.load:
+        if not isinstance(load.place, PointForce):
+            continue
+        keys = [key for key in OF_FORCE if key in type(load).model_fields]
+        changes |= {f"load.{load.name}.{key}": 2.0 * getattr(load, key) for key in keys}
+    if case.contact.points is not None:
+        if isinstance(case.contact.stiffness, float):
+            changes["contact.stiffness"] = 2.0 * case.contact.stiffness
+        changes["contact.damping"] = 2.0 * case.contact.damping
+        law = case.contact.law.model_dump()
+        if "damping" in law:
+            changes["contact.law"] = law | {"damping": 2.0 * law["damping"]}
+    yield Way("double width", changes, ROUND_OFF, forces=2.0)
+
+
+def other_columns(case: Case) -> Iterator[Way]:
+    """Responses to contact forces that are kept, against those that are solved for in every step."""
+    if isinstance(case.model, FullModel) and case.solver.effective != "iterative":
+        other = "drop" if case.solver.columns != "drop" else "keep"
+        yield Way(f"columns: {other}", {"solver.columns": other}, ROUND_OFF)
+
+
+def iterations(case: Case) -> Iterator[Way]:
+    """Conjugate gradients against a factor."""
+    needed = factor_needed(case.model, case.contact, case.time, case.analysis)
+    if isinstance(case.model, FullModel) and needed is None:
+        other = "factor" if case.solver.effective == "iterative" else "iterative"
+        yield Way(f"solver: {other}", {"solver.effective": other, "solver.tolerance": 1.0e-12}, ITERATIONS)
+
+
+def all_modes(case: Case) -> Iterator[Way]:
+    """A basis of all modes and all interface DOFs against the mesh."""
+    contact, plane = case.contact, case.mesh.dimension == 2
+    other = contact.formulation.stress_terms is not None or contact.mass != "consistent" or case.time.scheme.explicit
+    if isinstance(case.model, FullModel) and plane and not other and case.solver.effective != "iterative":
+        basis = {"type": "reduced", "modes": ALL_MODES, "contact": "all"}
+        yield Way("all modes", {"model": basis}, ITERATIONS)
+
+
+def finer(case: Case) -> Iterator[Way]:
+    """A quarter of the step, half the cells, the richest basis."""
+    yield Way("finer", _finer(case))
+
+
+def other_scheme(case: Case) -> Iterator[Way]:
+    """A quarter of the step, and a scheme of another family."""
+    conserving = [name for name in scheme_names("conserves_energy") if name in scheme_names("has_period_map")]
+    midpoint = [name for name in scheme_names("has_period_map") if name not in conserving]
+    others = midpoint if case.contact.formulation.without_potential else [*conserving, *midpoint]
+    others = [name for name in others if name != case.time.scheme.type]
+    if not others:
+        return
+    changes = _finer(case) | {"time.scheme": others[0]}
+    yield Way(f"scheme: {others[0]}", changes)
+
+
+def whole_mesh(case: Case) -> Iterator[Way]:
+    """The mesh in the place of a basis, of beam elements or of a rigid body."""
+    if not isinstance(case.model, FullModel) and case.mesh.dimension == 2:
+        yield Way("whole mesh", {"model": "full"})
+
+
+def other_formulation(case: Case) -> Iterator[Way]:
+    """Another exact formulation of contact."""
+    formulation = case.contact.formulation
+    if formulation.follows_the_law or case.time.scheme.impulses or case.time.scheme.explicit:
+        return
+    exact = {"type": "augmented-lagrangian", "penetration": 1.0e-5}
+    other: Any = "unilateral" if formulation.type == exact["type"] else exact
+    changes = {"contact.formulation": other, "contact.stiffness": "auto", "contact.mass": "consistent"}
+    yield Way(f"formulation: {'unilateral' if other == 'unilateral' else exact['type']}", changes)
+
+
+def _finer(case: Case) -> dict[str, Any]:
+    """Return the keys of a finer step, mesh and basis; `time.step` is put in where that of the run is known."""
+    changes = _plain(case)
+    reducible = case.contact.formulation.follows_the_law and case.contact.rubs is None
+    if case.contact.mass == "redistributed" and reducible:
+        changes["contact.mass"] = "consistent"
+    if case.mesh.dimension == 2 and case.mesh.file is None:
+        changes |= mesh_keys(case, 0.5, even=case.mesh.degree == 1)
+    if reducible and case.mesh.dimension == 2:
+        modes = max(FINEST_MODES, case.model.modes) if isinstance(case.model, ReducedModel) else FINEST_MODES
+        changes["model"] = {"type": "reduced", "modes": modes, "shapes": FINEST_SHAPES}
+        changes["solver.effective"] = "auto"
+        if case.time.scheme.explicit:
+            changes["time.scheme"] = "discrete-gradient"
+    return changes
+
+
+WAYS: tuple[Callable[[Case], Iterator[Way]], ...] = (
+    step_by_step,
+    double_width,
+    other_columns,
+    iterations,
+    all_modes,
+    finer,
+    finer,
+    other_scheme,
+    whole_mesh,
+    other_formulation,
+)

@@ -1,0 +1,93 @@
+"""Cases drawn from the whole schema: valid, the same for the same seed, and none of its choices left out."""
+
+from __future__ import annotations
+
+import random
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+from pydantic import BaseModel
+
+import gapbeam
+from benchmarks.drawn_schema.cases import drawn
+from benchmarks.drawn_schema.choices import Choice, all_choices
+from benchmarks.drawn_schema.scene import drawn_scene
+from benchmarks.drawn_schema.tables import Draw, NoRuleError
+from gapbeam.solver.table import Positive, Table, type_name
+
+CHOICES = all_choices()
+
+
+class Unknown(Table):
+    """A table with a key that nobody has said how to draw."""
+
+    stiffness: Positive
+
+
+def tables_in(value: Any) -> Iterator[BaseModel]:
+    """Yield a table and those within it."""
+    if isinstance(value, BaseModel):
+        yield value
+        for key in type(value).model_fields:
+            yield from tables_in(getattr(value, key))
+    elif isinstance(value, tuple):
+        for part in value:
+            yield from tables_in(part)
+
+
+def takes(case: BaseModel, choice: Choice) -> bool:
+    """Return whether a case has made a choice."""
+    for table in tables_in(case):
+        if choice.table != type(table).__name__:
+            continue
+        held = getattr(table, choice.key)
+        for one in held if isinstance(held, tuple) else (held,):
+            same = choice.value in (type_name(type(one)), type(one).__name__) if isinstance(one, BaseModel) else False
+            if same or one == choice.value:
+                return True
+    return False
+
+
+def test_every_choice_of_the_schema_is_drawn_in_valid_cases(tmp_path: Path) -> None:
+    """One case for each of the hundred choices: the reader has nothing against it, and it has made its choice."""
+    assert len(CHOICES) > 100
+    for seed in range(len(CHOICES)):
+        tables, focus = drawn(seed, tmp_path)
+        assert takes(gapbeam.read_case(tables), focus), (seed, str(focus))
+
+
+def test_choices_are_those_of_the_schema() -> None:
+    """Models, schemes, laws, formulations, loads and analyses are found in the unions of the schema."""
+    known = {(choice.table, choice.key, choice.value) for choice in CHOICES}
+    for one in (
+        ("Case", "model", "rigid"),
+        ("Time", "scheme", "moreau-jean"),
+        ("Contact", "law", "adams-impact"),
+        ("Contact", "formulation", "nitsche"),
+        ("NitscheMethod", "theta", -1),
+        ("Case", "load", "recorded_motion"),
+        ("Periodic", "method", "harmonic-balance"),
+        ("Case", "analysis", "transient"),
+    ):
+        assert one in known
+
+
+def test_a_seed_gives_one_case(tmp_path: Path) -> None:
+    """Tables and records are the same again, and others for other seeds."""
+    (tmp_path / "again").mkdir()
+    names = set()
+    for seed in (0, 50, 71, 1000):
+        first, again = drawn(seed, tmp_path)[0], drawn(seed, tmp_path / "again")[0]
+        names.add(str(first["beam"]))
+        assert str(first).replace(str(tmp_path), "") == str(again).replace(str(tmp_path / "again"), "")
+    assert (tmp_path / "record.csv").read_bytes() == (tmp_path / "again" / "record.csv").read_bytes()
+    assert len(names) == 4
+
+
+def test_a_key_without_a_rule_is_refused(tmp_path: Path) -> None:
+    """Whoever adds a key says how it is drawn."""
+    draw = Draw(random.Random(1), drawn_scene(random.Random(1), tmp_path, 1), CHOICES[0])
+    with pytest.raises(NoRuleError, match=r"Unknown\.stiffness: say in benchmarks/drawn_schema/rules\.py"):
+        draw.table(Unknown)

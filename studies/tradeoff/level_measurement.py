@@ -116,18 +116,19 @@ class Measured:
         return as_history(_up_to(self.records, periods / self.frequency, self.frequency), self.labels)
 
 
-def windows_over(history: xr.Dataset, frequency: float) -> dict[str, np.ndarray]:
+def windows_over(history: xr.Dataset, frequency: float, span: float) -> dict[str, np.ndarray]:
     """Return the figures of a record, window by window, by name as in `steady_figures.steady`.
 
     The first window begins where the record does, the others follow each other up to its end. A window holds 12 forcing
     periods, or all those of a shorter record; the first two overlap where the record is not a whole number of windows.
 
     Args:
-        history: The records; at least one forcing period.
+        history: The records, up to the last one within the span.
         frequency: Of the forcing, Hz.
+        span: s, at least one forcing period. It decides how many windows there are: the same for all steps.
     """
     times = np.asarray(history["time"].values)
-    periods = max(1, int((times[-1] - times[0]) * frequency + _SAME))
+    periods = max(1, int(span * frequency + _SAME))
     width = min(CYCLE, periods)
     begin = np.flatnonzero(times <= times[0] + (width + _SAME) / frequency)
     first, _, _ = figures_over(history.isel(time=begin), frequency, width)
@@ -195,7 +196,8 @@ def _follow(job: Job, model: Model, seat: State, found: Measured) -> None:
     found.records = _up_to(records, followed, frequency)
     if job.span > 0.0:
         found.span = job.span
-        found.windows = windows_over(as_history(_up_to(records, job.span, frequency), found.labels), frequency)
+        history = as_history(_up_to(records, job.span, frequency), found.labels)
+        found.windows = windows_over(history, frequency, job.span)
 
 
 def _settle(job: Job, model: Model, seat: State, found: Measured) -> None:

@@ -1,8 +1,8 @@
 """The command `gapbeam`.
 
 Exit status: 0 done; 1 internal error; 2 a fault of the input; 3 energy was created; 4 not converged;
-5 two runs do not agree (compare); 6 results could not be written; 7 out of memory; 124 the wall-time limit was reached;
-130 interrupted; 143 terminated.
+5 finished, but what was asked for cannot be claimed; 6 results could not be written; 7 out of memory;
+124 the wall-time limit was reached; 130 interrupted; 143 terminated.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from rich.logging import RichHandler
 from gapbeam.commands.drawing import plot, render
 from gapbeam.commands.report import report
 from gapbeam.commands.study_choice import STUDIES
-from gapbeam.commands.tradeoff import level_within
+from gapbeam.commands.tradeoff import judged_by, level_within
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
 from gapbeam.process.lost_screen import outlive_the_screen
@@ -34,6 +34,7 @@ from gapbeam.process.process_environment import REMARKS, is_somewhere, refuse_cr
 from gapbeam.process.terminal_text import OptionWords, harmless, with_options
 
 INPUT_FAULT = 2
+DOUBTFUL = 5  # finished, but what was asked for cannot be claimed
 INTERRUPTED = 130
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0}
 
@@ -102,14 +103,18 @@ def run(
         str | None, typer.Option(help="take the cheapest model, mesh and step within it, such as 2%, by a trade-off")
     ] = None,
 ) -> int:
-    """Run a case; also under mpirun."""
+    """Run a case; also under mpirun.
+
+    Exit status 5: the run is done, but its --tolerance cannot be promised over the span of the case.
+    """
     from gapbeam.interface.single_case import run as run_file
 
     if overwrite and resume:
         raise click.UsageError("--overwrite replaces the results of an earlier run, --resume goes on with it: give one")
     overrides: Mapping[str, object] | list[str] = override or []
-    if tolerance is not None:
-        overrides = level_within(case, override or [], tolerance)
+    taken = None if tolerance is None else level_within(case, override or [], tolerance)
+    if taken is not None:
+        overrides = taken.changes
     asked: dict[str, object] = {} if wall_time is None else {"output.wall_time": duration(wall_time)}
     if error is not None:
         asked["output.errors"] = error
@@ -118,9 +123,11 @@ def run(
     else:
         overrides = [*overrides, *(f"{key}={value}" for key, value in asked.items())]
     outcome = run_file(case, overrides, output, overwrite, resume)
+    if taken is not None:
+        outcome = judged_by(outcome, taken)
     if first_rank():
         console = Console(stderr=outcome.exit_status != 0, soft_wrap=True, highlight=False)
-        if outcome.exit_status == 0:  # the message of a failure is in the log already
+        if outcome.exit_status in (0, DOUBTFUL):  # the message of a failure is in the log already
             console.print(f"done: {harmless(with_options(outcome.message))}", markup=False)
         console.print(f"results: {harmless(outcome.folder)}", markup=False)
     return outcome.exit_status

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -12,6 +12,8 @@ from gapbeam.commands.terminal import screen
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.solver.run.run_case import Outcome
+    from gapbeam.studies.tradeoff.stored_tradeoff import Taken
 
 WIDTH = 180  # columns of the table where there is no terminal to fit it to
 MINUTES = 12.0
@@ -28,7 +30,8 @@ def tradeoff(
 ) -> int:
     """Measure time, memory and error of models, meshes, steps and schemes of a case; name the cheapest that will do.
 
-    Exit status: 0 a fidelity level is inside the tolerance, 5 none is, 2 a fault of the input.
+    Exit status: 0 the tolerance holds over the span of the case with that level, 5 it cannot be promised, 2 a fault of
+    the input.
     """
     from gapbeam.commands.compare import fraction
     from gapbeam.studies.tradeoff.run_tradeoff import run_tradeoff, tradeoff_folder
@@ -42,7 +45,8 @@ def tradeoff(
     console.print("(in brackets: below the uncertainty of the reference; *: the one to take)")
     if study.full_check is not None:
         words = ", ".join(f"{name} {100 * error:.2g} %" for name, error in study.full_check.items())
-        console.print(f"the reduced model against all DOFs on the mesh of the case: {words}")
+        over = f"over the first {study.periods} forcing periods"
+        console.print(f"the reduced model against all DOFs on the mesh of the case, {over}: {words}")
     for level, seconds in study.skipped:
         console.print(f"skipped: {level.name}, about {seconds:.0f} s", markup=False)
     console.print("\n".join(map(str, result.paths)), markup=False)
@@ -50,16 +54,19 @@ def tradeoff(
     return result.exit_status
 
 
-def level_within(case: Path, override: list[str], tolerance: str) -> dict[str, Any]:
-    """Return all keys that the cheapest level of a case inside a tolerance replaces; studied now if need be.
+def level_within(case: Path, override: list[str], tolerance: str) -> Taken:
+    """Return the cheapest level of a case inside a tolerance, with all keys that it replaces; studied now if need be.
 
     Args:
         case: The case file.
         override: Overrides KEY=VALUE of the run.
         tolerance: "2%" or "0.02".
 
+    Returns:
+        The level, with the doubts about the tolerance; the nearest where none is inside.
+
     Raises:
-        UserError: No level is inside the tolerance, or a study would have to be made under mpirun.
+        UserError: All levels failed, or a study would have to be made under mpirun.
         CaseError: The case has faults.
 
     Collective under mpirun.
@@ -72,8 +79,19 @@ def level_within(case: Path, override: list[str], tolerance: str) -> dict[str, A
     from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping
 
     comm, limit, fixed = MPI.COMM_WORLD, fraction(tolerance), overrides_as_mapping(override)
-    _, changes = on_rank_zero(comm, lambda: level_for(case, fixed, limit, comm.size == 1))
-    return changes
+    return on_rank_zero(comm, lambda: level_for(case, fixed, limit, comm.size == 1))
+
+
+def judged_by(outcome: Outcome, taken: Taken) -> Outcome:
+    """Return a run with the promise, or the doubts, of the level that it took; see `run_promise.with_promise`.
+
+    Collective under mpirun.
+    """
+    from mpi4py import MPI
+
+    from gapbeam.studies.tradeoff.run_promise import with_promise
+
+    return with_promise(outcome, taken, MPI.COMM_WORLD)
 
 
 def _kind() -> Kind:

@@ -1,8 +1,9 @@
-"""How far a fidelity level is from the finest, how far that may be from the truth, and which fidelity level to take.
+"""How far a fidelity level is from the finest, and how far that may be from the truth.
 
-All fidelity levels start from their own seat, so that their motions can be compared as long as the motion can be
-predicted: as long as the members of the reference family stay together. Over that span figures are compared one by one.
-Beyond it a chaotic motion has only statistics: means over windows and starts, with their standard errors.
+All fidelity levels start from their own seat. Figures are compared window by window over the span of the case, as
+errors grow with time: a period that is 0.01 % too long detunes a resonance, and shows after hundreds of periods only. A
+chaotic motion can be compared as long as it can be predicted: as long as the members of the reference family stay
+together. Beyond that it has only statistics: means over windows and starts, with their standard errors.
 """
 
 from __future__ import annotations
@@ -29,6 +30,7 @@ ENDINGS = {
     " impulse": "impulse",
 }
 Figures = Mapping[str, float]
+Windows = Mapping[str, np.ndarray]  # figures by name, window by window
 
 
 @dataclass(frozen=True)
@@ -38,9 +40,11 @@ class Judged:
     Attributes:
         level: The fidelity level.
         measured: Its cost and answers.
-        errors: Largest relative difference of every group of figures over the span that can be predicted.
+        errors: Largest relative difference of every group of figures in any window of the time that is covered.
         statistics: Largest difference of the long means beyond 2 standard errors; None without long marches.
         seconds: Predicted wall time of the whole case on it: set-up and march, s.
+        covered: Time from the seat that the errors cover, s.
+        means: What the long means may differ by at most: by what they do, and 2 standard errors; None likewise.
     """
 
     level: Level
@@ -48,6 +52,8 @@ class Judged:
     errors: dict[str, float]
     statistics: float | None
     seconds: float
+    covered: float = 0.0
+    means: float | None = None
 
     @property
     def error(self) -> float:
@@ -66,14 +72,19 @@ def judged(level: Level, measured: Measured, reference: Measured, periods: int, 
         level: The fidelity level.
         measured: What it answered.
         reference: What the reference answered.
-        periods: Forcing periods from the seat over which they are compared.
+        periods: Forcing periods from the seat over which they are compared where one has no windows over the span.
         end: Simulated time of the case, s.
     """
     seconds = measured.set_up + end * measured.per_second
     if measured.verdict != "passed":
         return Judged(level, measured, {}, None, seconds)
-    errors = differences(measured.figures(periods), reference.figures(periods))
-    return Judged(level, measured, errors, _beyond(measured, reference), seconds)
+    if measured.windows and reference.windows:
+        covered, errors = measured.span, window_differences(measured.windows, reference.windows)
+    else:
+        covered = periods / measured.frequency
+        errors = differences(measured.figures(periods), reference.figures(periods))
+    beyond, means = _long_means(measured, reference)
+    return Judged(level, measured, errors, beyond, seconds, covered, means)
 
 
 def differences(one: Figures, other: Figures) -> dict[str, float]:
@@ -84,6 +95,15 @@ def differences(one: Figures, other: Figures) -> dict[str, float]:
         group = _group(name)
         if group is not None:
             found[group] = max(found.get(group, 0.0), abs(one[name] - other[name]) / scales[name])
+    return {group: found[group] for group in GROUPS if group in found}
+
+
+def window_differences(one: Windows, other: Windows) -> dict[str, float]:
+    """Return the largest difference of every group of figures in any window, relative to the other in that window."""
+    found: dict[str, float] = {}
+    for mine, reference in zip(_by_window(one), _by_window(other), strict=True):
+        for group, difference in differences(mine, reference).items():
+            found[group] = max(found.get(group, 0.0), difference)
     return {group: found[group] for group in GROUPS if group in found}
 
 
@@ -105,13 +125,28 @@ def predictable_periods(family: Sequence[Measured], most: int) -> int:
 def uncertainty(plan: LevelPlan, found: Mapping[str, Measured], periods: int) -> dict[str, float]:
     """Return what the reference itself may be off by: mesh, step and basis, each relative, summed by group.
 
+    The largest of any window over the span counts; without windows, the figures are those of so many forcing periods.
+
     From three meshes h, r h, r^2 h with values q, the error of the finest is |q1 - q0| / (r^p - 1) with
     r^p = (q2 - q1) / (q1 - q0), p within 0.5 and 4; where the differences do not shrink, the largest of them.
     Likewise for steps, with r = 2 and p up to 2.
 
     Source: Roache (1994), J. Fluids Eng. 116, 405, for the estimate.
     """
-    figures = {level.name: found[level.name].figures(periods) for level in plan.family}
+    members = {level.name: found[level.name] for level in plan.family}
+    if all(one.windows for one in members.values()):
+        windows = [_by_window(one.windows) for one in members.values()]
+    else:
+        windows = [[one.figures(periods)] for one in members.values()]
+    total: dict[str, float] = {}
+    for figures in zip(*windows, strict=True):
+        for group, error in _reference_errors(plan, dict(zip(members, figures, strict=True))).items():
+            total[group] = max(total.get(group, 0.0), error)
+    return {group: total[group] for group in GROUPS if group in total}
+
+
+def _reference_errors(plan: LevelPlan, figures: Mapping[str, Figures]) -> dict[str, float]:
+    """Return the uncertainty of the reference in one window, by group, from the figures of its family."""
     reference = figures[plan.reference.name]
     total: dict[str, float] = {}
     scales = _scales(reference)
@@ -125,7 +160,7 @@ def uncertainty(plan: LevelPlan, found: Mapping[str, Measured], periods: int) ->
             values = [finest, *(figures[level.name][name] for level in levels)]
             error += richardson(values[0], values[1], values[2], ratio, most)
         total[group] = max(total.get(group, 0.0), error / scales[name])
-    return {group: total[group] for group in GROUPS if group in total}
+    return total
 
 
 def richardson(finest: float, middle: float, coarsest: float, ratio: float, most: float) -> float:
@@ -137,12 +172,6 @@ def richardson(finest: float, middle: float, coarsest: float, ratio: float, most
         return max(abs(near), abs(far))
     order = float(np.clip(log(far / near) / log(ratio), ORDERS[0], most))
     return float(abs(near) / (ratio**order - 1.0))
-
-
-def choice(levels: Sequence[Judged], tolerance: float) -> Judged | None:
-    """Return the cheapest fidelity level inside a tolerance; None where none is."""
-    inside = [one for one in levels if one.inside(tolerance)]
-    return min(inside, key=lambda one: one.seconds, default=None)
 
 
 def front(levels: Sequence[Judged]) -> list[Judged]:
@@ -161,6 +190,12 @@ def _group(name: str) -> str | None:
     return next((group for ending, group in ENDINGS.items() if name.endswith(ending)), None)
 
 
+def _by_window(windows: Windows) -> list[dict[str, float]]:
+    """Return the figures of every window, by name."""
+    count = max((len(values) for values in windows.values()), default=0)
+    return [{name: float(values[place]) for name, values in windows.items()} for place in range(count)]
+
+
 def _scales(figures: Figures) -> dict[str, float]:
     """Return what differences are relative to: themselves; harmonics, forces and impulses to the largest of them."""
     scales = {name: abs(value) for name, value in figures.items()}
@@ -175,18 +210,22 @@ def _scales(figures: Figures) -> dict[str, float]:
     return {name: scale or 1.0 for name, scale in scales.items()}
 
 
-def _beyond(one: Measured, other: Measured) -> float | None:
-    """Return the largest difference of long means that 2 standard errors do not explain; infinite for other cycles."""
+def _long_means(one: Measured, other: Measured) -> tuple[float | None, float | None]:
+    """Return by what long means differ: beyond 2 standard errors, and at most, with 2 standard errors added.
+
+    Both are infinite for other cycles, and None without long marches.
+    """
     if not one.long or not other.long:
-        return None
+        return None, None
     cycles = [{word for word in measured.words if word != CREEPING} for measured in (one, other)]
     if cycles[0] and cycles[1] and not cycles[0] & cycles[1]:
-        return inf
-    found = 0.0
+        return inf, inf
+    beyond, most = 0.0, 0.0
     scales = _scales({name: quantity.mean for name, quantity in other.long.items()})
     for name in one.long.keys() & other.long.keys():
         if _group(name) is not None:
             a, b = one.long[name], other.long[name]
-            allowed = STANDARD_ERRORS * float(np.hypot(a.uncertainty, b.uncertainty))
-            found = max(found, (abs(a.mean - b.mean) - allowed) / scales[name])
-    return found
+            scatter = STANDARD_ERRORS * float(np.hypot(a.uncertainty, b.uncertainty))
+            beyond = max(beyond, (abs(a.mean - b.mean) - scatter) / scales[name])
+            most = max(most, (abs(a.mean - b.mean) + scatter) / scales[name])
+    return beyond, most

@@ -17,6 +17,7 @@ import xarray as xr
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth
+from gapbeam.postprocess.signals.spectra import CYCLE
 from gapbeam.postprocess.signals.steady_figures import Quantity, figures_over, steady
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import RunError
@@ -44,6 +45,7 @@ class Job(NamedTuple):
         transient: Forcing periods that a long march passes before.
         starts: Long marches: from the seat, and from kicks.
         seed: Of the kicks.
+        span: Time from the start over which figures are taken in windows, s; 0: only those of the periods.
     """
 
     case: Path
@@ -53,6 +55,7 @@ class Job(NamedTuple):
     transient: int = 0
     starts: int = 1
     seed: int = 0
+    span: float = 0.0
 
 
 @dataclass
@@ -72,6 +75,8 @@ class Measured:
         frequency: Of the forcing, Hz.
         records: Of the motion from the seat over the periods followed, as in `response.Response`.
         labels: Names along their labeled dimensions.
+        span: Time from the seat that `windows` cover, s; 0 without them.
+        windows: Figures from the seat on, window by window as in `windows_over`, by name.
         words: Kind of response of every long march.
         long: Figures of the windows of all long marches together, by name.
     """
@@ -88,6 +93,8 @@ class Measured:
     frequency: float = 0.0
     records: dict[str, np.ndarray] = field(default_factory=dict)
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
+    span: float = 0.0
+    windows: dict[str, np.ndarray] = field(default_factory=dict)
     words: list[str] = field(default_factory=list)
     long: dict[str, Quantity] = field(default_factory=dict)
 
@@ -106,8 +113,27 @@ class Measured:
         return found
 
     def _history(self, periods: int) -> xr.Dataset:
-        inside = self.records["time"] <= (periods + _SAME) / self.frequency
-        return as_history({name: values[inside] for name, values in self.records.items()}, self.labels)
+        return as_history(_up_to(self.records, periods / self.frequency, self.frequency), self.labels)
+
+
+def windows_over(history: xr.Dataset, frequency: float, span: float) -> dict[str, np.ndarray]:
+    """Return the figures of a record, window by window, by name as in `steady_figures.steady`.
+
+    The first window begins where the record does, the others follow each other up to its end. A window holds 12 forcing
+    periods, or all those of a shorter record; the first two overlap where the record is not a whole number of windows.
+
+    Args:
+        history: The records, up to the last one within the span.
+        frequency: Of the forcing, Hz.
+        span: s, at least one forcing period. It decides how many windows there are: the same for all steps.
+    """
+    times = np.asarray(history["time"].values)
+    periods = max(1, int(span * frequency + _SAME))
+    width = min(CYCLE, periods)
+    begin = np.flatnonzero(times <= times[0] + (width + _SAME) / frequency)
+    first, _, _ = figures_over(history.isel(time=begin), frequency, width)
+    later, _, _ = figures_over(history, frequency, width, periods // width)
+    return {name: np.concatenate([first[name].values, one.values]) for name, one in later.items()}
 
 
 def measure(jobs: Sequence[Job]) -> list[Measured]:
@@ -140,11 +166,16 @@ def _measure(job: Job, kept: KeptBody) -> Measured:
     return found
 
 
-def _march(model: Model, start: State, periods: int, found: Measured) -> Response:
-    (frequency,) = forcing_frequencies(model.case.load)
+def _up_to(records: Mapping[str, np.ndarray], end: float, frequency: float) -> dict[str, np.ndarray]:
+    """Return records up to a time, s, within a millionth of a forcing period."""
+    inside = records["time"] <= end + _SAME / frequency
+    return {name: values[inside] for name, values in records.items()}
+
+
+def _march(model: Model, start: State, seconds: float, found: Measured) -> Response:
     interval = model.case.output.history_interval or model.step
     interval = max(interval, model.step)
-    steps = ceil(periods / (frequency * model.step) - _SAME)
+    steps = ceil(seconds / model.step - _SAME)
     response = respond(model, start, steps, interval)
     if response.verdict != "passed":
         found.verdict, found.message = response.verdict, response.message
@@ -152,15 +183,21 @@ def _march(model: Model, start: State, periods: int, found: Measured) -> Respons
 
 
 def _follow(job: Job, model: Model, seat: State, found: Measured) -> None:
-    """Follow the motion from the seat, as far as it can be predicted."""
+    """Follow the motion from the seat, over the forcing periods and over the span."""
     (frequency,) = forcing_frequencies(model.case.load)
-    response = _march(model, seat, job.periods, found)
+    followed = job.periods / frequency
+    response = _march(model, seat, max(followed, job.span), found)
     found.per_second = response.seconds / (response.steps * model.step)
     found.residual = response.residual
     if found.verdict != "passed":
         return
     found.frequency, found.labels = frequency, response.labels
-    found.records = {name: response.history[name] for name in ("time", *KEPT)}
+    records = {name: response.history[name] for name in ("time", *KEPT)}
+    found.records = _up_to(records, followed, frequency)
+    if job.span > 0.0:
+        found.span = job.span
+        history = as_history(_up_to(records, job.span, frequency), found.labels)
+        found.windows = windows_over(history, frequency, job.span)
 
 
 def _settle(job: Job, model: Model, seat: State, found: Measured) -> None:
@@ -170,7 +207,7 @@ def _settle(job: Job, model: Model, seat: State, found: Measured) -> None:
     units: dict[str, str] = {}
     for number in range(job.starts):
         start = seat if number == 0 else kicked(model, number, job.seed).state
-        response = _march(model, start, job.transient + job.cycles, found)
+        response = _march(model, start, (job.transient + job.cycles) / frequency, found)
         if response.verdict != "passed":
             return
         history = as_history(response.history, response.labels)

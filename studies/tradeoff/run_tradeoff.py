@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import logging
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +15,13 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
-from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
+from gapbeam.studies.tradeoff.stored_tradeoff import Taken, stored_choice, study_key
 from gapbeam.studies.tradeoff.tradeoff_report import as_table, verdict, write_study
 from gapbeam.studies.tradeoff.tradeoff_study import Study, run_study
 
 LOG = logging.getLogger("gapbeam")
 MINUTES, TOLERANCE = 12.0, 0.02
-NONE_INSIDE = 5
+NOT_PROMISED = 5
 
 
 @dataclass(frozen=True, repr=False)
@@ -46,8 +46,13 @@ class TradeoffResult(PrintedResult):
 
     @property
     def exit_status(self) -> int:
-        """0 where a level is inside the tolerance, else 5."""
-        return 0 if self.study.chosen is not None else NONE_INSIDE
+        """0 where the tolerance is promised over the span of the case, else 5."""
+        return 0 if self.study.promised else NOT_PROMISED
+
+    @property
+    def doubts(self) -> list[str]:
+        """Why the tolerance is not promised; nothing where it is."""
+        return self.study.doubts
 
     def headline(self) -> str:
         """Return the verdict."""
@@ -92,8 +97,8 @@ def tradeoff_folder(case: Path) -> Path:
     return Path("results") / f"{case.stem}-tradeoff"
 
 
-def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: bool) -> tuple[str, dict[str, Any]]:
-    """Return the cheapest level inside a tolerance, and all keys that it replaces; a missing study is made now.
+def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: bool) -> Taken:
+    """Return the cheapest level inside a tolerance, with all keys that it replaces; a missing study is made now.
 
     Args:
         case: Path of the case file.
@@ -101,8 +106,11 @@ def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: boo
         tolerance: Largest error that will do, as a fraction.
         alone: Whether this process may make the study: not under mpirun.
 
+    Returns:
+        The level, with the doubts about the tolerance; the nearest where none is inside.
+
     Raises:
-        UserError: No level is inside the tolerance, or the study would have to be made under mpirun.
+        UserError: All levels failed, or the study would have to be made under mpirun.
         CaseError: The case has faults.
     """
     folder, read = tradeoff_folder(case), read_case(case, fixed)
@@ -110,11 +118,12 @@ def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: boo
     if found is None:
         if not alone:
             made = shell_command("gapbeam", "tradeoff", case)
-            raise UserError(f"{folder} holds no trade-off of this case; run {made} first, on one rank")
+            raise UserError(
+                f"{folder} holds no trade-off of this case up to t = {read.time.end:g} s; run {made} first, on one rank"
+            )
         LOG.info("no trade-off of this case in %s: measured now, up to %g minutes", folder, MINUTES)
         run_tradeoff(case, folder, fixed, tolerance)
         found = stored_choice(folder, read, tolerance)
         assert found is not None
-    name, changes = found
-    LOG.info("tolerance %g %%: %s, as measured in %s", 100.0 * tolerance, name, folder)
-    return name, {**fixed, **changes}
+    LOG.info("tolerance %g %%: %s, as measured in %s", 100.0 * tolerance, found.name, folder)
+    return replace(found, changes={**fixed, **found.changes})

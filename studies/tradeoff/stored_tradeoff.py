@@ -3,6 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -10,9 +12,36 @@ from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.damaged_files import as_written
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import UserError
+from gapbeam.studies.tradeoff.fidelity_levels import Level
+from gapbeam.studies.tradeoff.level_errors import Judged
+from gapbeam.studies.tradeoff.level_measurement import Measured
+from gapbeam.studies.tradeoff.promise import WHOLE, Grounds, choice, doubts, nearest
 from gapbeam.studies.tradeoff.tradeoff_report import DATA_FILE
 
 FREE = ("title", "model", "output", "gates")  # what may differ between a study and a run that uses it
+
+
+@dataclass(frozen=True)
+class Taken:
+    """The fidelity level that a run takes for a tolerance.
+
+    Attributes:
+        name: Of the level.
+        changes: Keys that it replaces.
+        tolerance: What was asked for, as a fraction.
+        errors: Of the level against the reference, by group of figures.
+        uncertainty: Of the reference, likewise.
+        covered: Time from the start that the errors cover, s.
+        doubts: Why the tolerance is not promised for the run; nothing where it is.
+    """
+
+    name: str
+    changes: dict[str, Any]
+    tolerance: float
+    errors: dict[str, float]
+    uncertainty: dict[str, float]
+    covered: float
+    doubts: tuple[str, ...]
 
 
 def study_key(case: Case) -> dict[str, Any]:
@@ -22,8 +51,8 @@ def study_key(case: Case) -> dict[str, Any]:
     return {name: table for name, table in tables.items() if name not in FREE} | {"time": time}
 
 
-def stored_choice(folder: Path, case: Case, tolerance: float) -> tuple[str, dict[str, Any]] | None:
-    """Return the cheapest fidelity level of a study on disk inside a tolerance, and the keys that it replaces.
+def stored_choice(folder: Path, case: Case, tolerance: float) -> Taken | None:
+    """Return the cheapest fidelity level of a study on disk inside a tolerance; the nearest where none is inside.
 
     Args:
         folder: Of the study.
@@ -31,10 +60,10 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> tuple[str, dict
         tolerance: Largest error that will do.
 
     Returns:
-        None where there is no study of this very case.
+        None where there is no study of this very case, or only one of a shorter time.
 
     Raises:
-        UserError: The study has no fidelity level inside the tolerance.
+        UserError: All fidelity levels of the study failed.
         ResultsError: It cannot be read.
     """
     path = folder / DATA_FILE
@@ -44,24 +73,28 @@ def stored_choice(folder: Path, case: Case, tolerance: float) -> tuple[str, dict
         return _cheapest(path, case, tolerance)
 
 
-def _cheapest(path: Path, case: Case, tolerance: float) -> tuple[str, dict[str, Any]] | None:
+def _cheapest(path: Path, case: Case, tolerance: float) -> Taken | None:
     study = read_object(path, ("key", "rungs", "fixed"), "remove it, or repeat the trade-off")
-    if study.get("key") != study_key(case):
-        return None
-    inside = [level for level in study["rungs"] if _inside(level, tolerance)]
-    if not inside:
-        errors = (max(level["errors"].values()) for level in study["rungs"] if level["errors"])
-        nearest = min(errors, default=float("inf"))
-        raise UserError(
-            f"{path}: no fidelity level is within {tolerance:.2%} of the reference, the nearest is {nearest:.2%} off; "
-            "expected a larger `tolerance=`, or a run without it"
-        )
-    chosen = min(inside, key=lambda level: level["seconds_of_the_case"])
+    if study.get("key") != study_key(case) or study.get("end", 0.0) < WHOLE * case.time.end:
+        return None  # studies without an end compared the first forcing periods only
+    grounds = Grounds(case.time.end, study["uncertainty"], study["chaotic"], study["not_covered_because"])
+    levels = [_level(one) for one in study["rungs"]]
+    taken = choice(levels, tolerance, grounds) or nearest(levels, grounds)
+    if taken is None:
+        raise UserError(f"{path}: every fidelity level failed; expected a run without `tolerance=`")
     fixed = {key: value for key, value in study["fixed"].items() if not key.startswith("output.")}
-    return chosen["name"], {**fixed, **chosen["changes"]}
+    return Taken(
+        taken.level.name, {**fixed, **taken.level.changes}, tolerance, dict(taken.errors), dict(grounds.uncertainty),
+        min(taken.covered, case.time.end), tuple(doubts(taken, tolerance, grounds)),
+    )  # fmt: skip
 
 
-def _inside(level: Mapping[str, Any], tolerance: float) -> bool:
-    if level["verdict"] != "passed" or level["other_cycle"] or not level["errors"]:
-        return False
-    return bool(max(*level["errors"].values(), level["statistics_beyond_scatter"] or 0.0) <= tolerance)
+def _level(row: Mapping[str, Any]) -> Judged:
+    """Return a fidelity level as the study judged it; one in another cycle is infinitely far."""
+    failed = row["verdict"] != "passed"
+    level, measured = Level("", {}), Measured(verdict=row["verdict"])
+    if failed:
+        return Judged(level, measured, {}, None, inf)
+    level = Level(row["name"], row["changes"])
+    statistics, means = (inf, inf) if row["other_cycle"] else (row["statistics_beyond_scatter"], row["means_known_to"])
+    return Judged(level, measured, row["errors"], statistics, row["seconds_of_the_case"], row["covered"], means)

@@ -13,6 +13,7 @@ from rich.table import Table
 from gapbeam.postprocess.study_figures.tradeoff_figure import Place, draw_pareto
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.tradeoff.level_errors import GROUPS, Judged
+from gapbeam.studies.tradeoff.promise import percent
 from gapbeam.studies.tradeoff.tradeoff_study import Study
 
 DATA_FILE = "tradeoff.json"
@@ -38,7 +39,7 @@ def write_study(folder: Path, study: Study, key: Mapping[str, Any]) -> list[Path
         if one.measured.verdict == "passed"
     ]
     picture = folder / PICTURE
-    draw_pareto(places, max(study.uncertainty.values(), default=0.0), study.tolerance, picture)
+    draw_pareto(places, max(study.grounds.uncertainty.values(), default=0.0), study.tolerance, picture)
     return [folder / DATA_FILE, picture]
 
 
@@ -49,13 +50,18 @@ def as_data(study: Study, key: Mapping[str, Any]) -> dict[str, Any]:
         "tolerance": study.tolerance,
         "chosen": study.chosen.level.name if study.chosen else None,
         "verdict": verdict(study),
+        "promised": study.promised,
+        "doubts": study.doubts,
+        "end": study.grounds.end,
+        "covered": study.reference.covered,
+        "not_covered_because": study.grounds.cut,
         "periods_compared": study.periods,
-        "chaotic": study.chaotic,
+        "chaotic": study.grounds.chaotic,
         "seconds": study.seconds,
         "notes": list(study.notes),
         "fixed": dict(study.plan.fixed),
         "reference": _row(study.reference, study),
-        "uncertainty": study.uncertainty,
+        "uncertainty": dict(study.grounds.uncertainty),
         "reduced_against_full_on_the_mesh_of_the_case": study.full_check,
         "rungs": [_row(one, study) for one in study.levels],
         "skipped": [{"name": level.name, "predicted_seconds": seconds} for level, seconds in study.skipped],
@@ -78,8 +84,12 @@ def _row(one: Judged, study: Study) -> dict[str, Any]:
         "memory": measured.memory,
         "energy_residual": measured.residual if isfinite(measured.residual) else None,
         "errors": one.errors,
-        "below_the_uncertainty": [name for name, error in one.errors.items() if error <= study.uncertainty[name]],
+        "covered": one.covered,
+        "below_the_uncertainty": [
+            name for name, error in one.errors.items() if error <= study.grounds.uncertainty[name]
+        ],
         "statistics_beyond_scatter": _finite(one.statistics),
+        "means_known_to": _finite(one.means),
         "other_cycle": one.statistics is not None and not isfinite(one.statistics),
         "responses": measured.words,
         "on_the_front": one in study.front,
@@ -93,36 +103,34 @@ def _row(one: Judged, study: Study) -> dict[str, Any]:
 def as_table(study: Study) -> Table:
     """Return a trade-off for the terminal, fidelity levels from cheap to dear."""
     table = Table(
-        "", "DOFs", "set-up, s", "s per simulated s", "case, s", "memory, GB", *(f"{name}, %" for name in GROUPS),
-        "means", title=f"Errors against {study.reference.level.name}", title_justify="left", box=None,
+        "", "DOFs", "set-up, s", "s per simulated s", "case, s", "memory, GB", "errors up to, s",
+        *(f"{name}, %" for name in GROUPS), "means",
+        title=f"Errors against {study.reference.level.name}", title_justify="left", box=None,
     )  # fmt: skip
-    uncertain = [f"± {100 * study.uncertainty.get(name, 0.0):.2g}" for name in GROUPS]
-    table.add_row("the reference itself", *_costs(study.reference), *uncertain, "")
+    uncertain = [f"± {100 * study.grounds.uncertainty.get(name, 0.0):.2g}" for name in GROUPS]
+    covered = f"{study.reference.covered:.3g}"
+    table.add_row("the reference itself", *_costs(study.reference), covered, *uncertain, "")
     for one in sorted(study.levels, key=lambda one: one.seconds):
         mark = "* " if one is study.chosen else "  "
         if one.measured.verdict != "passed":
             table.add_row(f"  {one.level.name}", one.measured.verdict)
             continue
         cells = [_error(one, name, study) for name in GROUPS]
-        table.add_row(mark + one.level.name, *_costs(one), *cells, _means(one))
+        table.add_row(mark + one.level.name, *_costs(one), f"{one.covered:.3g}", *cells, _means(one))
     return table
 
 
 def verdict(study: Study) -> str:
-    """Return what a trade-off found in a sentence or two."""
-    asked = f"{100 * study.tolerance:.3g} %"
-    uncertain = max(study.uncertainty.values(), default=0.0)
-    doubt = (
-        f" The reference itself is uncertain by {100 * uncertain:.2g} %, more than was asked for."
-        if uncertain > study.tolerance
-        else ""
-    )
+    """Return what a trade-off found in a sentence or two: the level to take, the span, and every doubt."""
+    asked, grounds = f"{100 * study.tolerance:.3g} %", study.grounds
+    doubt = f" The tolerance is not promised: {'; '.join(study.doubts)}." if study.doubts else ""
     if study.chosen is None:
-        return f"no fidelity level is within {asked} of the reference.{doubt}"
+        span = grounds.span_words(study.reference.covered)
+        return f"no fidelity level is within {asked} of the reference {span}.{doubt}"
     one = study.chosen
     return (
-        f"the cheapest fidelity level within {asked}: {one.level.name}, {100 * one.error:.2g} % off, "
-        f"{one.seconds:.3g} s for the case.{doubt}"
+        f"the cheapest fidelity level within {asked} of the reference {grounds.span_words(one.covered)}: "
+        f"{one.level.name}, {percent(one.error)} off, {one.seconds:.3g} s for the case.{doubt}"
     )
 
 
@@ -142,7 +150,7 @@ def _error(one: Judged, name: str, study: Study) -> str:
     if error is None:
         return "-"
     text = f"{100 * error:.2g}"
-    return f"({text})" if error <= study.uncertainty.get(name, 0.0) else text
+    return f"({text})" if error <= study.grounds.uncertainty.get(name, 0.0) else text
 
 
 def _means(one: Judged) -> str:

@@ -18,7 +18,6 @@ from gapbeam.studies.tradeoff.fidelity_levels import FINEST, REFINEMENT, Level, 
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,
     Judged,
-    choice,
     differences,
     front,
     judged,
@@ -26,12 +25,15 @@ from gapbeam.studies.tradeoff.level_errors import (
     uncertainty,
 )
 from gapbeam.studies.tradeoff.level_measurement import Job, Measured, measure
+from gapbeam.studies.tradeoff.promise import WHOLE, Grounds, choice, doubts, nearest, percent
 from gapbeam.studies.trials.worker_processes import side_by_side
 
-FOLLOWED = 8  # forcing periods after the ramp over which motions are followed at most
+FOLLOWED = 8  # forcing periods after the ramp over which it is asked how long a motion can be predicted
 CYCLES, TRANSIENT = 60, 24  # forcing periods of the long marches
 STARTS = 2
-SHARE = 0.35  # of the budget that the reference may take
+SHARE = 0.35  # of the budget that the reference may take for the periods that are followed, and its long marches
+SPAN_SHARE = 0.35  # of the budget that marches over the span of the case may take
+NEVER_REPEATS = "no cycle"
 GROWTH = 1.2  # exponent of time over DOFs
 Report = Callable[[str], None]
 
@@ -48,9 +50,8 @@ class Study:
         reference: The reference, compared with itself, and the check of it by full finite elements.
         full_check: Differences of the reduced and the full model on the mesh of the case; None where the full one was
             not affordable.
-        uncertainty: Of the reference, by group of figures.
-        periods: Forcing periods from the seat over which figures were compared.
-        chaotic: Whether the reference never repeats.
+        grounds: Span, uncertainty of the reference and kind of motion.
+        periods: Forcing periods from the seat over which figures were compared where not over the span.
         tolerance: What was asked for.
         chosen: The cheapest fidelity level inside it, or None.
         skipped: Fidelity levels that were too dear, with their predicted time, s.
@@ -64,14 +65,24 @@ class Study:
     levels: tuple[Judged, ...]
     reference: Judged
     full_check: dict[str, float] | None
-    uncertainty: dict[str, float]
+    grounds: Grounds
     periods: int
-    chaotic: bool
     tolerance: float
     chosen: Judged | None
     skipped: tuple[tuple[Level, float], ...]
     seconds: float
     notes: tuple[str, ...]
+
+    @property
+    def doubts(self) -> list[str]:
+        """Why the tolerance is not promised for the level to take; nothing where it is promised."""
+        taken = self.chosen or nearest(self.levels, self.grounds)
+        return ["every fidelity level failed"] if taken is None else doubts(taken, self.tolerance, self.grounds)
+
+    @property
+    def promised(self) -> bool:
+        """Whether the tolerance holds over the span of the case with the level to take."""
+        return self.chosen is not None and not self.doubts
 
     @property
     def front(self) -> list[Judged]:
@@ -110,21 +121,23 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     ramp = ceil(max(ramps, default=0.0) * frequency - 1e-9)
     most = ramp + FOLLOWED
 
-    def job(level: Level, periods: int, long: bool) -> Job:
-        cycles = CYCLES if long else 0
-        return Job(case, {**fixed, **plan.fixed, **level.changes}, periods, cycles, ramp + TRANSIENT, STARTS)
+    def run(levels: Sequence[Level], periods: int, long: Callable[[Level], bool], span: float = 0.0) -> list[Measured]:
+        def job(level: Level) -> Job:
+            changes, cycles = {**fixed, **plan.fixed, **level.changes}, CYCLES if long(level) else 0
+            return Job(case, changes, periods, cycles, ramp + TRANSIENT, STARTS, span=0.0 if level.full else span)
 
-    def run(levels: Sequence[Level], periods: int, long: Callable[[Level], bool]) -> list[Measured]:
-        ((_, results),) = side_by_side(measure, [[job(level, periods, long(level)) for level in levels]], 1)
+        ((_, results),) = side_by_side(measure, [[job(level) for level in levels]], 1)
         return results
 
     # the coarsest of the reference first: what it cost says what the finest will
     coarsest = plan.meshes[1]
-    (first,) = run([coarsest], most, lambda _: False)
+    (first,) = run([coarsest], most, lambda _: True)
     _must_pass(coarsest, first)
     plan = _affordable(read, plan, first, most, frequency, SHARE * budget)
     finest = plan.reference
-    predicted = _family_seconds(first, plan, coarsest, most, frequency)
+    never_repeats = NEVER_REPEATS in first.words
+    span, cut = (0.0, "") if never_repeats else _span(read.time.end, frequency, plan, first, SPAN_SHARE * budget)
+    predicted = _family_seconds(first, plan, coarsest, most, frequency) + len(plan.family) * span * first.per_second
     notes.append(
         f"reference: {finest.name}, the finest that is affordable: about {predicted:.0f} s for it and what its "
         "uncertainty is made of"
@@ -132,31 +145,33 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     report(notes[-1])
     found: dict[str, Measured] = {}
     for group in together(plan.family):
-        for level, result in zip(group, run(group, most, lambda level: level is finest), strict=True):
+        for level, result in zip(group, run(group, most, lambda level: level is finest, span), strict=True):
             _must_pass(level, result)
             found[level.name] = result
             report(f"{level.name}: {result.dofs} DOFs, set-up {result.set_up:.1f} s")
     family = [found[level.name] for level in (finest, plan.meshes[0], plan.steps[0], plan.basis)]
     periods = max(predictable_periods(family, most), min(ramp + 1, most), 2)
     truth = found[finest.name]
-    chaotic = "no cycle" in truth.words
-    words = f"motions are compared over the first {periods} forcing periods, as long as they can be predicted"
-    words += (
-        "; the response never repeats, so beyond that means over windows and starts are compared" if chaotic else ""
-    )
-    notes.append(words)
-    report(words)
+    chaotic = never_repeats or NEVER_REPEATS in truth.words
+    if chaotic:
+        span, cut = 0.0, ""
+        for member in found.values():
+            member.span, member.windows = 0.0, {}
+    notes.append(_comparison_words(read.time.end, span, periods, frequency, cut, chaotic))
+    report(notes[-1])
     levels: list[Judged] = []
     skipped: list[tuple[Level, float]] = []
     last: dict[int, tuple[Level, Measured]] = {}  # the last full fidelity level of each dimension
     for group in together(plan.levels):
         left = budget - (time.perf_counter() - started)
         wanted = _predicted(group[0], last, periods / frequency)
+        if not group[0].full:
+            wanted = len(group) * span * truth.per_second
         if wanted > left:
             skipped += [(level, wanted) for level in group]
             report(f"{group[0].name}: skipped, about {wanted:.0f} s of {max(left, 0.0):.0f} s that are left")
             continue
-        for level, measured in zip(group, run(group, periods, lambda level: not level.full), strict=True):
+        for level, measured in zip(group, run(group, periods, lambda level: not level.full, span), strict=True):
             if level.full and measured.verdict == "passed":
                 last[level.dimension] = level, measured
             one = judged(level, measured, truth, periods, read.time.end)
@@ -164,10 +179,10 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
             report(f"{level.name}: " + _words(one))
     own, full = (_named(levels, f"{model} {read.mesh.dimension}D") for model in ("reduced", "full"))
     check = _full_check(own, full, periods)
+    grounds = Grounds(read.time.end, uncertainty(plan, found, periods), chaotic, cut)
     return Study(
-        read, plan, found, tuple(levels), judged(finest, truth, truth, periods, read.time.end), check,
-        uncertainty(plan, found, periods), periods, chaotic, tolerance, choice(levels, tolerance), tuple(skipped),
-        time.perf_counter() - started, tuple(notes),
+        read, plan, found, tuple(levels), judged(finest, truth, truth, periods, read.time.end), check, grounds, periods,
+        tolerance, choice(levels, tolerance, grounds), tuple(skipped), time.perf_counter() - started, tuple(notes),
     )  # fmt: skip
 
 
@@ -207,6 +222,37 @@ def _family_seconds(first: Measured, plan: LevelPlan, coarsest: Level, periods: 
     for group in together(plan.family):
         total += _seconds(first, group[0].size / coarsest.size, len(group) * short)
     return total
+
+
+def _span(end: float, frequency: float, plan: LevelPlan, first: Measured, budget: float) -> tuple[float, str]:
+    """Return the time from the seat over which figures are compared, s, and why it is not the whole case, or "".
+
+    All levels but the full ones march over it, each in about the time of the coarsest mesh of the reference: reduced
+    models of all meshes have about as many DOFs.
+    """
+    marches = len(plan.family) + sum(not level.full for level in plan.levels)
+    wanted = max(end, 1.0 / frequency)
+    seconds = marches * wanted * first.per_second
+    if seconds <= budget:
+        return wanted, ""
+    part = max(wanted * budget / seconds, 1.0 / frequency)
+    return part, (
+        f"to march the reference and {marches - 1} other models over all of it would take about {seconds:.0f} s, and "
+        f"{budget:.0f} s were allowed; `gapbeam tradeoff` with more `minutes=` covers more"
+    )
+
+
+def _comparison_words(end: float, span: float, periods: int, frequency: float, cut: str, chaotic: bool) -> str:
+    """Return over what part of the case figures are compared."""
+    first = f"the first {periods} forcing periods ({periods / frequency:.3g} s)"
+    if chaotic:
+        return (
+            f"motions are compared over {first}, as long as they can be predicted; the response never repeats, so "
+            "beyond that means over windows and starts are compared"
+        )
+    whole = f"the {end:.4g} s of the case" if span >= WHOLE * end else f"the first {span:.3g} s of {end:.4g} s ({cut})"
+    words = f"figures are compared in windows of 12 forcing periods over {whole}"
+    return words if periods / frequency >= span else f"{words}; those of full models over {first} only"
 
 
 def _affordable(
@@ -250,4 +296,4 @@ def _words(one: Judged) -> str:
 
 
 def _percent(fraction: float) -> str:
-    return "another cycle" if fraction == inf else f"{100 * fraction:.2g} %"
+    return "another cycle" if fraction == inf else percent(fraction)

@@ -271,7 +271,7 @@ def test_cases_as_run_with_keys_of_many_parts(copy: Path) -> None:
 def test_tradeoffs_that_name_no_level(name: str, tmp_path: Path) -> None:
     """What `gapbeam run --tolerance` finds in a folder is reported, whatever it holds."""
     case = read_case(DEMO)
-    levels = {"key": study_key(case), "fixed": {}, "rungs": [{"verdict": "passed"}]}
+    levels = {"key": study_key(case), "fixed": {}, "rungs": [{"verdict": "passed"}], "end": case.time.end}
     content = json.dumps(levels).encode() if name == "rungs" else BOMBS[name]
     (tmp_path / "tradeoff.json").write_bytes(content)
     with pytest.raises(ResultsError, match=r"tradeoff\.json: found"):

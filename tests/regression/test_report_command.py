@@ -247,7 +247,7 @@ def test_studies(tmp_path: Path) -> None:
         "stability.json": trials,
         "tradeoff.json": {
             "tolerance": 0.02, "chosen": "beam, 24 elements", "verdict": "the cheapest fidelity level", "rungs": levels,
-            "reference": one | {"name": "full 3D"}, "uncertainty": {"displacement": 0.001},
+            "promised": True, "reference": one | {"name": "full 3D"}, "uncertainty": {"displacement": 0.001},
         },
         "comparison.json": {
             "a": "A", "b": "B", "agree": False, "verdict": "differ by 50 %", "tolerance": 0.01, "figures": [row],

@@ -19,7 +19,6 @@ from gapbeam.solver.errors import UserError
 from gapbeam.studies.tradeoff.fidelity_levels import Level, plan_levels
 from gapbeam.studies.tradeoff.level_errors import (
     Judged,
-    choice,
     differences,
     front,
     judged,
@@ -28,6 +27,7 @@ from gapbeam.studies.tradeoff.level_errors import (
     uncertainty,
 )
 from gapbeam.studies.tradeoff.level_measurement import Job, Measured
+from gapbeam.studies.tradeoff.promise import Grounds, choice
 from gapbeam.studies.tradeoff.run_tradeoff import tradeoff_folder
 from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
 from gapbeam.studies.tradeoff.tradeoff_report import write_study
@@ -103,7 +103,7 @@ def test_long_means_decide_beyond_their_scatter() -> None:
 
 def made_up(name: str, seconds: float, error: float, verdict: str = "passed") -> Judged:
     """Return a fidelity level that was never run."""
-    return Judged(Level(name, {}), Measured(verdict=verdict), {"displacement": error}, None, seconds)
+    return Judged(Level(name, {}), Measured(verdict=verdict), {"displacement": error}, None, seconds, covered=1.0)
 
 
 def test_the_cheapest_level_inside_is_chosen() -> None:
@@ -115,10 +115,11 @@ def test_the_cheapest_level_inside_is_chosen() -> None:
         made_up("d", 9.0, 0.001),
         made_up("e", 0.1, 0.0, "energy created"),
     ]
-    best = choice(levels, 0.02)
+    grounds = Grounds(end=1.0, uncertainty={"displacement": 0.0})
+    best = choice(levels, 0.02, grounds)
     assert best is not None
     assert best.level.name == "b"
-    assert choice(levels, 1e-4) is None
+    assert choice(levels, 1e-4, grounds) is None
     assert [one.level.name for one in front(levels[:4])] == ["a", "b", "d"]
 
 
@@ -171,22 +172,27 @@ def test_a_study_of_a_small_case_is_stored_and_found_again(tmp_path: Path, monke
     assert max(study.full_check.values()) < 0.02
     assert study.chosen is not None
     assert study.chosen.error <= 0.10
+    assert study.grounds.chaotic
+    assert "the motion can be predicted for 0.04 s only" in study.doubts[-1]
     case = read_case(CASE, QUICK)
     write_study(tmp_path, study, study_key(case))
     with Image.open(tmp_path / "tradeoff.png") as picture:
         assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
     named = stored_choice(tmp_path, case, 0.10)
     assert named is not None
-    assert named[0] == study.chosen.level.name
-    read_case(CASE, {**overrides_as_mapping(list(QUICK)), **named[1]})
+    assert named.name == study.chosen.level.name
+    assert list(named.doubts) == study.doubts
+    read_case(CASE, {**overrides_as_mapping(list(QUICK)), **named.changes})
     assert stored_choice(tmp_path, read_case(CASE), 0.10) is None
-    with pytest.raises(UserError, match="larger `tolerance=`"):
-        stored_choice(tmp_path, case, 1e-9)
+    assert stored_choice(tmp_path, read_case(CASE, [*QUICK, "time.end=0.2"]), 0.10) is None
+    none_inside = stored_choice(tmp_path, case, 1e-9)
+    assert none_inside is not None
+    assert "off the reference" in none_inside.doubts[0]
     monkeypatch.chdir(tmp_path)  # where `run --tolerance` looks for it
     write_study(tradeoff_folder(CASE), study, study_key(case))
-    changes = level_within(CASE, list(QUICK), "10%")
-    assert changes == {**overrides_as_mapping(list(QUICK)), **named[1]}
-    outcome = gapbeam.run(CASE, changes, output=tmp_path / "run")
+    taken = level_within(CASE, list(QUICK), "10%")
+    assert taken.changes == {**overrides_as_mapping(list(QUICK)), **named.changes}
+    outcome = gapbeam.run(CASE, taken.changes, output=tmp_path / "run")
     assert outcome.exit_status == 0
     assert outcome.summary["model"]["dofs"] == study.chosen.measured.dofs
 
@@ -211,9 +217,12 @@ def test_the_command_from_end_to_end(tmp_path: Path) -> None:
     """A study by the command, in processes of its own: table, data, picture, and the memory of each fidelity level."""
     words = ["tradeoff", CASE, *settings(*QUICK), "--tolerance", "10%", "--output", tmp_path / "study"]
     done = called(*words)
-    assert done.returncode == 0, done.stderr
-    assert "the cheapest fidelity level within 10 %" in done.stdout
+    assert done.returncode == 5, done.stderr
+    assert "the cheapest fidelity level within 10 % of the reference over the first " in done.stdout
+    assert "The tolerance is not promised: " in done.stdout
     data = json.loads((tmp_path / "study" / "tradeoff.json").read_text(encoding="utf-8"))
+    assert not data["promised"]
+    assert data["covered"] < data["end"] == 0.1
     assert {"beam, 24 elements", "reduced 2D", "full 2D"} <= {level["name"] for level in data["rungs"]}
     assert all(value >= 0.0 for value in data["uncertainty"].values())
     assert all(level["memory"] > 5e7 for level in data["rungs"] if level["verdict"] == "passed")

@@ -27,7 +27,7 @@ def tradeoff_sections(folder: Path, command: str) -> list[Section]:
         ResultsError: The file cannot be read, or is no trade-off.
     """
     found = read_object(folder / TRADEOFF_FILE, ("tolerance", "chosen", "verdict", "reference", "rungs", "uncertainty"))
-    blocks: list[Block] = [Verdict("passed" if found["chosen"] else "warning", sentence(str(found["verdict"])))]
+    blocks: list[Block] = [Verdict("passed" if found.get("promised") else "warning", sentence(str(found["verdict"])))]
     if found.get("chaotic"):
         blocks.append(Verdict("note", "The response does not repeat: means over windows are compared."))
     blocks += warnings_of([str(note) for note in found.get("notes") or ()])

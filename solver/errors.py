@@ -9,8 +9,10 @@ class RunError(Exception):
     Attributes:
         exit_status: Of the command.
         reason: In a few words, for `summary.json`: several reasons may share a status.
+        run_status: How far the run came, for `summary.json`: "failed", "interrupted" or "completed".
     """
 
+    run_status = "failed"
     exit_status = 1
     reason = "internal error"
 
@@ -51,6 +53,7 @@ class NotFinite(RunError):  # noqa: N818
 class RangeNotCovered(RunError):  # noqa: N818
     """A response curve could not be followed over the range that was asked for."""
 
+    run_status = "completed"
     exit_status = 5
     reason = "range not covered"
 
@@ -86,6 +89,7 @@ class OutOfMemory(RunError):  # noqa: N818
 class Interrupted(RunError):  # noqa: N818
     """The user, a scheduler or the wall-time limit asked the run to stop."""
 
+    run_status = "interrupted"
     exit_status = 130
     reason = "interrupted"
 

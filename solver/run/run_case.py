@@ -142,7 +142,7 @@ def _run_case(
             except RunError as error:
                 if not together():  # the others wait for this rank
                     raise
-                summary["status"] = "interrupted" if isinstance(error, Interrupted) else "failed"
+                summary["status"] = error.run_status
                 summary["exit_status"], summary["message"] = error.exit_status, str(error)
                 summary["reason"] = error.reason
                 if isinstance(error, Interrupted) and set_up.heard != Wish.NONE:

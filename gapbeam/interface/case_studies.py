@@ -155,6 +155,9 @@ def tradeoff(
         output: Folder; by default results/<case>-tradeoff.
         progress: Called with what is known beforehand and with what each level gave.
 
+    Returns:
+        The trade-off; its `doubts` say why the tolerance is not promised up to `time.end`, and are empty where it is.
+
     Raises:
         CaseError: The case has faults.
         UserError: The forcing has no single frequency, the mesh cannot be refined, or the reference fails.

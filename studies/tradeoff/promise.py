@@ -101,5 +101,5 @@ def _off_words(one: Judged) -> str:
 
 
 def percent(fraction: float) -> str:
-    """Return a fraction in percent."""
-    return f"{100.0 * fraction:.2g} %"
+    """Return a fraction in percent, with two digits; large ones in whole percent."""
+    return f"{100.0 * fraction:.0f} %" if fraction > 0.995 else f"{100.0 * fraction:.2g} %"

@@ -119,7 +119,8 @@ def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: boo
         if not alone:
             made = shell_command("gapbeam", "tradeoff", case)
             raise UserError(
-                f"{folder} holds no trade-off of this case up to t = {read.time.end:g} s; run {made} first, on one rank"
+                f"{folder} holds no trade-off of this case up to t = {read.time.end:g} s; run {made} first, on one "
+                "rank, with the same keys replaced"
             )
         LOG.info("no trade-off of this case in %s: measured now, up to %g minutes", folder, MINUTES)
         run_tradeoff(case, folder, fixed, tolerance)

@@ -82,10 +82,15 @@ def _cheapest(path: Path, case: Case, tolerance: float) -> Taken | None:
     taken = choice(levels, tolerance, grounds) or nearest(levels, grounds)
     if taken is None:
         raise UserError(f"{path}: every fidelity level failed; expected a run without `tolerance=`")
+    found = doubts(taken, tolerance, grounds)
+    if found and study["end"] > case.time.end / WHOLE:
+        found.append(
+            f"errors are those up to t = {study['end']:g} s: a trade-off of this shorter case may promise more"
+        )
     fixed = {key: value for key, value in study["fixed"].items() if not key.startswith("output.")}
     return Taken(
         taken.level.name, {**fixed, **taken.level.changes}, tolerance, dict(taken.errors), dict(grounds.uncertainty),
-        min(taken.covered, case.time.end), tuple(doubts(taken, tolerance, grounds)),
+        min(taken.covered, case.time.end), tuple(found),
     )  # fmt: skip
 
 

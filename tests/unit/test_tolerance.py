@@ -172,6 +172,12 @@ def test_a_stored_study_serves_no_longer_case(tmp_path: Path) -> None:
     shorter = stored_choice(tmp_path, read_case(DEMO, [f"time.end={end / 2}"]), 0.1)
     assert shorter is not None
     assert shorter.covered == end / 2
+    assert shorter.doubts == ()
+    doubtful = stored_choice(tmp_path, read_case(DEMO, [f"time.end={end / 2}"]), TOLERANCE)
+    assert doubtful is not None
+    assert (
+        doubtful.doubts[1] == f"errors are those up to t = {end:g} s: a trade-off of this shorter case may promise more"
+    )
     assert stored_choice(tmp_path, read_case(DEMO, [f"time.end={2 * end}"]), 0.1) is None
     path = tmp_path / "tradeoff.json"
     study = json.loads(path.read_text(encoding="utf-8"))

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -54,33 +55,45 @@ def search(
 
     Collective.
     """
-    progress = ProgressLine(model.case.time.end, summary["forcing"]["period"], quiet=comm.rank != 0)
-    with progress, Interruption(comm, deadline) as interruption:
+    with Interruption(comm, deadline) as interruption:
+
+        def stop(words: str) -> None:
+            if interruption.asked:
+                raise Interrupted(words, interruption.agreed().exit_status)
+
+        response = _found(model, seat, analysis, comm, summary["forcing"]["period"], interruption)
+        found = response.figures
+        summary["periodic"] = found
+        summary["warnings"] += response.remarks
+        LOG.info(
+            "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
+            found["method"],
+            found["periods"],
+            found["iterations"],
+            found["residual"],
+            stability_words(found),
+        )
+        for remark in response.remarks:
+            LOG.warning("%s", remark)
+        if analysis.continuation is not None:
+            assert response.x is not None
+            _follow_curve(response.steady, response.x, analysis, analysis.continuation, folder, comm, found, stop)
+    return response
+
+
+def _found(
+    model: Model, seat: State, analysis: Periodic, comm: MPI.Comm, period: float | None, interruption: Interruption
+) -> Response:
+    """Find the response, with a line of progress."""
+    with ProgressLine(model.case.time.end, period, quiet=comm.rank != 0) as progress:
 
         def talk(now: float, steps: int) -> None:
             progress.advance(now, steps, "before the search")
 
         try:
-            response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
+            return find_response(model, seat, analysis, lambda: interruption.asked, talk)
         except Interrupted as stopped:
             raise Interrupted(str(stopped), interruption.agreed().exit_status) from stopped
-    found = response.figures
-    summary["periodic"] = found
-    summary["warnings"] += response.remarks
-    LOG.info(
-        "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
-        found["method"],
-        found["periods"],
-        found["iterations"],
-        found["residual"],
-        stability_words(found),
-    )
-    for remark in response.remarks:
-        LOG.warning("%s", remark)
-    if analysis.continuation is not None:
-        assert response.x is not None
-        _follow_curve(response.steady, response.x, analysis, analysis.continuation, folder, comm, found)
-    return response
 
 
 def stability_words(found: dict[str, Any]) -> str:
@@ -99,7 +112,9 @@ def _follow_curve(
     folder: Path,
     comm: MPI.Comm,
     found: dict[str, Any],
+    stop: Callable[[str], None],
 ) -> None:
+    """Follow the curve and write it; `stop` raises where the run was asked to stop."""
     started = time.perf_counter()
     case = held.model.case
     tables = {"support": case.support, "contact": case.contact}
@@ -120,6 +135,7 @@ def _follow_curve(
 
     @lru_cache(maxsize=4)
     def map_at(at: float) -> ModalMap:
+        stop(f"interrupted on the curve, at {asked.key} = {at:g}")
         period_map = model_at(at).modal_map()
         assert period_map is not None
         return period_map

@@ -40,7 +40,8 @@ def attempted(seed: int, folder: Path) -> dict[str, Any]:
     file.write_text(case_to_toml(case), encoding="utf-8")
     asked = ["--wall-time", LONGEST, *(["--error", "none"] if way.exact is not None else [])]
     outcome = attempt(command("run", file, "--output", out, *asked), folder / "said.txt", LIMITS)
-    line |= {"kind": outcome.kind, "status": outcome.status, "run_seconds": round(outcome.seconds, 2)}
+    kind = "stopped" if _documented(outcome) else outcome.kind
+    line |= {"kind": kind, "status": outcome.status, "run_seconds": round(outcome.seconds, 2)}
     if outcome.status != 0 or outcome.is_finding:
         line |= {"said": outcome.printed[-LAST_WORDS:]}
     else:

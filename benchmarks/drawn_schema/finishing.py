@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from math import pi
 from typing import Any
 
 from pydantic import BaseModel, TypeAdapter
@@ -65,8 +66,11 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
 
 
 def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict[str, Any]:
-    """Name a load, and tilt it in or beside the bending plane, by what the seed and its number say."""
+    """Name a load, give motion its unit, and tilt it in or beside the bending plane, by the seed and its number."""
     named = load | {"name": f"l{number}"}
+    speed = 2.0 * pi * draw.scene.frequency
+    size = {"velocity": 1.0 / speed, "displacement": 1.0 / speed**2}.get(load.get("quantity", ""), 1.0)
+    named |= {key: size * load[key] for key in ("amplitude", "scale") if key in load}
     tilt = (draw.scene.seed * 7919 + number * 104729) % 1000 / 1000.0
     if tilt < TILTED:
         sense = -1.0 if load["type"] in _downward() else 1.0

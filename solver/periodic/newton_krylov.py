@@ -60,6 +60,7 @@ def shoot_marched(
     tolerance: float = 1.0e-8,
     max_iterations: int = 20,
     report: Callable[[int, float], None] | None = None,
+    pause: Callable[[], None] | None = None,
 ) -> MarchedOrbit:
     """Find a periodic response near a state, and its leading multipliers.
 
@@ -69,6 +70,7 @@ def shoot_marched(
         tolerance: Largest |P(x) - x| / |x|.
         max_iterations: Limit of Newton iterations.
         report: Called with the number and residual of every iteration.
+        pause: Called before every march of a disturbance, of which an iteration has dozens; may raise. Collective.
 
     Raises:
         NotConverged: With the residual of every iteration.
@@ -93,7 +95,7 @@ def shoot_marched(
             report(len(residuals) - 1, residual)
         if not np.isfinite(residual):
             break
-        counted = _Counted(period_map, tangents)
+        counted = _Counted(period_map, tangents, pause)
         if residual <= tolerance:
             probe = change if squares[0] > 0.0 else here
             stability, off = leading_multipliers(
@@ -118,8 +120,11 @@ class _Counted:
 
     period_map: MarchedMap
     tangents: list[ContactTangent]
+    pause: Callable[[], None] | None = None
     count: int = 0
 
     def __call__(self, disturbance: Array) -> Array:
+        if self.pause is not None:
+            self.pause()
         self.count += 1
         return self.period_map.disturbed(self.tangents, disturbance)

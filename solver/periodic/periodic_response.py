@@ -164,13 +164,20 @@ def _shot(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Perio
 
 
 def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, asked: Callable[[], bool]) -> Response:
+    reported = 0
+
     def report(iteration: int, residual: float) -> None:
+        nonlocal reported
+        reported = iteration
         LOG.info("shooting, iteration %d: the state changes by %.2e over a period", iteration, residual)
+        pause()
+
+    def pause() -> None:
         if asked():
-            raise Interrupted(f"interrupted in iteration {iteration} of the search")
+            raise Interrupted(f"interrupted in iteration {reported} of the search")
 
     plan = held.plan
-    orbit = shoot_marched(MarchedMap(plan), begin, analysis.tolerance, analysis.max_iterations, report)
+    orbit = shoot_marched(MarchedMap(plan), begin, analysis.tolerance, analysis.max_iterations, report, pause)
     judgment = with_error(orbit.stability, orbit.multiplier_error)
     figures = {
         "residual": orbit.residual,

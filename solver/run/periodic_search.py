@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 import time
+from collections.abc import Callable
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
@@ -19,7 +20,7 @@ from gapbeam.solver.periodic.modal_period_map import ModalMap
 from gapbeam.solver.periodic.periodic_response import Response, find_response, settled
 from gapbeam.solver.periodic.response_branches import follow_branches
 from gapbeam.solver.periodic.steady_forcing import SteadyModel, varied
-from gapbeam.solver.run.interruption import Interruption, Wish
+from gapbeam.solver.run.interruption import Interruption
 from gapbeam.solver.run.output.curve_files import coverage, curve_rows, unit_of, write_curve
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.system.operators import Array
@@ -55,33 +56,44 @@ def search(
 
     Collective.
     """
-    progress = ProgressLine(model.case.time.end, summary["forcing"]["period"], quiet=comm.rank != 0)
-    with progress, Interruption(comm, deadline) as interruption:
+    with Interruption(comm, deadline) as interruption:
+
+        def stop(words: str) -> None:
+            if interruption.asked:
+                raise Interrupted(words, interruption.agreed().exit_status)
+
+        response = _found(model, seat, analysis, comm, summary["forcing"]["period"], interruption)
+        found = response.figures
+        summary["periodic"] = found
+        summary["warnings"] += response.remarks
+        LOG.info(
+            "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
+            found["method"],
+            found["periods"],
+            found["iterations"],
+            found["residual"],
+            stability_words(found),
+        )
+        for remark in response.remarks:
+            LOG.warning("%s", remark)
+        if analysis.continuation is not None:
+            _follow_curve(response, analysis, analysis.continuation, seat, folder, comm, found, stop)
+    return response
+
+
+def _found(
+    model: Model, seat: State, analysis: Periodic, comm: MPI.Comm, period: float | None, interruption: Interruption
+) -> Response:
+    """Find the response, with a line of progress."""
+    with ProgressLine(model.case.time.end, period, quiet=comm.rank != 0) as progress:
 
         def talk(now: float, steps: int) -> None:
             progress.advance(now, steps, "before the search")
 
         try:
-            response = find_response(model, seat, analysis, lambda: interruption.asked, talk)
+            return find_response(model, seat, analysis, lambda: interruption.asked, talk)
         except Interrupted as stopped:
             raise Interrupted(str(stopped), interruption.agreed().exit_status) from stopped
-    found = response.figures
-    summary["periodic"] = found
-    summary["warnings"] += response.remarks
-    LOG.info(
-        "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
-        found["method"],
-        found["periods"],
-        found["iterations"],
-        found["residual"],
-        stability_words(found),
-    )
-    for remark in response.remarks:
-        LOG.warning("%s", remark)
-    if analysis.continuation is not None:
-        assert response.x is not None
-        _follow_curve(response, analysis, analysis.continuation, seat, folder, comm, summary, deadline)
-    return response
 
 
 def stability_words(found: dict[str, Any]) -> str:
@@ -99,9 +111,10 @@ def _follow_curve(
     seat: State,
     folder: Path,
     comm: MPI.Comm,
-    summary: dict[str, Any],
-    deadline: float | None,
+    found: dict[str, Any],
+    stop: Callable[[str], None],
 ) -> None:
+    """Follow the curve and write it; `stop` raises where the run was asked to stop."""
     started = time.perf_counter()
     held, x = response.steady, response.x
     assert x is not None
@@ -122,28 +135,23 @@ def _follow_curve(
     def model_at(at: float) -> SteadyModel:
         return varied(held, asked.key, at)
 
-    with Interruption(comm, deadline) as interruption:
+    @lru_cache(maxsize=4)
+    def map_at(at: float) -> ModalMap:
+        stop(f"interrupted on the curve, at {asked.key} = {at:g}")
+        period_map = model_at(at).modal_map()
+        assert period_map is not None
+        return period_map
 
-        @lru_cache(maxsize=4)
-        def map_at(at: float) -> ModalMap:
-            wish = interruption.agreed()
-            if wish != Wish.NONE:
-                words = f"{wish.words} at {asked.key} = {at:.6g} of the response curve"
-                raise Interrupted(words, wish.exit_status)
-            period_map = model_at(at).modal_map()
-            assert period_map is not None
-            return period_map
+    def start_at(at: float) -> Array:
+        return map_at(at).coordinates(settled(model_at(at), seat, found["periods_marched"]))
 
-        def start_at(at: float) -> Array:
-            return map_at(at).coordinates(settled(model_at(at), seat, summary["periodic"]["periods_marched"]))
-
-        branches = follow_branches(map_at, value, x, settings, start_at)
+    branches = follow_branches(map_at, value, x, settings, start_at)
     unit = unit_of(asked.key, held)
     rows = curve_rows(branches.curves, model_at)
     if comm.rank == 0:
         write_curve(folder, asked.key, unit, analysis.periods, branches, rows)
     events = [point for curve in branches.curves for point in curve.events]
-    summary["periodic"]["curve"] = {
+    found["curve"] = {
         "key": asked.key,
         "unit": unit,
         "points": len(rows),

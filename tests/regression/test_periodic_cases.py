@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import csv
 import json
+import signal
 from functools import cache
 from itertools import pairwise
 from pathlib import Path
@@ -20,7 +21,9 @@ from gapbeam.postprocess.plot import plot
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.periodic.periodic_response import Response, find_response
 from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE, HISTORY
+from gapbeam.solver.run import periodic_search
 from gapbeam.solver.run.run_case import Outcome, run_case
 from tests.shared.case_texts import GOOD, assert_says, faults_of, written
 
@@ -63,6 +66,22 @@ def test_shooting_agrees_with_a_march(shot: Outcome, tmp_path: Path) -> None:
     assert shot.summary["periodic"]["residual"] <= 1e-8
     assert shot.summary["periodic"]["stable"]
     assert shot.summary["peak_contact_force"]["gland"] > 100.0
+
+
+def test_a_curve_stops_where_it_is_asked_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Neither a signal nor the wall-time limit ended a run that followed a curve."""
+
+    def found(*arguments: Any) -> Response:
+        response = find_response(*arguments)
+        signal.raise_signal(signal.SIGTERM)
+        return response
+
+    monkeypatch.setattr(periodic_search, "find_response", found)
+    curve = "analysis.continuation={key = 'support.clearance', low = 1e-4, high = 1.2e-4, max_points = 2}"
+    outcome = run(tmp_path, curve)
+    assert outcome.exit_status == 143
+    assert "interrupted on the curve, at support.clearance = " in outcome.message
+    assert outcome.summary["periodic"]["residual"] <= 1e-8
 
 
 def test_harmonic_balance_agrees_with_shooting(tmp_path: Path) -> None:

@@ -163,6 +163,27 @@ def test_krylov_finds_the_same_orbit(implicit: bool) -> None:
     assert marched.residual <= 1.0e-12
 
 
+def test_krylov_can_be_left_before_every_march() -> None:
+    """An iteration has dozens of marches; a wall-time limit of 50 s was passed by a minute in the middle of one."""
+    period_map = chain(LAWS["damped"], False)
+    system = period_map.modal.system
+    plan = March(
+        system, period_map.law, period_map.scheme, EffectiveOperators(system, period_map.scheme), period_map.dt,
+        period_map.steps,
+    )  # fmt: skip
+    asked = 0
+
+    def pause() -> None:
+        nonlocal asked
+        asked += 1
+        if asked == 3:
+            raise InterruptedError
+
+    with pytest.raises(InterruptedError):
+        shoot_marched(MarchedMap(plan), period_map.state(np.zeros(6)), 1.0e-12, pause=pause)
+    assert asked == 3
+
+
 def test_march_settles_on_the_orbit() -> None:
     """A march from nearby comes to the orbit as the powers of the monodromy matrix say, and the orbit attracts it."""
     period_map = oscillator_map(200)

@@ -13,6 +13,7 @@ from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAccelerati
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
+SEAT_ROUND_OFF = 1.0e-12  # of E / h
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
@@ -251,7 +252,7 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
     """Return the springs of the search for the static seat, Pa/m.
 
     Well below contact and body, so that it contracts fast; and soft enough that the weight moves the beam through
-    its clearance in a few iterations.
+    its clearance in a few iterations; never so soft that round-off of the body's stiffness hides them.
 
     Args:
         case: The case.
@@ -259,11 +260,13 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
         cell_length: h of the contact faces, m.
         area: Of both faces, m^2.
     """
-    softest = SEAT_SOFTNESS * min(stiffness, case.material.young_modulus / cell_length)
+    body = case.material.young_modulus / cell_length
+    softest = SEAT_SOFTNESS * min(stiffness, body)
     mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
     weight = mass * sum(load.weight_acceleration for load in case.load)
     travel = max(case.support.clearance, 0.0)
-    return min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
+    wanted = min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
+    return max(wanted, SEAT_ROUND_OFF * body)
 
 
 def rayleigh(case: Case) -> tuple[float, float]:

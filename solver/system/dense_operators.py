@@ -10,6 +10,7 @@ import numpy as np
 from scipy.linalg import cho_factor, cho_solve, eigh
 from scipy.sparse import csr_matrix
 
+from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs
 from gapbeam.solver.system.refined_modes import refined_modes
 
@@ -109,7 +110,11 @@ class DenseOperators:
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
     ) -> Factor:
-        """Factor mass M + stiffness K + springs + added, positive definite; massless rows as in `Operators`."""
+        """Factor mass M + stiffness K + springs + added, positive definite; massless rows as in `Operators`.
+
+        Raises:
+            NotConverged: It is not positive definite.
+        """
         effective = mass * self.mass + stiffness * self.stiffness
         if stiffness == 0.0:
             block = np.ix_(self.massless, self.massless)
@@ -119,7 +124,13 @@ class DenseOperators:
             effective[np.ix_(owned, owned)] += springs.matrix.toarray()[np.ix_(slots, slots)]
         if added is not None:
             effective += added.matrix
-        return DenseFactor(cho_factor(effective))
+        try:
+            return DenseFactor(cho_factor(effective))
+        except np.linalg.LinAlgError as error:
+            raise NotConverged(
+                "round-off hides what holds the beam beside the largest stiffness: an operator is not positive "
+                f"definite ({error}); try a stiffer restraint.axial, and restraint.lateral in 3D"
+            ) from error
 
     def sum(self, local: Array) -> Array:
         """Return the array: there is one rank."""

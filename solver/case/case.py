@@ -72,6 +72,9 @@ class Support(Table):
     )
 
 
+MOST_CELLS = 200  # through the thickness or across the width
+
+
 class Restraint(Table):
     """The weak tangential springs, spread over both contact faces, that keep the beam from sliding away."""
 
@@ -96,10 +99,10 @@ class Mesh(Table):
         default=None, description="cell size at the edge of the base, m; default support_size/2"
     )
     cells_through_thickness: Whole | None = Field(
-        default=None, ge=1, le=200, description="number of cells in the bending direction; default 4"
+        default=None, ge=1, le=MOST_CELLS, description="number of cells in the bending direction; default 4"
     )
     cells_across_width: Whole | None = Field(
-        default=None, ge=1, le=200, description="number of cells across the bending plane in 3D; default 4"
+        default=None, ge=1, le=MOST_CELLS, description="number of cells across the bending plane in 3D; default 4"
     )
     file: str | None = Field(
         default=None,

@@ -16,7 +16,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import MOST_CELLS, Case
 from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel
 from gapbeam.solver.case.time_table import Time
 from gapbeam.studies.trials.refined_mesh import mesh_keys
@@ -92,8 +92,11 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
     else:
         coarse = _model(case, 0.5)
         found.append(Companion(COARSER, shared | mesh_keys(case, 2.0, plane, even) | {"model": coarse}))
-        if case.mesh.dimension == 2 or plane:
-            fine = mesh_keys(case, 0.5, plane, even) | {"model": _finest(case), "time.step": 0.5 * step}
+        fine = mesh_keys(case, 0.5, plane, even)
+        if fine["mesh.cells_through_thickness"] > MOST_CELLS:
+            left_out.append(f"a finer mesh, which would have more than {MOST_CELLS} cells through the thickness")
+        elif case.mesh.dimension == 2 or plane:
+            fine |= {"model": _finest(case), "time.step": 0.5 * step}
             found.append(Companion(FINEST, shared | fine))
         else:
             left_out.append("a finer mesh: the motion is not in the bending plane, and finer solids are expensive")

@@ -167,6 +167,16 @@ def test_companions_of_linear_cells_have_nodes_on_the_axis(solid: bool) -> None:
         assert gapbeam.read_case(case, dict(one.changes)).mesh.cells_through_thickness in (None, 2, 4)
 
 
+def test_no_companion_has_more_cells_than_a_case_may_have() -> None:
+    """Twice 150 cells through the thickness are refused: no finer companion then, which is said."""
+    case = gapbeam.read_case(DEMO, {"mesh.cells_through_thickness": 150})
+    plan = companions_of(case, 1.0e-4, 2.1e14, computed=True)
+    assert FINEST not in [one.name for one in plan.companions]
+    assert any("more than 200 cells" in words for words in plan.left_out)
+    for one in plan.companions:
+        gapbeam.read_case(case, dict(one.changes))
+
+
 def test_a_solid_in_its_plane_has_plane_companions() -> None:
     """And one that is loaded across it has solid ones, without a finer mesh, which is said."""
     solid = gapbeam.read_case(DEMO, {"mesh.dimension": 3, "mesh.cell": None, "probe.tip.point": [0.51, 0.0, 0.0]})

@@ -196,7 +196,10 @@ def last_line(found: RunErrors) -> str:
 
 
 def _plus_minus(one: FigureError) -> str:
-    return f"+- {one.error:.2g} {one.unit}" if one.relative is None else f"+- {100.0 * one.relative:.2g} %"
+    if one.relative is None:
+        return f"+- {one.error:.2g} {one.unit}"
+    percent = 100.0 * one.relative
+    return f"+- {percent:.0f} %" if percent >= 10.0 else f"+- {percent:.2g} %"
 
 
 def _with_unit(value: float, unit: str) -> str:

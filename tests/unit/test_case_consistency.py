@@ -424,7 +424,13 @@ def test_exact_contact_does_not_start_within_the_faces(tmp_path: Path, formulati
     path, exact = written(tmp_path), f"contact.formulation={formulation}"
     within = ["time.scheme=implicit-midpoint", "support.clearance=-4e-6", "analysis.start=undeformed"]
     (fault,) = faults_of(path, [*within, exact])
-    words = ["analysis.start with", "undeformed, 4e-06 m within the faces", formulation, 'start = "seat", or', "penalty"]
+    words = [
+        "analysis.start with",
+        "undeformed, 4e-06 m within the faces",
+        formulation,
+        'start = "seat", or',
+        "penalty",
+    ]
     assert_says(fault, words)
     for fine in (within, [*within[:2], exact], [within[0], "support.clearance=0.0", within[2], exact]):
         read_case(path, fine)

@@ -21,8 +21,8 @@ from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE, Imaged, SemiDi
 
 REMEDY = "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping"
 REMEDY_OF_MULTIPLIERS = (
-    "Try a smaller time.step, a stiffer contact.stiffness, or a larger penetration in contact.formulation, which is all "
-    "that multipliers leave"
+    "Try a smaller time.step, a stiffer contact.stiffness, or a larger penetration in contact.formulation, which "
+    "multipliers may leave"
 )
 REFRESH_INTERVAL = 50  # steps; keeps the round-off in the images K u and K v from adding up
 

@@ -23,7 +23,7 @@ from gapbeam.solver.faults import CaseError
 DOCUMENTED = (124,)  # beside those that the sandbox knows: the wall-time limit
 
 LIMITS = Limits(seconds=100.0, memory=4 * 2**30)
-LONGEST = "50s"  # of a run, with which it ends by itself
+LONGEST = "25s"  # of a run, with which it ends by itself
 EXACT = 0.4  # share of the cases, at least, that are computed by a way with the same answer
 LAST_WORDS = 1200  # characters of what a run said that are kept
 

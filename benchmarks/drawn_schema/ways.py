@@ -19,7 +19,7 @@ FINER = 0.25  # of the step
 ALL_MODES = 1000
 OF_FORCE = ("amplitude", "scale", "offset", "mass", "stiffness", "damping", "preload")
 """Keys of loads at a point that are forces, or forces over what the load moves with."""
-ROUND_OFF, ITERATIONS = 1.0e-6, 1.0e-4  # of the range of the motion, in its first part
+ROUND_OFF, ITERATIONS = 1.0e-6, 1.0e-4  # of the size of the motion, in its first part
 
 
 @dataclass(frozen=True)
@@ -29,7 +29,7 @@ class Way:
     Attributes:
         name: Of the way.
         changes: Keys that it replaces.
-        exact: Largest difference of the motion relative to its range, before chaos has multiplied it; None: the
+        exact: Largest difference of the motion relative to its size, before chaos has multiplied it; None: the
             figures differ by no more than their stated errors.
         step_by_step: Whether the march in Python stands in the place of the compiled one.
         forces: Contact forces of this way over those of the case.

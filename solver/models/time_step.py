@@ -21,6 +21,7 @@ PERIOD_ERROR = (2.0 * pi / STEPS_PER_PERIOD) ** 2 / 12.0  # of the midpoint rule
 STEPS_PER_CONTACT = 20  # for peak forces
 RIGID_RATIO = 10.0  # of contact frequency to frequency of interest; a stiffer contact is rigid on that time scale
 MODAL_SHARE = 0.25  # of the mass of a beam, that its bending modes have at its tip
+DIGITS = 12  # of spans that are meant: multiples of a step differ in the 16th
 SHORTEST_SHARE = 0.25  # of the step that would do; what would ask for a shorter one is not made a whole number of steps
 
 
@@ -151,8 +152,8 @@ def _spans(case: Case) -> Iterator[tuple[str, Fraction, bool]]:
 
 
 def _exact(number: float) -> Fraction:
-    """Return a number as it is written in decimals."""
-    return Fraction(repr(float(number)))
+    """Return a number as it is written in decimals, without the round-off of three times a step."""
+    return Fraction(f"{number:.{DIGITS}g}")
 
 
 def _divisor(one: Fraction, other: Fraction) -> Fraction:

@@ -418,6 +418,24 @@ def test_contradictions_are_reported_together_with_faults_of_other_tables(tmp_pa
     ]
 
 
+@pytest.mark.parametrize("formulation", ["unilateral", "augmented-lagrangian"])
+def test_exact_contact_does_not_start_within_the_faces(tmp_path: Path, formulation: str) -> None:
+    """A discrete gradient threw the beam out by 0.2 m in a step, and impulses left it where it was, with status 0."""
+    path, exact = written(tmp_path), f"contact.formulation={formulation}"
+    within = ["time.scheme=implicit-midpoint", "support.clearance=-4e-6", "analysis.start=undeformed"]
+    (fault,) = faults_of(path, [*within, exact])
+    words = [
+        "analysis.start with",
+        "undeformed, 4e-06 m within the faces",
+        formulation,
+        'start = "seat", or',
+        "penalty",
+    ]
+    assert_says(fault, words)
+    for fine in (within, [*within[:2], exact], [within[0], "support.clearance=0.0", within[2], exact]):
+        read_case(path, fine)
+
+
 def test_a_case_made_in_python_is_checked_too(tmp_path: Path) -> None:
     case = read_case(written(tmp_path))
     assert contradictions_in(case) == []

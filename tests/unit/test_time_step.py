@@ -110,6 +110,12 @@ def test_intervals_without_a_common_divisor_are_a_fault() -> None:
     assert refused.value.exit_status == 2
 
 
+def test_round_off_in_intervals_does_not_count() -> None:
+    """3 x 0.1 ms is 0.00030000000000000003 s in Python, with which the step was 1e-20 s, and the case refused."""
+    value, _ = rounded_down(case_of(20.0, output={"history_interval": 3 * 1e-4, "fields_interval": 3e-3}), 1e-4)
+    assert value == pytest.approx(1e-4, rel=1e-12)
+
+
 def test_advice_on_intervals_without_a_common_divisor_can_be_followed() -> None:
     """It was an interval of 1e-19 s, of which the step was then 1e-19 s; now both are near those of the case."""
     output = {"history_interval": 8.868034862e-4, "fields_interval": 0.04434017431139}

@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
+from gapbeam.solver.contact.solve import contact_solve
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.midpoint import DiscreteGradient
 from gapbeam.solver.integrators.scheme_choice import scheme_of
@@ -124,3 +127,16 @@ def test_limit_of_halving_says_when_where_and_what_to_try() -> None:
     assert worst is not None
     assert system.contact.face_names[system.contact.faces[worst]] == "gland"
     assert caught.value.exit_status == 4
+
+
+def test_multipliers_that_do_not_settle_have_remedies_of_their_own(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A stiffer contact needs fewer updates; the message went on to ask for a softer one, and for less damping."""
+    model = beam_model({"mesh": COARSE})
+    system, scheme = model.system, scheme_of("implicit-midpoint")
+    law = replace(kelvin_voigt(5.0e11), augmented=1.0e-9)
+    plan = March(system, law, scheme, EffectiveOperators(system, scheme), 1.0e-4, 60, max_halvings=1)
+    monkeypatch.setattr(contact_solve, "MOST_UPDATES", 0)
+    with pytest.raises(NotConverged) as caught:
+        list(march(plan, thrown(model)))
+    assert "a stiffer contact.stiffness, or a larger penetration in contact.formulation" in str(caught.value)
+    assert not any(word in str(caught.value) for word in ("softer", "damping"))

@@ -13,6 +13,7 @@ from gapbeam.solver.case.case import (
 from gapbeam.solver.case.checks.contact_checks import (
     contact_carries_the_beam,
     contact_is_shallow,
+    exact_contact_starts_outside,
     explicit_scheme_fits_the_contact,
     friction_fits_the_formulation,
     friction_is_implicit,
@@ -188,6 +189,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     law_fits_the_formulation,
     law_fits_the_rest,
     impulses_are_unilateral,
+    exact_contact_starts_outside,
     adaptive_steps_resolve_a_contact,
     scheme_fits_the_formulation,
     explicit_scheme_fits_the_contact,

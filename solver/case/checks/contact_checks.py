@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Beam, Material, Support
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
@@ -60,6 +61,20 @@ def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
             f"unilateral: the scheme {time.scheme.type} knows impulses, no law",
             'formulation = "unilateral"',
             (("time", "scheme"),),
+        )
+
+
+def exact_contact_starts_outside(support: Support, contact: Contact, analysis: Analysis) -> Iterator[Fault]:
+    """Exact contact has no state within the faces: what a march from there does follows from the step alone."""
+    formulation = contact.formulation
+    exact = not formulation.follows_the_law and formulation.stress_terms is None
+    if exact and support.clearance < 0.0 and getattr(analysis, "start", None) == "undeformed":
+        yield Fault(
+            ("analysis", "start"),
+            f"undeformed, {-support.clearance:g} m within the faces, with the formulation {formulation.type}",
+            "seat: exact contact allows no pose within the faces to start from",
+            'start = "seat", or formulation = "penalty"',
+            (("support", "clearance"), ("contact", "formulation")),
         )
 
 

@@ -19,6 +19,11 @@ from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.adaptive_step import Resolution
 from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, Step, imaged
 
+REMEDY = "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping"
+REMEDY_OF_MULTIPLIERS = (
+    "Try a smaller time.step, a stiffer contact.stiffness, or a larger penetration in contact.formulation, which "
+    "multipliers may leave"
+)
 REFRESH_INTERVAL = 50  # steps; keeps the round-off in the images K u and K v from adding up
 
 
@@ -150,7 +155,7 @@ def _final(plan: March, failure: NotConverged, time: float, dt: float) -> NotCon
         where = f" at the {face}, point ({place}) m"
     return NotConverged(
         f"at t = {time:.6g} s with a step of {dt:.3g} s (halved {round(log2(plan.dt / dt))} times){where}: {failure}. "
-        "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping",
+        f"{REMEDY if plan.law.augmented is None else REMEDY_OF_MULTIPLIERS}",
         failure.residuals,
         failure.worst_point,
     )

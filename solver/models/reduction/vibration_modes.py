@@ -118,7 +118,7 @@ def lowest_modes(
 
 def _solved(solver: SLEPc.EPS, wanted: int, most: int) -> int:
     """Solve, in a larger space where modes are left over, and return how many modes were found."""
-    solver.setDimensions(nev=wanted)
+    solver.setDimensions(nev=wanted, ncv=PETSc.DECIDE, mpd=PETSc.DECIDE)  # not those of an earlier, smaller number
     for _ in range(SPACES):
         solver.setFromOptions()
         try:

@@ -19,6 +19,11 @@ class Transient(Table):
         "the static loads let it fall, as multibody programs start",
     )
 
+    @property
+    def needs_seat(self) -> bool:
+        """Whether nothing can be computed without the static seat."""
+        return self.start == "seat"
+
 
 class Continuation(Table):
     """A curve of periodic responses, followed from the value of the case in both directions."""
@@ -66,6 +71,11 @@ class Periodic(Table):
     continuation: Continuation | None = Field(
         default=None, description="what to vary, a table; default none: one response"
     )
+
+    @property
+    def needs_seat(self) -> bool:
+        """Whether nothing can be computed without the static seat: marches before the search start there."""
+        return True
 
 
 Analysis = Annotated[Transient | Periodic, Field(discriminator="type")]

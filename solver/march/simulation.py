@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import March, march
@@ -84,9 +85,18 @@ class Simulation:
         refuse_other_faces(model.case, contact, values, "at the seat")
         return seat
 
-    def start(self, seat: Seat) -> State:
+    def seat_or_failure(self) -> Seat | NotConverged:
+        """Return the seat, or why there is none where the case needs none; errors as in `seat` else. Collective."""
+        try:
+            return self.seat()
+        except NotConverged as failure:
+            if self.case.analysis.needs_seat:
+                raise
+            return failure
+
+    def start(self, seat: Seat | NotConverged) -> State:
         """Return the state at t = 0 that the case asks for: the seat, or the undeformed pose. Collective."""
-        return start_of_case(self.case, self.model.system, seat.state)
+        return start_of_case(self.case, self.model.system, seat.state if isinstance(seat, Seat) else None)
 
     def march(self, start: State | Seat | None = None, steps: int | None = None) -> Iterator[Step]:
         """Yield the accepted steps one by one; the loop may be left at any of them.
@@ -103,7 +113,7 @@ class Simulation:
         Collective.
         """
         if start is None or isinstance(start, Seat):
-            start = self.start(self.seat() if start is None else start)
+            start = self.start(self.seat_or_failure() if start is None else start)
         plan = self.plan if steps is None else replace(self.plan, steps=steps)
         return march(plan, start)
 

@@ -20,7 +20,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.record_checksums import with_checksums
-from gapbeam.solver.errors import Interrupted, NotWritten, RunError
+from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
@@ -246,6 +246,7 @@ def _run(
         set_up.check()
         if isinstance(model.case.analysis, Periodic):
             set_up.over()
+            assert isinstance(seat, Seat)
             response = search(model, seat.state, model.case.analysis, folder, comm, summary, deadline)
             model, plan, start = response.steady.model, response.steady.plan, response.start
     if response is None:
@@ -279,9 +280,14 @@ def _run(
     summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
 
 
-def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat:
+def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat | NotConverged:
     clock = time.perf_counter()
-    seat = simulation.seat()
+    seat = simulation.seat_or_failure()
+    if isinstance(seat, NotConverged):
+        summary["seat"] = {}
+        summary["warnings"].append("no static seat was found, and none is needed: the run starts undeformed")
+        LOG.warning("%s", summary["warnings"][-1])
+        return seat
     summary["seat"] = summaries.describe_seat(seat, simulation.model)
     summary["wall_time"]["seat"] = time.perf_counter() - clock
     LOG.info(

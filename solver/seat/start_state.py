@@ -11,13 +11,13 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State, imaged
 
 
-def start_of_case(case: Case, system: SemiDiscreteSystem, seat: State) -> State:
+def start_of_case(case: Case, system: SemiDiscreteSystem, seat: State | None) -> State:
     """Return the state at t = 0 that a case asks for.
 
     Args:
         case: The case.
         system: Its system.
-        seat: The static seat.
+        seat: The static seat; None: there is none, and the case needs none.
 
     Collective.
     """
@@ -25,6 +25,7 @@ def start_of_case(case: Case, system: SemiDiscreteSystem, seat: State) -> State:
         case Transient(start="undeformed"):
             return undeformed(system)
         case Transient() | Periodic():
+            assert seat is not None
             return seat
         case _:
             assert_never(case.analysis)

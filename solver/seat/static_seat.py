@@ -88,9 +88,14 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         contact.interface.add(unbalanced, contact.resultant(point_forces))
         free = condensed.solve_free(unbalanced)
         held_depth = depth - contact.gap_matrix @ contact.interface.trace(free, operators)
-        solution = solve_contact(
-            condensed, 1.0, held_depth, contact.weights, law.static, point_forces, augmented=law.augmented
-        )
+        try:
+            solution = solve_contact(
+                condensed, 1.0, held_depth, contact.weights, law.static, point_forces, augmented=law.augmented
+            )
+        except NotConverged as error:
+            worst = int(np.argmax(depth)) if error.worst_point is None else error.worst_point
+            why = _unsettled(contact, worst, point_forces, depth)
+            raise NotConverged(f"no static seat was found: {error}; {why}", error.residuals, worst) from error
         moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.change, None, solution.response))
         moved += u
         point_forces = solution.forces

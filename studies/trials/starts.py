@@ -48,9 +48,8 @@ def seated(model: Model) -> Start:
     Collective.
     """
     simulation = Simulation(model)
-    seat = simulation.seat()
-    begin = simulation.start(seat)
-    return Start(begin, "seat" if begin is seat.state else "undeformed")
+    begin = simulation.start(simulation.seat_or_failure())
+    return Start(begin, "seat" if model.case.analysis.needs_seat else "undeformed")
 
 
 def kicked(model: Model, number: int, seed: int) -> Start:

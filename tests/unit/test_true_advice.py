@@ -8,6 +8,7 @@ from math import pi, sqrt
 import numpy as np
 import pytest
 
+import gapbeam
 from gapbeam.meshes.section_figures import Section
 from gapbeam.solver.case.case import Case, Gates
 from gapbeam.solver.case.checks.case_warnings import motion
@@ -15,7 +16,7 @@ from gapbeam.solver.case.computed_defaults import bending_words, overhang_freque
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
-from gapbeam.solver.errors import EnergyCreated
+from gapbeam.solver.errors import EnergyCreated, NotConverged
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.run.output import progress
 from gapbeam.studies.modes.theory_comparison import WHOLE, beams_of
@@ -108,3 +109,13 @@ def test_time_left_leaves_out_the_compilation(
     [message] = caplog.messages
     assert "1000 steps/s" in message
     assert message.endswith(f"{10.0 * (11.0 - 1.0064):.0f} s left")
+
+
+def test_a_seat_that_is_not_found_has_a_place_and_a_remedy_that_works() -> None:
+    """Gravity pulls the beam out of its support: the message says where, and the undeformed start needs no seat."""
+    pulled = case("restraint.axial=1e-9", "model.type=reduced", "time.end=0.001", "load.gravity.direction=[1.0, 0.0]")
+    with pytest.raises(NotConverged, match=r"no static seat was found: .*at x = .* m .*\[restraint\]"):
+        gapbeam.model(pulled).seat()
+    falling = gapbeam.model(gapbeam.read_case(pulled, {"analysis.start": "undeformed"}))
+    assert isinstance(falling.seat_or_failure(), NotConverged)
+    assert len(list(falling.march(steps=5))) == 5

@@ -92,7 +92,7 @@ def assumptions(
     found = [] if recorder.watch is None else of_pose(recorder.watch, case)
     found += of_contact(case, accounts.peaks, accounts.episodes)
     found.append(of_restraint(recorder.largest_restraint_energy, recorder.restraint_share))
-    found += of_frequencies(model, content, ledger)
+    found += of_frequencies(model, content, ledger, accounts.episodes.count)
     taken = Assumption(*TAKEN, NOTABLE_LOSS * gates.limits.total_loss, None, TAKEN_MEANING)
     return [*found, Finding(taken, gates.loss(ledger), detail=f"{ledger.algorithmic:.3g} J")]
 

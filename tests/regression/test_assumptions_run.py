@@ -6,9 +6,13 @@ import json
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
+from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.run.assumptions.frequency_findings import of_resonance
 from tests.shared.command import DEMO, PROJECT, alone, called, on_ranks, settings
 
 pytestmark = alone
@@ -145,6 +149,19 @@ def test_schemes_that_damp_a_resonance(
         assert summary["energy"]["algorithmic_dissipation"] > 0.1 * summary["energy"]["exchanged"]
         allowed = run(tmp_path / "allowed", CLAMPED, *RESONANT, f"time.scheme={scheme}", "gates.total_loss=1.0")
         assert allowed["reason"] == "assumption broken"
+
+
+def test_a_rattling_beam_is_at_no_resonance_of_the_formula() -> None:
+    """Contact limits the amplitude: the same scheme at the same frequency is warned of, and no longer ends the run."""
+    words = (*RESONANT, "time.scheme={type='generalized-alpha',rho_inf=0.0}")
+    model = gapbeam.model(gapbeam.read_case(CLAMPED, words)).model
+    content = FrequencyContent(np.full(100, 45.8))
+    ledger = Ledger(1.0, 1.0, 0.0, 2.0, np.zeros(2), structural=0.1, largest_kinetic=1.0, absolute_work=0.1)
+    smooth, rattling = (of_resonance(model, content, ledger, contacts) for contacts in (0, 1000))
+    assert smooth.closest == rattling.closest > 0.5
+    assert (smooth.verdict, rattling.verdict) == ("failure", "warning")
+    assert rattling.estimate is None
+    assert "contact limits the amplitude" in rattling.words
 
 
 def test_a_beam_model_beyond_its_frequencies(tmp_path: Path) -> None:

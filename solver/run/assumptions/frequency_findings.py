@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import hypot, isfinite, pi, sqrt
 from typing import TypeVar
 
@@ -35,6 +36,7 @@ RESONANT = Assumption(
     "resonance beside the scheme", "share of a resonant amplitude that the scheme takes by damping and detuning", "1",
     0.05, 0.5, "the scheme damps and detunes more than the damping of the resonance allows; try a smaller time.step",
 )  # fmt: skip
+RATTLING = 0.1  # contacts that end in a cycle; with more, contact bends and moves the resonance as well
 STORED = 0.5  # of the largest kinetic energy: a cycle that exchanges less feeds a resonance
 ON_MESH = Assumption(
     "mesh beside the wavelengths", "distance of nodes along the beam over the bending wavelength", "1", 0.125, None,
@@ -55,8 +57,17 @@ RIGID = Assumption(
 )  # fmt: skip
 
 
-def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledger) -> Iterator[Finding]:
-    """Yield the findings on a motion with a frequency content; none where nothing moves. Collective."""
+def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledger, contacts: int) -> Iterator[Finding]:
+    """Yield the findings on a motion with a frequency content; none where nothing moves.
+
+    Args:
+        model: The model.
+        content: What carries the energy of the probes.
+        ledger: The energies of the run.
+        contacts: How often a face opened again.
+
+    Collective.
+    """
     if content is None:
         return
     case, highest = model.case, content.highest
@@ -64,7 +75,7 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     damping, error = of_scheme(model, content)
     yield Finding(IN_TIME, error, estimate=error, detail=detail)
     yield Finding(UNDAMPED, damping, estimate=damping, detail=detail)
-    yield of_resonance(model, content, ledger)
+    yield of_resonance(model, content, ledger, contacts)
     if isinstance(case.model, RigidModel):
         first = overhang_frequency(case)
         yield Finding(RIGID, highest / first, detail=f"{highest:.4g} Hz, {first:.4g} Hz")
@@ -97,7 +108,7 @@ def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:
     return float(weights @ _taken(ratios, own, omega * case.time.end)), error
 
 
-def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger) -> Finding:
+def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contacts: int) -> Finding:
     """Return what the scheme takes of the amplitude of a resonance, where the run is at one.
 
         1 - z_o / sqrt((z_o + z)^2 + e^2),    at most w T (z + e)
@@ -105,7 +116,8 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger) -> Fin
     z and e are damping ratio and period error of the scheme at the frequency w below which half of the energy lies, z_o
     the damping ratio without the scheme: that of Rayleigh damping or, where it is larger, of what was lost in a cycle,
     over 4 pi times the largest kinetic energy. A run is at a resonance where a cycle exchanges little of the energy
-    that is stored.
+    that is stored. Where faces open and close, the formula is no more than a hint, and ends no run: contact limits the
+    amplitude, too.
     """
     case, omega = model.case, 2.0 * pi * content.middle
     cycles = max(content.middle * case.time.end, 1.0)
@@ -119,6 +131,9 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger) -> Fin
     own = max(rayleigh_ratio(model.system, omega), ledger.lost / cycles / (4.0 * pi * stored))
     share = 1.0 - own / hypot(own + ratio, error) if isfinite(ratio + error) and ratio + error > 0.0 else 1.0
     share = min(share, omega * case.time.end * (ratio + error)) if isfinite(ratio + error) else 1.0
+    if contacts > RATTLING * cycles:
+        hint = replace(RESONANT, failure=None)
+        return Finding(hint, share, detail=f"{detail}; damping ratio {own:.2g}; contact limits the amplitude, too")
     return Finding(RESONANT, share, estimate=share, detail=f"{detail}; damping ratio {own:.2g}")
 
 

@@ -23,6 +23,7 @@ from numba.extending import register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 MARK = b"gapbeam.solver.jit"  # a file that compiles functions imports them from this module
+HEARD = (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGALRM)  # what ends a run
 POLL = 0.05  # s between looks at a process that compiles
 REORDERED = {"reassoc", "contract", "nsz"}  # sums may be reordered for SIMD; infinities and NaN keep their meaning
 
@@ -72,18 +73,21 @@ def compile_in_another_process(call: Callable[[], object], look: Callable[[], No
         call: Calls the entry on what it will be called on, without lasting effects outside of its memory.
         look: Called twenty times a second meanwhile; an error that it, or a signal handler, raises kills the child.
     """
+    before = signal.pthread_sigmask(signal.SIG_BLOCK, HEARD)  # one that came now would leave the child behind
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks beside threads: the child uses none of these
         child = os.fork()
     if child == 0:
         try:
-            for number in (signal.SIGINT, signal.SIGTERM, signal.SIGHUP, signal.SIGUSR1, signal.SIGALRM):
+            for number in HEARD:
                 signal.signal(number, signal.SIG_DFL)
+            signal.pthread_sigmask(signal.SIG_SETMASK, before)
             call()
         finally:
             os._exit(0)
     ended = False
     try:
+        signal.pthread_sigmask(signal.SIG_SETMASK, before)
         while not ended:
             look()
             ended = os.waitpid(child, os.WNOHANG)[0] != 0

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import signal
 import threading
+import time
 from pathlib import Path
 from typing import Any
 
@@ -16,6 +17,7 @@ import gapbeam.solver.march.step_blocks
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.run.run_case import Outcome, run_case
 from tests.shared.models import COARSE, GRAVITY, beam_case
+from tests.shared.processes import until
 
 PUSH = {"type": "harmonic_force", "name": "push", "point": 0.4, "amplitude": 300.0, "frequency": 80.0}
 SHAKE = {"type": "base_motion", "name": "base", "amplitude": 20.0, "frequency": 60.0, "ramp": 2.0e-3}
@@ -103,11 +105,18 @@ def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, mon
 
 def test_a_signal_ends_a_compiled_run(tmp_path: Path) -> None:
     run_case(case_of(), tmp_path / "warm", MPI.COMM_SELF)
-    timer = threading.Timer(1.5, lambda: signal.raise_signal(signal.SIGINT))
-    timer.start()
+    history_file = tmp_path / "long" / "history.h5"
+
+    def interrupt() -> None:
+        until(history_file.exists, "the history")
+        time.sleep(1.5)
+        signal.raise_signal(signal.SIGINT)
+
+    other = threading.Thread(target=interrupt)
+    other.start()
     outcome = run_case(case_of(time={"end": 400.0}), tmp_path / "long", MPI.COMM_SELF)
-    timer.join()
+    other.join()
     assert outcome.exit_status == 130
-    with h5py.File(tmp_path / "long" / "history.h5") as history:
+    with h5py.File(history_file) as history:
         assert len(history["time"]) > 1
         assert f"t = {history['time'][-1]:.6g} s" in outcome.message

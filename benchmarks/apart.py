@@ -25,7 +25,12 @@ def measured_apart(module: str, *arguments: str, timeout: float = 3600.0) -> Fig
 
 
 def json_of(command: Sequence[str], timeout: float = 3600.0) -> Any:
-    """Run a command and return what it printed last, in JSON.
+    """Run a command and return what it printed last, in JSON; errors as in `output_of`."""
+    return json.loads(output_of(command, timeout).strip().splitlines()[-1])
+
+
+def output_of(command: Sequence[str], timeout: float = 3600.0) -> str:
+    """Run a command and return its standard output.
 
     Raises:
         RuntimeError: It failed; the message holds the end of what it said.
@@ -33,7 +38,7 @@ def json_of(command: Sequence[str], timeout: float = 3600.0) -> Any:
     done = subprocess.run(command, capture_output=True, text=True, timeout=timeout, check=False)
     if done.returncode != 0:
         raise RuntimeError(f"{' '.join(command)} failed:\n{(done.stdout + done.stderr)[-2000:]}")
-    return json.loads(done.stdout.strip().splitlines()[-1])
+    return done.stdout
 
 
 def print_figures(figures: Figures) -> None:

@@ -5,14 +5,14 @@ environment/run python3 -m benchmarks.ranks_apart --output results/bench
 
 from __future__ import annotations
 
-import os
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from benchmarks.apart import output_of
+from benchmarks.messages import on_ranks
 from benchmarks.table import Cell, Table, machine_words, options
 from gapbeam.postprocess.results.results import open_results
 
@@ -26,19 +26,10 @@ MOTIONS = {
 
 
 def histories(folder: Path, ranks: int, settings: tuple[str, ...]) -> dict[str, np.ndarray]:
-    """Run the demo on some ranks and return its histories.
-
-    Raises:
-        RuntimeError: The run failed.
-    """
+    """Run the demo on some ranks and return its histories; errors as in `output_of`."""
     words = [word for one in settings for word in ("--set", one)]
-    command = [sys.executable, "-m", "gapbeam", "run", str(CASE), *words, "--error", "none", "--output", str(folder)]
-    if ranks > 1:
-        command = ["mpirun", "--oversubscribe", "-n", str(ranks), *command]
-    root = {"OMPI_ALLOW_RUN_AS_ROOT": "1", "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1", "OMPI_MCA_mpi_yield_when_idle": "1"}
-    done = subprocess.run(command, env={**os.environ, **root}, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(done.stderr[-2000:])
+    command = ["-m", "gapbeam", "run", str(CASE), *words, "--error", "none", "--output", str(folder)]
+    output_of([sys.executable, *command] if ranks == 1 else on_ranks(ranks, *command))
     found = open_results(folder).history
     return {name: np.asarray(found[name]) for name in HISTORIES}
 

@@ -17,6 +17,7 @@ from gapbeam.solver.errors import (
     NotFinite,
     NotWritten,
     OutOfMemory,
+    RangeNotCovered,
     RunError,
     UserError,
 )
@@ -36,6 +37,7 @@ __all__ = [
     "NotWritten",
     "OptionError",
     "OutOfMemory",
+    "RangeNotCovered",
     "RenderError",
     "ResultsError",
     "RunError",

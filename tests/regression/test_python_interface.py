@@ -12,6 +12,7 @@ import pytest
 
 import gapbeam
 from gapbeam.process.terminal_text import with_options
+from gapbeam.solver import errors
 from tests.shared.command import PROJECT, alone, called, on_ranks, programmed
 
 DEMO = PROJECT / "cases" / "demo.toml"
@@ -157,3 +158,13 @@ def test_model_and_run_on_two_ranks(tmp_path: Path) -> None:
     said = on_ranks(2, DEMO, tmp_path / "out", program="tests.programs.modeled_and_run_on_ranks")
     assert said.returncode == 0, said.stderr
     assert said.stdout.split() == ["3", "2", "0"]
+
+
+def test_every_error_of_a_run_can_be_caught_by_name() -> None:
+    """What can end a run is a name of the package: an error that was added to the solver was missing here."""
+    kinds = {
+        name for name, kind in vars(errors).items() if isinstance(kind, type) and issubclass(kind, errors.RunError)
+    }
+    assert kinds <= set(gapbeam.__all__)
+    for name in kinds:
+        assert getattr(gapbeam, name) is getattr(errors, name)

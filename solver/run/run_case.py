@@ -257,7 +257,7 @@ def _run(
         steps = probes.listening(response.steps)
     if reason is None and response is None:
         clock = time.perf_counter()
-        CompiledLoop(plan).compile(start if left is None else left.paused, set_up.check)
+        CompiledLoop.compile_ahead(plan, start if left is None else left.paused, set_up.check)
         summary["wall_time"]["compilation"] = time.perf_counter() - clock
     consumers = consumers or RunConsumers(model, folder, comm, start)
     set_up.over()

@@ -123,20 +123,22 @@ class CompiledLoop:
         self._scheme = scheme_table(plan)
         self._room = room_for(self._table)
 
-    def compile(self, start: State | Paused, look: Callable[[], None]) -> None:
+    @classmethod
+    def compile_ahead(cls, plan: March, start: State | Paused, look: Callable[[], None]) -> None:
         """Have the loop compiled in another process where its machine code is not in the cache.
 
         This process hears signals meanwhile, and loads the machine code when it marches.
 
         Args:
+            plan: As of the class.
             start: A state of the march.
             look: Called meanwhile; an error that it raises ends the compilation.
         """
         if not is_pending(march_steps):
             return
         LOG.info(COMPILES)
-        paused = start if isinstance(start, Paused) else Paused(start, 0)
-        compile_in_another_process(lambda: self._march_no_step(paused), look)
+        loop, paused = cls(plan), start if isinstance(start, Paused) else Paused(start, 0)
+        compile_in_another_process(lambda: loop._march_no_step(paused), look)
 
     def _march_no_step(self, paused: Paused) -> None:
         plan = self.plan

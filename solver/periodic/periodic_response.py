@@ -80,7 +80,15 @@ def find_response(
     model, per_period = with_whole_steps(model)
     rounds = analysis.periods * ceil(model.case.time.end / (analysis.periods * per_period * model.step) - 1.0e-6)
     marched = rounds if analysis.start == "march" else 0
-    begin = _marched(model, seat, marched * per_period, asked, talk)
+
+    def seen(now: float, taken: int) -> None:
+        talk(now, taken)
+        if asked():
+            raise Interrupted(f"interrupted at t = {now:.6g} s of the march before the search")
+
+    # under the loads of the case, ramps included
+    plan = replace(march_of_model(model, scheme_of_period(model.case)), steps=marched * per_period)
+    begin = end_of_march(plan, seat, seen)
     held = steady(model, analysis)
     settled = time.perf_counter()
     period_map = held.modal_map()
@@ -106,27 +114,13 @@ def find_response(
     return replace(response, figures=figures | response.figures)
 
 
-def _marched(
-    model: Model, seat: State, steps: int, asked: Callable[[], bool], talk: Callable[[float, int], None]
-) -> State:
-    """Return the end of a march under the loads of the case, ramps included, at t = 0 of the steady forcing."""
-    state = seat
-    if steps:
-        plan = replace(march_of_model(model, scheme_of_period(model.case)), steps=steps)
-        for state, taken in _states(plan, seat):
-            talk(state.time, taken)
-            if asked():
-                raise Interrupted(f"interrupted at t = {state.time:.6g} s of the march before the search")
-    return replace(state, time=0.0)
-
-
-def settled(held: SteadyModel, seat: State, periods: int) -> State:
-    """Return the end of a march under steady forcing, at t = 0 of the forcing.
+def end_of_march(plan: March, seat: State, seen: Callable[[float, int], None]) -> State:
+    """Return the end of a march as a state at t = 0 of the steady forcing; the seat where the plan has no steps.
 
     Args:
-        held: The model under steady forcing.
-        seat: Where the march starts.
-        periods: At least so many forcing periods are marched.
+        plan: The march.
+        seat: Where it starts.
+        seen: Called with the time, s, and the steps since the last call; what it raises ends the march.
 
     Raises:
         NotConverged: A step did not converge.
@@ -134,8 +128,9 @@ def settled(held: SteadyModel, seat: State, periods: int) -> State:
     Collective.
     """
     state = seat
-    if periods:
-        *_, (state, _) = _states(replace(held.plan, steps=held.steps * ceil(periods / held.periods)), seat)
+    if plan.steps:
+        for state, taken in _states(plan, seat):
+            seen(state.time, taken)
     return replace(state, time=0.0)
 
 

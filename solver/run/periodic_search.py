@@ -5,7 +5,9 @@ from __future__ import annotations
 import logging
 import time
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
+from math import ceil
 from pathlib import Path
 from typing import Any
 
@@ -17,7 +19,7 @@ from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.periodic.continuation import Curve, CurvePoint, CurveSettings
 from gapbeam.solver.periodic.modal_period_map import ModalMap
-from gapbeam.solver.periodic.periodic_response import Response, find_response, settled
+from gapbeam.solver.periodic.periodic_response import Response, end_of_march, find_response
 from gapbeam.solver.periodic.response_branches import follow_branches
 from gapbeam.solver.periodic.steady_forcing import SteadyModel, varied
 from gapbeam.solver.run.interruption import Interruption
@@ -143,7 +145,11 @@ def _follow_curve(
         return period_map
 
     def start_at(at: float) -> Array:
-        return map_at(at).coordinates(settled(model_at(at), seat, found["periods_marched"]))
+        held_there = model_at(at)
+        steps = held_there.steps * ceil(found["periods_marched"] / held_there.periods)
+        plan = replace(held_there.plan, steps=steps)
+        words = f"interrupted in the march at {asked.key} = {at:g}, before the curve from there"
+        return map_at(at).coordinates(end_of_march(plan, seat, lambda _time, _steps: stop(words)))
 
     branches = follow_branches(map_at, value, x, settings, start_at)
     unit = unit_of(asked.key, held)

@@ -109,7 +109,7 @@ def surface_stress(model: Model, u: Array) -> float:
     case, mesh = model.case, model.space.mesh
     dimension = mesh.geometry.dim
     place = np.zeros(3)
-    place[0], place[dimension - 1] = case.support.length + OUTSIDE, -0.5 * case.beam.thickness
+    place[0], place[dimension - 1] = case.layout.end + OUTSIDE, -0.5 * case.beam.thickness
     if case.model.type == "beam":  # the fields of a beam have no strain across: its stress is E z w''
         return _beam_stress(model, u, place)
     tree = geometry.bb_tree(mesh, dimension)

@@ -45,7 +45,7 @@ class GetfemBeam:
         self._space.set_fem(gf.Fem(f"FEM_QK(2,{case.mesh.degree})"))
         self._volume = gf.MeshIm(mesh, gf.Integ("IM_GAUSS_PARALLELEPIPED(2,6)"))
         faces = gf.MeshIm(mesh, gf.Integ(f"IM_GAUSS_PARALLELEPIPED(2,{model.point_rule.degree})"))
-        low, high, end = lines[1][0], lines[1][-1], case.support.length
+        low, high, end = lines[1][0], lines[1][-1], case.layout.end
         for region, level in ((BASE, low), (GLAND, high)):
             mesh.set_region(region, _supported(mesh, level, end))
         first, second = lame(case.material, case.mesh.plane == "stress")
@@ -57,7 +57,7 @@ class GetfemBeam:
         self.mass, self.stiffness = self._assembled(self._inertia), self._assembled(self._elastic)
         self._damping = (model.system.mass_damping, model.system.stiffness_damping)
         self.nodes = self._space.basic_dof_nodes()[:, ::2].T
-        self.gap_levels = {BASE: low, GLAND: high + case.support.clearance}
+        self.gap_levels = {BASE: low, GLAND: high + case.layout.clearance}
         self._faces, self._penalty = faces, model.law.stiffness * width
 
     def seat(self) -> Array:
@@ -65,9 +65,9 @@ class GetfemBeam:
         case = self._model.case
         solver = self._solver(0.0, 1.0)
         solver.set_private_rhs(self._rhs, self._weight())
-        tilt = (case.support.clearance + 2.0 * ENGAGED) / case.support.length
+        tilt = (case.layout.clearance + 2.0 * ENGAGED) / case.layout.end
         guess = np.zeros_like(self.nodes)
-        guess[:, 1] = case.support.clearance + ENGAGED - tilt * self.nodes[:, 0]
+        guess[:, 1] = case.layout.clearance + ENGAGED - tilt * self.nodes[:, 0]
         guess[:, 0] = tilt * (self.nodes[:, 1] - self.gap_levels[BASE])
         return self._solved(solver, guess)
 
@@ -75,7 +75,7 @@ class GetfemBeam:
         """Return the contact forces of a state at rest on base and gland, N: what its balance leaves there."""
         left = (self.stiffness @ rest.reshape(-1) - self._weight()).reshape(-1, 2)[:, 1]
         case = self._model.case
-        supported = self.nodes[:, 0] < case.support.length + ON_LINE
+        supported = self.nodes[:, 0] < case.layout.end + ON_LINE
         low, high = self.nodes[:, 1].min(), self.nodes[:, 1].max()
         return {
             "base": float(np.sum(left[supported & (self.nodes[:, 1] < low + ON_LINE)])),

@@ -30,7 +30,7 @@ def measure(cells: int) -> None:
     case = shaken(overrides=mesh_overrides(cells))
     meshed = mesh_beam(case, MPI.COMM_SELF)
     clock = time.perf_counter()
-    contact = contact_operator(meshed.space, meshed.faces, case.support.clearance, meshed.width, point_rule(case))
+    contact = contact_operator(meshed.space, meshed.faces, case.layout.faces, meshed.width, point_rule(case))
     operator = time.perf_counter() - clock
     gaps, dofs = contact.gap_matrix, mesh_dofs(meshed)
     print_figures(

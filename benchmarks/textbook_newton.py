@@ -143,5 +143,5 @@ class TextbookBeam:
                 residual += density * weight * test[axis] * ufl.dx
         penalty, rise = model.law.stiffness, self._new[axis]
         residual -= penalty * ufl.max_value(-rise, 0.0) * test[axis] * base
-        residual += penalty * ufl.max_value(rise - case.support.clearance, 0.0) * test[axis] * gland
+        residual += penalty * ufl.max_value(rise - case.layout.clearance, 0.0) * test[axis] * gland
         return width * residual

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
+from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 
 SNAP = 1.0e-9
@@ -28,8 +29,9 @@ class BeamGeometry:
         length: along x.
         thickness: in the bending direction.
         width: across the bending plane; in 2D it is not meshed.
-        support_length: base and gland reach from x = 0 to here.
+        support_length: base and gland reach from x = 0 to here; with spans, where the last of them ends.
         points: coordinates, `dimension` of them each, that fall on mesh nodes.
+        spans: what faces a support; () stands for base and gland.
 
     Raises:
         MeshError: a dimension is not a positive number, the support is longer than the beam, or a point is
@@ -42,6 +44,7 @@ class BeamGeometry:
     width: float
     support_length: float
     points: tuple[tuple[float, ...], ...] = ()
+    spans: tuple[ContactSpan, ...] = ()
 
     def __post_init__(self) -> None:
         if self.dimension not in (2, 3):
@@ -60,6 +63,12 @@ class BeamGeometry:
         planes = [list(pair) for pair in zip(self.lower, self.upper, strict=True)]
         object.__setattr__(self, "support_length", self._same(self.support_length, planes[0]))
         planes[0].append(self.support_length)
+        if not self.spans:
+            whole = (0.0, self.support_length)
+            spans: tuple[ContactSpan, ...] = (ContactSpan("base", True, *whole), ContactSpan("gland", False, *whole))
+        else:
+            spans = tuple(self._snapped(span, planes[0]) for span in self.spans)
+        object.__setattr__(self, "spans", spans)
         points = []
         for point in self.points:
             self._check(point)
@@ -83,13 +92,32 @@ class BeamGeometry:
         """Volume in m^3; in 2D the area in m^2."""
         return math.prod(high - low for low, high in zip(self.lower, self.upper, strict=True))
 
+    @property
+    def edges(self) -> tuple[float, ...]:
+        """Where supports begin and end within the beam, increasing."""
+        found = {place for span in self.spans for place in (span.start, span.end)} - {0.0, self.length}
+        return tuple(sorted(found))
+
+    @property
+    def span_ends(self) -> tuple[float, ...]:
+        """Where supports begin and end, also at the ends of the beam, increasing."""
+        return tuple(sorted({place for span in self.spans for place in (span.start, span.end)}))
+
+    @property
+    def parts(self) -> tuple[tuple[float, float, bool], ...]:
+        """The parts of the beam between its ends and the edges of supports: start, end, whether it is supported."""
+        return tuple(
+            (start, end, any(span.start <= start and end <= span.end for span in self.spans))
+            for start, end in pairwise((0.0, *self.edges, self.length))
+        )
+
     def breakpoints(self, axis: int) -> tuple[float, ...]:
         """Increasing coordinates along an axis at which cells must end: faces, end of the support, points.
 
         Raises:
             MeshError: two of them almost coincide, which would force a sliver between them.
         """
-        edges = (self.support_length,) if axis == 0 else ()
+        edges = self.edges if axis == 0 else ()
         values = (self.lower[axis], self.upper[axis], *edges, *(point[axis] for point in self.points))
         ordered = sorted(set(values))
         for low, high in pairwise(ordered):
@@ -102,6 +130,14 @@ class BeamGeometry:
                     hint="The ends of the beam and of the support count as points.",
                 )
         return tuple(ordered)
+
+    def _snapped(self, span: ContactSpan, known: list[float]) -> ContactSpan:
+        """A span whose ends are known coordinates where they are the same up to rounding."""
+        ends = []
+        for place in (span.start, span.end):
+            ends.append(self._same(place, known))
+            known.append(ends[-1])
+        return span._replace(start=ends[0], end=ends[1])
 
     def _section(self) -> tuple[float, ...]:
         return (self.thickness,) if self.dimension == 2 else (self.width, self.thickness)

@@ -8,7 +8,7 @@ from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
-from gapbeam.meshes.group_names import FACES
+from gapbeam.meshes.group_names import groups_of
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
@@ -30,7 +30,7 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
         sizing: Cell type and sizes; the same on all ranks.
 
     Returns:
-        Mesh with the facet groups base, gland, end (x = 0) and tip (x = length).
+        Mesh with a group of facets for each face of a support, end (x = 0) and tip (x = length).
 
     Raises:
         MeshError: on all ranks, for sizes that make no sense or when gmsh fails.
@@ -64,7 +64,7 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
         gmsh.model.mesh.affineTransform([unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0])
         gmsh.model.mesh.renumberNodes()
         check_faces(geometry.dimension)
-    return dict(FACES)
+    return groups_of(geometry)
 
 
 def _refuse_too_many(count: float) -> None:

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from dolfinx.mesh import entities_to_geometry
 from mpi4py import MPI
 
-from gapbeam.meshes.group_names import CONTACT_FACES
+from gapbeam.meshes.group_names import ENDS
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.meshes.versions.mesh_geometry import geometry_order
 
@@ -34,7 +34,7 @@ def describe(tagged: TaggedMesh) -> Description:
     """Count and measure a mesh.
 
     The size of a cell is the largest distance between two of its vertices. The mean contact facet length is
-    the mean extent along x of the facets of base and gland.
+    the mean extent along x of the facets that face a support.
 
     Returns:
         The same figures on all ranks.
@@ -44,7 +44,7 @@ def describe(tagged: TaggedMesh) -> Description:
     mesh, comm = tagged.mesh, tagged.mesh.comm
     owned = np.arange(mesh.topology.index_map(tagged.dimension).size_local, dtype=np.int32)
     sizes = mesh.h(tagged.dimension, owned)
-    lengths = np.concatenate([_lengths_along_x(tagged, name) for name in CONTACT_FACES])
+    lengths = np.concatenate([_lengths_along_x(tagged, name) for name in tagged.groups if name not in ENDS])
     # gathered and summed alike everywhere: a reduction may round differently on different ranks
     parts = comm.allgather((math.fsum(lengths), len(lengths)))
     return Description(

@@ -18,7 +18,7 @@ class TaggedMesh:
         mesh: the DOLFINx mesh; ghost cells across shared facets.
         cells: tags of the cells; None when they are all alike.
         facets: tags of the facets in `groups`.
-        groups: name of a facet group to its tag: base and gland always, end (x = 0) and tip (x = length)
+        groups: name of a facet group to its tag: those that face a support always, end (x = 0) and tip (x = length)
             perhaps.
         lower: smallest coordinates of all nodes, m.
         upper: largest coordinates of all nodes, m.

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Annotated, get_args
+from types import UnionType
+from typing import Annotated, Union, get_args, get_origin
 
 from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict
 
@@ -12,6 +13,8 @@ NonNegative = Annotated[Number, Field(ge=0)]
 Whole = Annotated[int, Strict()]
 Switch = Annotated[bool, Strict()]
 Name = Annotated[str, Field(pattern=r"^[A-Za-z][A-Za-z0-9_-]*$", max_length=40)]
+FORMS = ("table", "array")
+"""The forms of a key that takes one table or an array of others, as the errors of pydantic name them."""
 Vector = tuple[Number, Number] | tuple[Number, Number, Number]
 
 
@@ -35,6 +38,15 @@ def models_in(annotation: object) -> list[type[BaseModel]]:
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return [annotation]
     return [model for part in get_args(annotation) for model in models_in(part)]
+
+
+def array_models(annotation: object) -> list[type[BaseModel]]:
+    """Return the models that the entries of an array of tables may have; empty where the annotation takes none."""
+    if get_origin(annotation) is tuple:
+        return models_in(annotation)
+    if get_origin(annotation) in (Union, UnionType, Annotated):
+        return [model for part in get_args(annotation) for model in array_models(part)]
+    return []
 
 
 def type_name(model: type[BaseModel]) -> str:

@@ -9,7 +9,7 @@ from typing import Any
 
 import gapbeam
 from benchmarks.drawn_schema.choices import Choice, all_choices
-from benchmarks.drawn_schema.finishing import finished, loads_and_probes
+from benchmarks.drawn_schema.finishing import entries_of, finished
 from benchmarks.drawn_schema.scene import drawn_scene
 from benchmarks.drawn_schema.tables import Draw
 from gapbeam.solver.case.case import Case
@@ -19,7 +19,7 @@ from gapbeam.solver.table import models_in
 
 TRIES = 400  # of drawing tables again
 SCENES = 40  # of drawing everything again
-ARRAYS = ("load", "probe")
+ARRAYS = ("load", "probe", "support")
 ALWAYS = ("mesh", "contact")  # drawn in every case: most choices are theirs, and the defaults of a mesh are fine ones
 SCALES = ("beam", "support", "material")
 
@@ -65,7 +65,7 @@ def _drawn(chance: random.Random, seed: int, folder: Path, focus: Choice) -> dic
 
 def _table(draw: Draw, key: str) -> Any:
     if key in ARRAYS:
-        return loads_and_probes(draw, key)
+        return entries_of(draw, key)
     if key in ALWAYS:
         return draw.table(models_in(Case.model_fields[key].annotation)[0])
     return draw.value(Case, key, Case.model_fields[key])

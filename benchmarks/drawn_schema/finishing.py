@@ -18,6 +18,7 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.table import models_in, type_name
 
 TILTED = 0.15  # share of the loads with a direction beside the bending direction
+SEVERAL = 0.3  # share of the cases with [[support]]
 WEIGHTLESS = 0.05  # share of the cases without gravity
 SLOW_STEPS = 120  # of a mesh, which takes milliseconds for one
 SOFT = 0.5  # of E over the length of the support
@@ -26,8 +27,10 @@ _LAW: TypeAdapter[ChosenLaw] = TypeAdapter(Law)
 _SCHEME: TypeAdapter[TimeScheme] = TypeAdapter(Scheme)
 
 
-def loads_and_probes(draw: Draw, key: str) -> list[dict[str, Any]]:
+def entries_of(draw: Draw, key: str) -> Any:
     """Draw the entries of an array of tables, without what depends on other tables."""
+    if key == "support":
+        return _supports(draw)
     if key == "probe":
         least = 1 if draw.focus.key == "probe" else 0
         return [draw.table(Probe) for _ in range(max(least, draw.chance.choice((0, 1, 1, 1, 1, 2))))]
@@ -40,6 +43,30 @@ def loads_and_probes(draw: Draw, key: str) -> list[dict[str, Any]]:
     if draw.chance.random() < 0.25 or not any(model in moving for model in chosen):
         chosen.append(draw.chance.choice(moving))
     return [draw.table(model) for model in dict.fromkeys(chosen)]
+
+
+def _supports(draw: Draw) -> Any:
+    """Draw the base and gland, or up to three supports that keep apart along the beam."""
+    table, entry = models_in(Case.model_fields["support"].annotation)
+    asked = draw.focus.value if (draw.focus.table, draw.focus.key) == (Case.__name__, "support") else ""
+    several = asked == entry.__name__ or _leads_to(entry, draw.focus.table) or draw.chance.random() < SEVERAL
+    if not several or asked == table.__name__:
+        return draw.table(table)
+    count = draw.chance.choice((1, 2, 2, 3))
+    length, share = draw.scene.length, draw.scene.length / count
+    placed = []
+    for number in range(count):
+        drawn = draw.table(entry)
+        start = round((number + draw.chance.uniform(0.0, 0.5)) * share, 4) if number else 0.0
+        end = min(length, start + round(min(draw.scene.support, 0.4 * share), 4))
+        placed.append(drawn | {"name": f"s{number}", "from": start, "to": end})
+    return placed
+
+
+def _leads_to(model: type[BaseModel], table: str) -> bool:
+    """Return whether a table is the named one or holds it."""
+    below = [part for field in model.model_fields.values() for part in models_in(field.annotation)]
+    return table in {base.__name__ for base in model.__mro__} or any(_leads_to(part, table) for part in below)
 
 
 def _in_focus(draw: Draw, model: type[BaseModel]) -> bool:
@@ -147,9 +174,12 @@ def _time(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
 def _around(curve: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
     """Put the range of a curve around the value of the case."""
     table, *name, key = curve["key"].split(".")
+    entries = whole.get(table, {})
+    if not name and isinstance(entries, list):
+        curve, name = curve | {"key": f"{table}.{entries[0]['name']}.{key}"}, [entries[0]["name"]]
     if name:
-        loads = [load for load in whole["load"] if load["name"] == name[0]]
-        value = loads[0].get(key, 1.0) if loads else 1.0
+        named = [entry for entry in entries if entry["name"] == name[0]]
+        value = named[0].get(key, 1.0) if named else 1.0
     else:
         value = whole.get(table, {}).get(key, 1.0)
     low, high = sorted((0.8 * value, 1.25 * value))

@@ -9,7 +9,7 @@ from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.distribution.slices import slices
-from gapbeam.meshes.group_names import CONTACT_FACES
+from gapbeam.meshes.group_names import ENDS
 from gapbeam.meshes.versions.gmsh_reader import read_model
 
 
@@ -32,14 +32,14 @@ def mesh_from_gmsh(comm: MPI.Comm, dimension: int, groups: dict[str, int]) -> tu
 
 
 def _places(comm: MPI.Comm, dimension: int, groups: dict[str, int]) -> tuple[npt.NDArray[np.float64], float]:
-    """Return centers of the cells and the end of the support; on rank 0. Collective."""
+    """Return centers of the cells and the end of the last support; on rank 0. Collective."""
     centers: list[npt.NDArray[np.float64]] = []
 
     def look() -> float:
         from gapbeam.meshes.distribution.cell_positions import cell_centers, end_of
 
         centers.append(cell_centers(dimension))
-        return end_of(dimension, groups, CONTACT_FACES)
+        return end_of(dimension, groups, tuple(name for name in groups if name not in ENDS))
 
     end = on_rank_zero(comm, look)
     return (centers[0] if centers else np.empty((0, 3))), end

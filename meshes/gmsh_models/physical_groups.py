@@ -5,7 +5,7 @@ from __future__ import annotations
 import gmsh
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.group_names import BODY, FACES
+from gapbeam.meshes.group_names import BODY, groups_of
 from gapbeam.meshes.mesh_errors import MeshError
 
 _BODY_TAG = 1
@@ -20,15 +20,15 @@ def name_faces(geometry: BeamGeometry, unit: float) -> None:
         unit: What one unit of the gmsh model stands for, in m.
     """
     dimension = geometry.dimension
-    entities: dict[str, list[int]] = {name: [] for name in FACES}
+    groups = groups_of(geometry)
+    entities: dict[str, list[int]] = {name: [] for name in groups}
     for _, tag in gmsh.model.getEntities(dimension - 1):
         box = gmsh.model.getBoundingBox(dimension - 1, tag)
-        name = _face_at(geometry, unit, box)
-        if name is not None:
+        for name in _faces_at(geometry, unit, box):
             entities[name].append(tag)
     gmsh.model.addPhysicalGroup(dimension, [tag for _, tag in gmsh.model.getEntities(dimension)], _BODY_TAG, BODY)
     for name, tags in entities.items():
-        gmsh.model.addPhysicalGroup(dimension - 1, tags, FACES[name], name)
+        gmsh.model.addPhysicalGroup(dimension - 1, tags, groups[name], name)
 
 
 def check_faces(dimension: int) -> None:
@@ -44,8 +44,8 @@ def check_faces(dimension: int) -> None:
             raise MeshError(f"mesh of dimension {dimension}", found=f"no elements in {name}", expected="some")
 
 
-def _face_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> str | None:
-    """The face that a plane piece with this bounding box belongs to."""
+def _faces_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> list[str]:
+    """The faces that a plane piece with this bounding box belongs to."""
     low, high = box[:3], box[3:]
     bending = geometry.dimension - 1
 
@@ -53,11 +53,14 @@ def _face_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> str
         return all(abs(side[axis] - value / unit) < _NEAR for side in (low, high))
 
     if lies_at(0, 0.0):
-        return "end"
+        return ["end"]
     if lies_at(0, geometry.length):
-        return "tip"
-    if high[0] > geometry.support_length / unit + _NEAR:
-        return None
-    if lies_at(bending, geometry.lower[bending]):
-        return "base"
-    return "gland" if lies_at(bending, geometry.upper[bending]) else None
+        return ["tip"]
+    below, above = (lies_at(bending, corner[bending]) for corner in (geometry.lower, geometry.upper))
+    return [
+        span.name
+        for span in geometry.spans
+        if (below if span.below else above)
+        and span.start / unit - _NEAR <= low[0]
+        and high[0] <= span.end / unit + _NEAR
+    ]

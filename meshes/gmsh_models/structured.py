@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from itertools import pairwise
+
 import gmsh
 import numpy as np
 
@@ -35,10 +37,9 @@ def draw_structured(geometry: BeamGeometry, layers: list[Positions], unit: float
     for axis in reversed(range(1, geometry.dimension)):
         _, section = _extrude(section, axis, layers[axis] / unit)
     along = layers[0]
-    edge = int(np.searchsorted(along, geometry.support_length))
-    for part in (along[: edge + 1], along[edge:]):
-        if len(part) > 1:
-            section, _ = _extrude(section, 0, part / unit)
+    edges = [int(np.searchsorted(along, edge)) for edge in geometry.edges]
+    for first, last in pairwise((0, *edges, len(along) - 1)):
+        section, _ = _extrude(section, 0, along[first : last + 1] / unit)
     gmsh.model.geo.synchronize()
 
 

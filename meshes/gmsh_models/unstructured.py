@@ -15,7 +15,7 @@ from gapbeam.meshes.sizing.layers import structured_partition
 
 
 def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: float) -> None:
-    """Draw the beam as one block in and one behind the support, with the given points as vertices.
+    """Draw the beam as one block in and one behind each support, with the given points as vertices.
 
     Args:
         geometry: The beam, in m.
@@ -25,11 +25,9 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
     kernel = gmsh.model.occ
     low = [side / unit for side in geometry.lower]
     sides = [(high - low) / unit for low, high in zip(geometry.lower, geometry.upper, strict=True)]
-    ends = [0.0, geometry.support_length / unit, geometry.length / unit]
+    ends = [0.0, *(edge / unit for edge in geometry.edges), geometry.length / unit]
     blocks = []
     for start, stop in pairwise(ends):
-        if stop == start:
-            continue
         if geometry.dimension == 2:
             blocks.append((2, kernel.addRectangle(start, low[1], 0.0, stop - start, sides[1])))
         else:

@@ -30,7 +30,7 @@ class BeamSizing:
         cell: quadrilateral (default) or triangle in 2D, hexahedron (default) or tetrahedron in 3D.
         size: cell length along x far from the support; default the thickness.
         support_size: the same within the support; default a third of the thickness, at most `size`.
-        edge_size: the same at x = 0 and at the edge of the base; default half of the smaller of the two
+        edge_size: the same where supports begin and end; default half of the smaller of the two
             above, never larger than these.
         cells_through_thickness: default 4 layers of quadrilaterals or hexahedra. Triangles and tetrahedra
             follow the length along x, but are no longer than the thickness divided by this number, default 2.
@@ -68,8 +68,8 @@ class BeamSizing:
         size, support_size = min(size, longest), min(support_size, longest)
         edge_size = min(edge_size, support_size, size)
         return CellLength(
-            regions=((geometry.support_length, support_size), (geometry.length, size)),
-            sources=((0.0, edge_size), (geometry.support_length, edge_size)),
+            regions=tuple((end, support_size if supported else size) for _, end, supported in geometry.parts),
+            sources=tuple((edge, edge_size) for edge in geometry.span_ends),
         )
 
     def layers(self, geometry: BeamGeometry) -> tuple[int, ...]:

@@ -1,11 +1,12 @@
-"""Base and gland of a user's mesh look at the faces of the support."""
+"""The contact faces of a user's mesh look at their supports."""
 
 from __future__ import annotations
 
 import numpy as np
 import numpy.typing as npt
 
-from gapbeam.meshes.group_names import BODY, CONTACT_FACES
+from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.group_names import BODY
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.user_mesh.cell_types import Facets, Nodes
 
@@ -18,24 +19,28 @@ MOST_ALONG = 0.9
 Coordinates = npt.NDArray[np.float64]
 
 
-def check_facing(where: str, dimension: int, nodes: dict[str, Nodes], facets: Facets, points: Coordinates) -> None:
-    """Check where the facets of base and gland look.
+def check_facing(
+    where: str, geometry: BeamGeometry, nodes: dict[str, Nodes], facets: Facets, points: Coordinates
+) -> None:
+    """Check where the facets that face supports look.
 
     The normal of a facet is that of its corners, away from the middle of the cell behind it.
 
     Args:
         where: The file, for messages.
-        dimension: Of the mesh.
+        geometry: The beam, with what faces a support.
         nodes: Nodes of the elements of each group, corners first.
         facets: Of the body.
         points: Coordinates of all nodes, (nodes, 3), m.
 
     Raises:
-        MeshError: facets of the base do not look down, or those of the gland not up.
+        MeshError: facets of the lower surface do not look down, or those of the upper one not up.
     """
+    dimension = geometry.dimension
     x = points[:, :dimension]
     behind = {facets.corners[row].tobytes(): facets.cells[row] for row in facets.on_surface}
-    for name, side in zip(CONTACT_FACES, (-1.0, 1.0), strict=True):
+    for name, below, *_ in geometry.spans:
+        side = -1.0 if below else 1.0
         corners = nodes[name][:, : facets.corners.shape[1]]
         cells = [behind[row.tobytes()] for row in np.sort(corners, axis=1)]
         normals = _normals(x[corners], x[nodes[BODY][cells]].mean(axis=1))

@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.group_names import CONTACT_FACES
+from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 
 TOLERANCE = 0.01
@@ -23,11 +23,11 @@ def check_frame(where: str, geometry: BeamGeometry, faces: dict[str, Coordinates
     Args:
         where: The file, for messages.
         geometry: The beam of the case.
-        faces: Coordinates (nodes, 3) of base and gland, in m.
+        faces: Coordinates (nodes, 3) of what faces each support, by name, in m.
         body: Coordinates (nodes, 3) of the body, in m.
 
     Raises:
-        MeshError: another size, place or orientation; base or gland do not cover the support.
+        MeshError: another size, place or orientation; a face does not cover its support.
     """
     dimension = geometry.dimension
     if not np.all(np.isfinite(body)):
@@ -42,17 +42,20 @@ def check_frame(where: str, geometry: BeamGeometry, faces: dict[str, Coordinates
     expected = np.array(geometry.upper) - np.array(geometry.lower)
     _check_size(where, upper - lower, expected)
     _check_place(where, lower, np.array(geometry.lower), expected)
-    for name in CONTACT_FACES:
-        _check_support(f"{where}, group {name}", geometry, faces[name][:, 0])
-    heights = [faces[name][:, dimension - 1].mean() for name in CONTACT_FACES]
-    if heights[0] >= heights[1]:
-        axis = "xyz"[dimension - 1]
-        raise MeshError(
-            where,
-            found=f"base at {axis} = {heights[0]:g} m and gland at {axis} = {heights[1]:g} m on average",
-            expected=f"base below gland, {axis} pointing up",
-            hint='Perhaps the names "base" and "gland" are exchanged.',
-        )
+    for span in geometry.spans:
+        _check_support(f"{where}, group {span.name}", geometry, span, faces[span.name][:, 0])
+    means = {span: float(faces[span.name][:, dimension - 1].mean()) for span in geometry.spans}
+    for lower, upper in permutations(geometry.spans, 2):
+        alike = (lower.start, lower.end) == (upper.start, upper.end)
+        if alike and lower.below and not upper.below and means[lower] >= means[upper]:
+            axis = "xyz"[dimension - 1]
+            raise MeshError(
+                where,
+                found=f"{lower.name} at {axis} = {means[lower]:g} m and {upper.name} at {axis} = {means[upper]:g} m "
+                "on average",
+                expected=f"{lower.name} below {upper.name}, {axis} pointing up",
+                hint=f'Perhaps the names "{lower.name}" and "{upper.name}" are exchanged.',
+            )
 
 
 def _check_size(where: str, found: Coordinates, expected: Coordinates) -> None:
@@ -91,17 +94,17 @@ def _check_place(where: str, found: Coordinates, expected: Coordinates, size: Co
         )
 
 
-def _check_support(where: str, geometry: BeamGeometry, x: Coordinates) -> None:
-    """Base and gland reach from x = 0 to the end of the support."""
-    length, support = geometry.length, geometry.support_length
+def _check_support(where: str, geometry: BeamGeometry, span: ContactSpan, x: Coordinates) -> None:
+    """A contact face reaches from the start to the end of its support."""
+    length, wanted = geometry.length, np.array([span.start, span.end])
     ends = np.array([x.min(), x.max()])
-    if np.all(np.abs(ends - (0.0, support)) <= TOLERANCE * support):
+    if np.all(np.abs(ends - wanted) <= TOLERANCE * (span.end - span.start)):
         return
-    mirrored = np.all(np.abs(ends - (length - support, length)) <= TOLERANCE * length)
+    mirrored = np.all(np.abs(ends - (length - wanted[::-1])) <= TOLERANCE * length)
     raise MeshError(
         where,
         found=f"facets from x = {ends[0]:g} m to x = {ends[1]:g} m",
-        expected=f"from x = 0 to x = {support:g} m, the length of the support",
+        expected=f"from x = {span.start:g} to x = {span.end:g} m, the length of the support",
         hint="The supported end seems to be at the far end: turn the mesh around." if mirrored else "",
     )
 

@@ -1,4 +1,4 @@
-"""The physical groups of a user's mesh: body, base and gland have to be there."""
+"""The physical groups of a user's mesh: the body and what faces each support have to be there."""
 
 from __future__ import annotations
 
@@ -6,26 +6,28 @@ import difflib
 
 import gmsh
 
-from gapbeam.meshes.group_names import BODY, CONTACT_FACES, FACES
+from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.group_names import BODY, ENDS, contact_faces
 from gapbeam.meshes.mesh_errors import MeshError
 
 _KINDS = {0: "points", 1: "curves", 2: "surfaces", 3: "volumes"}
 
 
-def check_groups(where: str, dimension: int) -> dict[str, int]:
+def check_groups(where: str, geometry: BeamGeometry) -> dict[str, int]:
     """Find the groups in the current gmsh model, and remove all that mean nothing to gapbeam.
 
     Returns:
-        Name to tag: body, base, gland, and end and tip when they are there.
+        Name to tag: body, those of the spans, and end and tip when they are there.
 
     Raises:
         MeshError: the mesh has another dimension, or groups are missing.
     """
+    dimension, faces = geometry.dimension, contact_faces(geometry)
     _check_dimension(where, dimension)
     found = {(dim, gmsh.model.getPhysicalName(dim, tag)): tag for dim, tag in gmsh.model.getPhysicalGroups()}
-    wanted = {BODY: dimension, **dict.fromkeys(FACES, dimension - 1)}
+    wanted = {BODY: dimension, **dict.fromkeys((*faces, *ENDS), dimension - 1)}
     kept = {name: found[dim, name] for name, dim in wanted.items() if (dim, name) in found}
-    missing = [name for name in (BODY, *CONTACT_FACES) if name not in kept]
+    missing = [name for name in (BODY, *faces) if name not in kept]
     if missing:
         listed = [f'"{name}" ({_KINDS[dim]})' for dim, name in sorted(found) if name]
         unnamed = sum(not name for _, name in found)
@@ -36,13 +38,17 @@ def check_groups(where: str, dimension: int) -> dict[str, int]:
             found=f"the physical groups {', '.join(listed)}" if listed else "no physical groups",
             expected=f"also {' and '.join(f'{name} ({_KINDS[wanted[name]]})' for name in missing)}"
             if listed
-            else f"{BODY} ({_KINDS[dimension]}), base and gland ({_KINDS[dimension - 1]})",
+            else f"{BODY} ({_KINDS[dimension]}), {_listed(faces)} ({_KINDS[dimension - 1]})",
             hint=" ".join(filter(None, (_near_miss(name, wanted[name], list(found)) for name in missing))),
         )
     useless = [(dim, tag) for (dim, name), tag in found.items() if wanted.get(name) != dim]
     if useless:
         gmsh.model.removePhysicalGroups(useless)
     return kept
+
+
+def _listed(names: tuple[str, ...]) -> str:
+    return " and ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 def _check_dimension(where: str, dimension: int) -> None:

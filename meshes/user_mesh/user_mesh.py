@@ -22,7 +22,7 @@ from gapbeam.meshes.user_mesh.frame_check import TOLERANCE, check_frame
 def read_mesh(comm: MPI.Comm, path: str | PathLike[str], geometry: BeamGeometry) -> TaggedMesh:
     """Read, check and distribute a mesh saved by gmsh, with named physical groups.
 
-    Groups: body (all cells), base and gland (facets of the support); optionally end (x = 0) and tip
+    Groups: body (all cells), those of the spans (facets of the supports); optionally end (x = 0) and tip
     (x = length). Others are ignored. Cells of one type, order 1 or 2. Coordinates in m, in the beam frame.
 
     Args:
@@ -31,7 +31,7 @@ def read_mesh(comm: MPI.Comm, path: str | PathLike[str], geometry: BeamGeometry)
         geometry: Dimensions that the mesh has to agree with; its points are not looked at.
 
     Returns:
-        Mesh with the facet groups base and gland, and end and tip when the file has them.
+        Mesh with the facet groups of the spans, and end and tip when the file has them.
 
     Raises:
         MeshError: on all ranks: the file cannot be read, groups or elements are missing or unsuitable, or the
@@ -73,7 +73,7 @@ def _load(path: Path, geometry: BeamGeometry) -> dict[str, int]:
     where = f"mesh file {path}"
     load_msh(path)
     with gmsh_errors(where, "a mesh that can be used"):
-        groups = check_groups(where, geometry.dimension)
+        groups = check_groups(where, geometry)
         nodes, facets = check_elements(where, geometry.dimension, groups)
         tags, coordinates, _ = gmsh.model.mesh.getNodes()
         points = np.empty((len(tags), 3))
@@ -81,5 +81,5 @@ def _load(path: Path, geometry: BeamGeometry) -> dict[str, int]:
         used = {name: points[np.unique(rows)] for name, rows in nodes.items()}
         check_frame(where, geometry, used, used[BODY])
         check_surface(f"{where}, group {BODY}", geometry.dimension, nodes[BODY], facets, points)
-        check_facing(where, geometry.dimension, nodes, facets, points)
+        check_facing(where, geometry, nodes, facets, points)
     return {name: tag for name, tag in groups.items() if name != BODY}

@@ -1,4 +1,4 @@
-"""Figure: contact forces on base and gland, gap and penetration."""
+"""Figure: contact forces on the faces of the supports, gap and penetration."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from gapbeam.postprocess.figures.figure_style import BLACK, FACE_STYLES, GRAY, letter, panels
+from gapbeam.postprocess.figures.figure_style import GRAY, face_style, letter, panels
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.signal import face_signal
 
@@ -14,7 +14,7 @@ _MICRO = 1.0e6
 
 
 def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int = 3) -> Figure:
-    """Draw normal force, smallest gap and penetration of both faces; left the whole record, right a part of it.
+    """Draw normal force, smallest gap and penetration of every face; left the whole record, right a part of it.
 
     Args:
         history: `Results.history`, with contact_force and penetration.
@@ -31,7 +31,7 @@ def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int
     figure, axes = panels(3, 2, height=1.35, sharey="row", sharex="col", width_ratios=[1.5, 1.0])
     for face, force in zip(faces, forces, strict=True):
         depth = _MICRO * face_signal(history, "penetration", face).values
-        style = FACE_STYLES.get(face, {"color": BLACK, "linestyle": ":", "linewidth": 1.0})
+        style = face_style(face, faces)
         rows = (force, np.maximum(-depth, 0.0), np.maximum(depth, 0.0))
         for values, (whole, end) in zip(rows, axes, strict=True):
             whole.plot(time, values, **{**style, "linewidth": 0.5, "linestyle": "-"})

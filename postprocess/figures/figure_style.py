@@ -26,10 +26,21 @@ GREEN = "#009E73"
 SKY = "#56B4E9"
 PURPLE = "#CC79A7"
 
-FACE_STYLES: dict[str, dict[str, Any]] = {
-    "base": {"color": BLACK, "linestyle": "-", "linewidth": 1.0},
-    "gland": {"color": VERMILION, "linestyle": "--", "linewidth": 1.0},
-}
+BASE_AND_GLAND = ("base", "gland")
+COLORS = (BLACK, VERMILION, BLUE, GREEN, PURPLE, SKY)
+
+
+def face_style(face: str, faces: Sequence[str]) -> dict[str, Any]:
+    """Return the line of one of several faces: a color for each, dashed where it stands above the beam.
+
+    Args:
+        face: Name of the face; "" for a curve of something else.
+        faces: Names of all faces that are drawn together.
+    """
+    number = (BASE_AND_GLAND if face in BASE_AND_GLAND else list(faces)).index(face) % len(COLORS)
+    above = face == "gland" or face.endswith("_above")
+    return {"color": COLORS[number], "linestyle": "--" if above else "-", "linewidth": 1.0}
+
 
 _PARAMETERS: dict[str, Any] = {
     "font.family": "STIXGeneral",

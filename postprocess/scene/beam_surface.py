@@ -52,16 +52,14 @@ class Body:
     Attributes:
         skin: Its outer surface but for `faces`; the whole plane in 2D.
         edges: Its outline.
-        faces: What faces base and gland; lines in 2D.
-        base: Numbers of the mesh points on the base, (b,).
-        gland: Numbers of the mesh points under the gland, (g,).
+        faces: What faces a support; lines in 2D.
+        touching: Numbers of the mesh points on each face of the supports.
     """
 
     skin: Part
     edges: Part
     faces: Part
-    base: np.ndarray
-    gland: np.ndarray
+    touching: dict[str, np.ndarray]
 
     @property
     def parts(self) -> tuple[Part, Part, Part]:
@@ -88,23 +86,25 @@ def body_of(fields: Fields, support: Support) -> Body:
     if support.dimension == 2:
         outline = _part(edges, fields)
         pairs = edges.lines.reshape(-1, 3)[:, 1:]
-        down, up = _facing(outline.points[pairs], _lines_normals(outline.rest[pairs], support), fields.points, support)
+        held = _facing(outline.points[pairs], _lines_normals(outline.rest[pairs], support), fields.points, support)
+        facing = np.any(list(held.values()), axis=0)
         faces = pv.PolyData(
             np.asarray(edges.points),
-            lines=np.array([(2, *pair) for pair in pairs[down | up]], dtype=int).reshape(-1),
+            lines=np.array([(2, *pair) for pair in pairs[facing]], dtype=int).reshape(-1),
         )
         faces.point_data[_ORIGINAL] = outline.points
         numbers = outline.points[pairs]
     else:
         corners = np.asarray(skin.point_data[_ORIGINAL])[skin.regular_faces].astype(int)
         cells = np.asarray(skin.cell_data[_CELL]).astype(int)
-        down, up = _facing(
+        held = _facing(
             corners, _normals(fields.points[corners], grid.cell_centers().points[cells]), fields.points, support
         )
-        faces, skin = _pick(skin, down | up), _pick(skin, ~(down | up))
+        facing = np.any(list(held.values()), axis=0)
+        faces, skin = _pick(skin, facing), _pick(skin, ~facing)
         numbers = corners
-    base, gland = np.unique(numbers[down]), np.unique(numbers[up])
-    return Body(_part(skin, fields), _part(edges, fields), _part(faces, fields), base, gland)
+    touching = {face: np.unique(numbers[which]) for face, which in held.items()}
+    return Body(_part(skin, fields), _part(edges, fields), _part(faces, fields), touching)
 
 
 def _part(mesh: pv.PolyData, fields: Fields) -> Part:
@@ -117,13 +117,10 @@ def _part(mesh: pv.PolyData, fields: Fields) -> Part:
     return Part(copy, numbers, rest)
 
 
-def _facing(
-    facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support: Support
-) -> tuple[np.ndarray, np.ndarray]:
-    """Which facets of the surface face base and gland, (facets,) each: flat and curved faces alike.
+def _facing(facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support: Support) -> dict[str, np.ndarray]:
+    """Which facets of the surface face each plane of the supports, (facets,) by face: flat and curved ones alike.
 
-    These are the facets within the support whose outward normal points down, below the middle of the section, and those
-    whose normal points up, above it.
+    These are the facets along the block whose outward normal points at it, on its side of the middle of the section.
 
     Args:
         facets: Numbers of their points, (facets, corners).
@@ -132,13 +129,15 @@ def _facing(
         support: Beam and support.
     """
     near = _NEAR * (support.end - support.start)
-    held = points[facets, 0].max(axis=1, initial=-np.inf) <= support.start + support.length + near
+    first, last = points[facets, 0].min(axis=1, initial=np.inf), points[facets, 0].max(axis=1, initial=-np.inf)
     height = points[facets, support.dimension - 1].mean(axis=1)
     middle = 0.5 * (support.bottom + support.top)
-    return (
-        held & (normals < -_LEAST_FACING) & (height < middle),
-        held & (normals > _LEAST_FACING) & (height > middle),
-    )
+    down = (normals < -_LEAST_FACING) & (height < middle)
+    up = (normals > _LEAST_FACING) & (height > middle)
+    return {
+        block.face: (down if block.below else up) & (first >= block.along[0] - near) & (last <= block.along[1] + near)
+        for block in support.blocks
+    }
 
 
 def _lines_normals(lines: np.ndarray, support: Support) -> np.ndarray:

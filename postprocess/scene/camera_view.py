@@ -15,8 +15,8 @@ from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.support_surface import Support
 
 BEAM = "#C9D3DC"
-BASE = "#808080"
-GLAND = "#9C9C9C"
+BELOW = "#808080"
+ABOVE = "#9C9C9C"
 EDGE = "#2B2B2B"
 REST = "#9A9A9A"
 # From the color of the beam through orange to dark red: darker means more, also in print without color.
@@ -118,10 +118,9 @@ def _colors(largest_pressure: float, flat: bool) -> pv.LookupTable:
 
 def _add_blocks(plotter: pv.Plotter, support: Support, scale: float, line: float) -> None:
     flat = support.dimension == 2
-    for box, color, opacity in (
-        (support.base(), BASE, 1.0),
-        (support.gland(scale), GLAND, 1.0 if flat else 0.5),
-    ):
+    for piece in support.blocks:
+        box, color = support.box(piece, scale), BELOW if piece.below else ABOVE
+        opacity = 1.0 if flat or piece.below else 0.5
         corners = [(box[0], box[2], 0.0), (box[1], box[2], 0.0), (box[1], box[3], 0.0)]
         block = pv.Rectangle(corners) if flat else pv.Box(bounds=box)
         plotter.add_mesh(block, color=color, opacity=opacity, lighting=not flat, ambient=0.0 if flat else 0.3)

@@ -12,7 +12,6 @@ from gapbeam.postprocess.scene.support_surface import Support
 Span = tuple[float, float]
 
 _ROUND = (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0)
-_BEYOND = 1.3
 _GAP_SHOWN = 0.45
 _MOTION_SHOWN = 1.2
 
@@ -33,11 +32,6 @@ class Window:
     def center(self) -> tuple[float, float]:
         """Middle of x and height."""
         return 0.5 * (self.x[0] + self.x[1]), 0.5 * (self.height[0] + self.height[1])
-
-
-def near_end(support: Support) -> float:
-    """X up to which the picture of the support shows the beam, m."""
-    return min(support.end, support.start + _BEYOND * support.length)
 
 
 def scale_of_whole(motion: Motion, support: Support, size: tuple[int, int]) -> float:
@@ -72,17 +66,17 @@ def scale_of_support(motion: Motion, support: Support) -> float:
 
 def window_of_whole(motion: Motion, support: Support, scale: float, size: tuple[int, int]) -> Window:
     """The whole beam at all times, with the aspect of its picture."""
-    bending = support.dimension - 1
-    low = min(support.bottom + scale * motion.lowest, support.base()[2 * bending])
-    high = max(support.top + scale * motion.highest, support.gland(scale)[2 * bending + 1])
+    low, high = support.heights(support.blocks, scale)
+    low, high = min(support.bottom + scale * motion.lowest, low), max(support.top + scale * motion.highest, high)
     return _fitted((support.start, support.end), (low, high), size, 0.02, 0.04)
 
 
 def window_of_support(support: Support, scale: float, size: tuple[int, int]) -> Window:
     """The support and a little of the beam beyond it."""
-    bending = support.dimension - 1
-    low, high = support.base()[2 * bending], support.gland(scale)[2 * bending + 1]
-    return _fitted((support.start - 0.04 * support.length, near_end(support)), (low, high), size, 0.02, 0.05)
+    first, last = support.shown_near
+    if first == support.near[0]:
+        first -= 0.04 * (support.near[1] - support.near[0])
+    return _fitted((first, last), support.heights(support.near_blocks(), scale), size, 0.02, 0.05)
 
 
 def _fitted(x: Span, height: Span, size: tuple[int, int], room_x: float, room_height: float) -> Window:

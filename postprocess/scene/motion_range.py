@@ -33,15 +33,15 @@ class Motion:
     strongest: int
 
 
-def motion_of(fields: Fields, near: float) -> Motion:
+def motion_of(fields: Fields, near: tuple[float, float]) -> Motion:
     """Go through all frames once.
 
     Args:
         fields: At least one frame.
-        near: x up to which points count as near the support, m.
+        near: Limits of x within which points count as near the support, m.
     """
     x, bending = fields.points[:, 0], fields.dimension - 1
-    end, close = x > x.max() - 1e-6 * np.ptp(x), x <= near
+    end, close = x > x.max() - 1e-6 * np.ptp(x), (x >= near[0]) & (x <= near[1])
     rows = []
     for frame in fields:
         moved = frame.displacement[:, bending]

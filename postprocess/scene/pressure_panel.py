@@ -1,4 +1,4 @@
-"""The panel of contact pressures: curves along the support in 2D, maps of both faces in 3D."""
+"""The panel of contact pressures on the support shown from near: curves along it in 2D, maps of its faces in 3D."""
 
 from __future__ import annotations
 
@@ -10,16 +10,15 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
-from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION
+from gapbeam.postprocess.figures.figure_style import BASE_AND_GLAND, face_style
 from gapbeam.postprocess.scene.camera_view import PRESSURES
 from gapbeam.postprocess.scene.support_surface import Support
 
 _MEGA = 1.0e-6
-_STYLES = {"base": (BLACK, "-"), "gland": (VERMILION, "--")}
 
 
 class PressurePanel:
-    """Contact pressure on base and gland, filled again for every frame."""
+    """Contact pressure on the faces of a support, filled again for every frame."""
 
     def __init__(
         self,
@@ -73,11 +72,11 @@ class PressurePanel:
         panel = figure.add_axes(place)
         for face, numbers in faces.items():
             order = numbers[np.argsort(points[numbers, 0])]
-            color, line = _STYLES[face]
+            style = face_style(face, list(faces))
             x = 1e3 * points[order, 0]
-            (self._artists[face],) = panel.plot(x, 0.0 * x, color=color, ls=line, lw=1.6, label=face)
+            (self._artists[face],) = panel.plot(x, 0.0 * x, **{**style, "linewidth": 1.6}, label=face)
             self._numbers[face] = order
-        panel.set_xlim(1e3 * support.start, 1e3 * (support.start + support.length))
+        panel.set_xlim(1e3 * support.near[0], 1e3 * support.near[1])
         panel.set_ylim(0.0, self._limit)
         panel.set_xlabel("x (mm)", labelpad=0)
         panel.set_ylabel("contact pressure (MPa)", labelpad=6)
@@ -97,7 +96,8 @@ class PressurePanel:
     ) -> None:  # fmt: skip
         left, bottom, width, height = place
         each = 0.36 * height
-        for face, low in (("base", bottom), ("gland", bottom + 0.5 * height)):
+        for number, face in enumerate(faces):
+            low = bottom + 0.5 * height * number
             panel = figure.add_axes((left, low, width, each))
             numbers = faces[face]
             x, y = 1e3 * points[numbers, 0], 1e3 * points[numbers, 1]
@@ -113,9 +113,14 @@ class PressurePanel:
                 self._numbers[face] = numbers
             panel.set_ylabel("y (mm)")
             panel.set_yticks([1e3 * support.front, 0.0, 1e3 * support.back])
-            panel.set_title(f"pressure on the {face} (MPa)", loc="left", fontsize="medium", pad=4)
+            panel.set_title(
+                f"pressure on the {face} (MPa)" if face in BASE_AND_GLAND else f"{face} (MPa)",
+                loc="left",
+                fontsize="medium",
+                pad=4,
+            )
             panel.spines[:].set_visible(True)
-            if face == "base":
+            if number == 0:
                 panel.set_xlabel("x (mm)", labelpad=0)
             else:
                 panel.tick_params(labelbottom=False)

@@ -8,10 +8,10 @@ import numpy as np
 
 from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene.beam_surface import body_of
 from gapbeam.postprocess.scene.camera_view import View
 from gapbeam.postprocess.scene.camera_window import (
-    near_end,
     scale_of_support,
     scale_of_whole,
     window_of_support,
@@ -21,7 +21,7 @@ from gapbeam.postprocess.scene.caption import caption_of
 from gapbeam.postprocess.scene.motion_range import motion_of
 from gapbeam.postprocess.scene.sheet import WHOLE, ZOOM, Sheet, pixels
 from gapbeam.postprocess.scene.support_surface import support_of
-from gapbeam.postprocess.scene.traces import traces_of
+from gapbeam.postprocess.scene.traces import loudest_face, traces_of
 
 Scale = Literal["auto"] | float
 
@@ -49,8 +49,9 @@ class Studio:
             frames_per_second: Of the film; 0 for no film.
         """
         self._fields = fields
-        support = support_of(fields.points, fields.dimension, results.case)
-        motion = motion_of(fields, near_end(support))
+        supports = supports_of(results.summary, results.case)
+        support = support_of(fields.points, fields.dimension, supports, loudest_face(results))
+        motion = motion_of(fields, support.shown_near)
         sizes = pixels(WHOLE, size), pixels(ZOOM, size)
         factors = (
             (scale_of_whole(motion, support, sizes[0]), scale_of_support(motion, support))
@@ -67,6 +68,7 @@ class Studio:
             for k, direction in enumerate((_FROM_WHOLE, _FROM_SUPPORT))
         ]
         self._motion, self._traces = motion, traces_of(results, motion.times, motion.tip)
+        close = {block.face: body.touching[block.face] for block in support.near_blocks()}
         caption = caption_of(
             results.title,
             factors,
@@ -75,7 +77,7 @@ class Studio:
             motion.times,
             frames_per_second,
         )
-        pressures = fields.points, {"base": body.base, "gland": body.gland}, motion.largest_pressure
+        pressures = fields.points, close, motion.largest_pressure
         self._sheet = Sheet(size, support, pressures, self._traces, caption, windows)
 
     def moments(self) -> dict[str, tuple[int, str]]:
@@ -85,7 +87,7 @@ class Studio:
             strongest, remark = motion.strongest, "largest contact pressure of all fields"
         else:
             strongest = int(np.argmax(forces))
-            remark = f"largest contact force of all fields: {forces[strongest]:.4g} N on base and gland together"
+            remark = f"largest contact force of all fields: {forces[strongest]:.4g} N on all faces together"
             time, force = self._traces.peak_force()
             if forces[strongest] < _NEARLY * force:
                 remark += f"; between fields {force:.4g} N at {1e3 * time:.4g} ms"

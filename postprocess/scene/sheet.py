@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -12,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, VERMILION
+from gapbeam.postprocess.figures.figure_style import GRAY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.caption import Caption
@@ -80,8 +81,8 @@ class Sheet:
         Args:
             size: Width and height in pixels.
             support: Beam and support.
-            pressures: Points of the undeformed mesh, m; numbers of those on base and gland; largest pressure,
-                Pa.
+            pressures: Points of the undeformed mesh, m; numbers of those on each face of the support shown from
+                near; largest pressure, Pa.
             traces: Time signals.
             caption: Texts.
             windows: What the pictures of the whole beam and of the support show.
@@ -95,7 +96,8 @@ class Sheet:
             self._whole = self._picture(WHOLE, windows[0], support, 11)
             self._near = self._picture(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures)
-            self._force = self._trace(_FORCE, "force (N)", traces.time, traces.forces)
+            close = [block.face for block in support.near_blocks()]
+            self._force = self._trace(_FORCE, "force (N)", traces.time, traces.forces, close)
             self._motion = self._trace(
                 _MOTION, f"{traces.place} (mm)", traces.displacement_time, {"": 1e3 * traces.displacement}
             )
@@ -143,7 +145,7 @@ class Sheet:
         panel.set_xticks([])
         panel.spines[:].set_visible(False)
         if support.dimension == 2:
-            first, last = 1e3 * support.start, min(1e3 * support.end, extent[1])
+            first, last = max(1e3 * support.start, extent[0]), min(1e3 * support.end, extent[1])
             step = ruler_step(extent[1] - extent[0], most)
             ticks = np.arange(np.ceil(first / step - 1e-6), np.floor(last / step + 1e-6) + 1) * step + 0.0
             panel.set_xticks(ticks, [*(f"{x:g}" for x in ticks[:-1]), f"{ticks[-1]:g} mm"])
@@ -151,19 +153,23 @@ class Sheet:
             panel.spines["bottom"].set_bounds(first, last)
         return image
 
-    def _trace(self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray]) -> tuple[Axes, Line2D]:
+    def _trace(
+        self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray], close: Sequence[str] = ("",)
+    ) -> tuple[Axes, Line2D]:
+        """Draw curves over time: those that are close in colors, all others in gray with one entry in the legend."""
         panel = self.figure.add_axes(place)
-        styles = {"base": (BLACK, "-"), "gland": (VERMILION, "--"), "": (BLACK, "-")}
-        for name, values in curves.items():
-            color, line = styles.get(name, (GRAY, "-."))
-            panel.plot(1e3 * time, values, color=color, ls=line, lw=1.3 * self._large, label=name)
+        others = [name for name in curves if name not in close]
+        for name in (*others, *(name for name in close if name in curves)):
+            style = {"color": GRAY, "zorder": 1} if name in others else face_style(name, close)
+            label_here = name if name in close else "others" if name == others[0] else "_"
+            panel.plot(1e3 * time, curves[name], label=label_here, **style | {"linewidth": 1.3 * self._large})
         panel.set_ylabel(label)
         panel.yaxis.set_label_coords(-0.2, 0.5)
         panel.locator_params(nbins=4)
         if len(curves) > 1:
             panel.legend(
-                loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=2, borderaxespad=0.0,
-                handlelength=1.6, columnspacing=1.0,
+                loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=3, borderaxespad=0.0,
+                handlelength=1.2, columnspacing=0.8,
             )  # fmt: skip
         return panel, panel.axvline(0.0, color=GRAY, lw=2.0 * self._large, zorder=0)
 

@@ -1,29 +1,50 @@
-"""The support as it is drawn: base and gland blocks, the clearance enlarged as the displacements are."""
+"""The supports as they are drawn: a block for each plane, the gaps enlarged as the displacements are."""
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
+from gapbeam.postprocess.results.supports_of_run import RunSupport
+
 Box = tuple[float, float, float, float, float, float]
+Span = tuple[float, float]
 
 _BLOCK_HEIGHT = 0.9
 _BEHIND = 0.35
+_BEYOND = 0.3
+
+
+@dataclass(frozen=True)
+class Block:
+    """One plane of a support.
+
+    Attributes:
+        face: Name of the face that touches it.
+        below: Whether the block stands below the beam.
+        along: Where it begins and ends along the beam, m.
+        gap: Distance from the undeformed beam, m.
+    """
+
+    face: str
+    below: bool
+    along: Span
+    gap: float
 
 
 @dataclass(frozen=True)
 class Support:
-    """Beam and support as boxes, m.
+    """Beam and supports as boxes, m.
 
     Attributes:
         dimension: 2 or 3; the bending direction is y or z.
-        length: Of the supported part from `start`.
-        clearance: Pad thickness minus beam thickness.
-        start: x of the supported end.
-        end: x of the free end.
+        blocks: The planes of all supports.
+        near: The support that is shown from near: where it begins and ends along the beam.
+        clearance: Of this support.
+        start: x of one end of the beam.
+        end: x of the other end.
         bottom: Of the beam, in the bending direction.
         top: Of the beam.
         front: Smallest y of the beam in 3D, else 0.
@@ -31,7 +52,8 @@ class Support:
     """
 
     dimension: int
-    length: float
+    blocks: tuple[Block, ...]
+    near: Span
     clearance: float
     start: float
     end: float
@@ -45,41 +67,66 @@ class Support:
         """Of the beam, in the bending direction."""
         return self.top - self.bottom
 
-    def base(self) -> Box:
-        """The base block: x, y, z limits; its upper face is the lower face of the undeformed beam."""
-        return self._box(self.bottom - _BLOCK_HEIGHT * self.thickness, self.bottom)
+    @property
+    def shown_near(self) -> Span:
+        """The part of the beam that the picture of the support shows, m."""
+        beyond = _BEYOND * (self.near[1] - self.near[0])
+        return max(self.start, self.near[0] - beyond), min(self.end, self.near[1] + beyond)
 
-    def gland(self, scale: float) -> Box:
-        """The gland block, its lower face `scale` times the clearance above the undeformed beam.
+    def near_blocks(self) -> tuple[Block, ...]:
+        """The planes of the support that is shown from near."""
+        return tuple(block for block in self.blocks if block.along == self.near)
 
-        A point of the beam displaced by u is drawn at its place + scale u: it touches this face where u is
-        the clearance, neither earlier nor later.
+    def box(self, block: Block, scale: float) -> Box:
+        """The limits in x, y, z of a block, its plane `scale` times the gap away from the undeformed beam.
+
+        A point of the beam displaced by u is drawn at its place + scale u: it touches this plane where u is the gap,
+        neither earlier nor later.
         """
-        face = self.top + scale * self.clearance
-        return self._box(face, face + _BLOCK_HEIGHT * self.thickness)
-
-    def _box(self, low: float, high: float) -> Box:
-        first, last = self.start, self.start + self.length
+        height = _BLOCK_HEIGHT * self.thickness
+        if block.below:
+            plane = self.bottom - scale * block.gap
+            low, high = plane - height, plane
+        else:
+            plane = self.top + scale * block.gap
+            low, high = plane, plane + height
+        first, last = block.along[0], block.along[1]
         if self.dimension == 2:
             return (first, last, low, high, 0.0, 0.0)
         return (first, last, self.front, self.back + _BEHIND * (self.back - self.front), low, high)
 
+    def heights(self, blocks: tuple[Block, ...], scale: float) -> Span:
+        """The limits of blocks and beam in the bending direction, m."""
+        bending = self.dimension - 1
+        boxes = [self.box(block, scale)[2 * bending : 2 * bending + 2] for block in blocks]
+        return min(self.bottom, *(low for low, _ in boxes)), max(self.top, *(high for _, high in boxes))
 
-def support_of(points: np.ndarray, dimension: int, case: Mapping[str, Any]) -> Support:
-    """Read beam and support from the mesh and the case.
+
+def support_of(
+    points: np.ndarray, dimension: int, supports: Sequence[RunSupport], loudest: str | None = None
+) -> Support:
+    """Return beam and supports in the frame of the mesh.
 
     Args:
         points: Of the undeformed mesh, (points, 3), m.
         dimension: 2 or 3.
-        case: The case as run, with support.length and support.clearance.
+        supports: Those of the run.
+        loudest: The face whose support is shown from near; None: the first one.
     """
     low, high = points.min(axis=0), points.max(axis=0)
-    bending = dimension - 1
+    bending, first = dimension - 1, float(low[0])
+    blocks = tuple(
+        Block(plane.face, plane.below, (first + one.start, first + one.end), plane.gap)
+        for one in supports
+        for plane in one.planes
+    )
+    shown = next((one for one in supports if loudest in [plane.face for plane in one.planes]), supports[0])
     return Support(
         dimension=dimension,
-        length=float(case["support"]["length"]),
-        clearance=float(case["support"]["clearance"]),
-        start=float(low[0]),
+        blocks=blocks,
+        near=(first + shown.start, first + shown.end),
+        clearance=shown.clearance,
+        start=first,
         end=float(high[0]),
         bottom=float(low[bending]),
         top=float(high[bending]),

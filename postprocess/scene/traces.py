@@ -41,6 +41,12 @@ class Traces:
         return float(self.time[np.argmax(total)]), float(total.max())
 
 
+def loudest_face(results: Results) -> str | None:
+    """Return the face with the largest contact force of a run; None where its summary does not say."""
+    forces = results.summary.get("peak_contact_force") or {}
+    return max(forces, key=lambda face: float(forces[face]), default=None)
+
+
 def traces_of(results: Results, fields_times: np.ndarray, tip: np.ndarray) -> Traces:
     """Take the forces from the history, and the displacement of the probe nearest to the free end.
 

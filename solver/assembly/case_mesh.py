@@ -9,6 +9,7 @@ from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.beam_mesh import build_beam
+from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
@@ -24,7 +25,7 @@ def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
 
 def geometry_of(case: Case) -> BeamGeometry:
     """Return the beam of a case, with the points that shall be nodes."""
-    mesh, beam = case.mesh, case.beam
+    mesh, beam, layout = case.mesh, case.beam, case.layout
     points = [point for load in case.load if (point := load.place.point) is not None]
     points += [probe.point for probe in case.probe]
     return BeamGeometry(
@@ -32,8 +33,11 @@ def geometry_of(case: Case) -> BeamGeometry:
         length=beam.length,
         thickness=beam.thickness,
         width=beam.width,
-        support_length=case.support.length,
+        support_length=layout.end,
         points=tuple(_coordinates(point, mesh.dimension) for point in points),
+        spans=tuple(
+            ContactSpan(face.name, face.side > 0.0, one.start, one.end) for one in layout.supports for face in one.faces
+        ),
     )
 
 

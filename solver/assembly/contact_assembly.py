@@ -1,14 +1,13 @@
 """From tagged faces to the contact operator G, H, T, w, g0.
 
-Contact points are the quadrature points of the facets of base and gland. The faces are met along the bending
-axis: the base lies below the lowest point of its face, the gland `clearance` above the highest point of its
-face, so faces that are not flat start with their own gaps. Weights are areas projected on the bending axis. Friction
-acts across it, along the other axes.
+Contact points are the quadrature points of the facets that face a support. The faces are met along the bending
+axis: a plane stands the gap of its face away from the outermost point of the facets, so faces that are not flat start
+with their own gaps. Weights are areas projected on the bending axis. Friction acts across it, along the other axes.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -17,7 +16,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
 from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, stress_rows, trace_bounds
-from gapbeam.solver.supports.support import Support
+from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.operators import Array, Indices, Interface, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -42,17 +41,17 @@ class NitscheContact:
 def contact_operator(
     space: Any,
     faces: Mapping[str, Indices],
-    clearance: float,
+    supported: Sequence[Face],
     width: float,
     rule: PointRule,
     friction: bool = False,
 ) -> ContactOperator:
-    """Build G, w and g0 for base (below, gap u) and gland (above, gap clearance - u).
+    """Build G, w and g0: the gap is gap + u at a face below the beam, and gap - u at one above it.
 
     Args:
         space: Blocked vector Lagrange space.
-        faces: Local facets of "base" and "gland".
-        clearance: m, of any sign.
+        faces: Local facets by the name of the face that they touch.
+        supported: These faces, with their sides and gaps.
         width: Factor of the weights in 2D, 1 in 3D, m.
         rule: Where the contact points of a facet lie.
         friction: Whether T is needed: the interface then holds all components of the nodes on the faces.
@@ -60,7 +59,7 @@ def contact_operator(
     Collective.
     """
     axis, block = space.mesh.geometry.dim - 1, space.dofmap.index_map_bs
-    points, _ = _points(space, faces, width, rule)
+    points, _ = _points(space, faces, supported, width, rule)
     used = np.abs(points.merged.values) > NO_ENTRY
     numbers = points.merged.nodes * block
     held = np.arange(block) if friction else np.array([axis])
@@ -69,7 +68,7 @@ def contact_operator(
     row, local = np.nonzero(used)
     columns = slots(numbers[row, local] + axis)
     gap = (points.signs[:, None] * points.merged.values)[row, local]
-    operator = points.operator(interface, csr_matrix((gap, (row, columns)), (len(used), interface.size)), clearance)
+    operator = points.operator(interface, csr_matrix((gap, (row, columns)), (len(used), interface.size)))
     if not friction:
         return operator
     along = np.arange(axis)
@@ -79,11 +78,16 @@ def contact_operator(
 
 
 def nitsche_operator(
-    space: Any, faces: Mapping[str, Indices], clearance: float, width: float, rule: PointRule, settings: Nitsche
+    space: Any,
+    faces: Mapping[str, Indices],
+    supported: Sequence[Face],
+    width: float,
+    rule: PointRule,
+    settings: Nitsche,
 ) -> NitscheContact:
     """Build G_N, H_N, w, g0, gamma and the correction of K; arguments as in `contact_operator`. Collective."""
     dimension, block = space.mesh.geometry.dim, space.dofmap.index_map_bs
-    points, local_points = _points(space, faces, width, rule)
+    points, local_points = _points(space, faces, supported, width, rule)
     bounds = trace_bounds(space, local_points, settings)
     gamma = settings.factor * np.array([bounds[int(cell)] for cell in points.merged.cells])
     numbers = points.merged.nodes[:, :, None] * block + np.arange(dimension)
@@ -98,17 +102,17 @@ def nitsche_operator(
     stress = csr_matrix((stress_rows(points.merged, settings.lame).reshape(-1), (rows, columns)), shape)
     scaled = csr_matrix(stress.multiply((1.0 / gamma)[:, None]))
     force = None if settings.theta == 1.0 else csr_matrix(geometry + settings.theta * scaled)
-    operator = points.operator(interface, csr_matrix(geometry + scaled), clearance, force, geometry)
+    operator = points.operator(interface, csr_matrix(geometry + scaled), force, geometry)
     added = correction(stress, points.merged.weights, gamma, settings.theta)
     return NitscheContact(operator, gamma, Springs(interface, added))
 
 
 @dataclass(frozen=True)
 class _Points:
-    """The points of all faces, one face after the other: the rows of each face, and its side s at each point."""
+    """The points of all faces, one face after the other: the faces, the rows of each, and its side s at each point."""
 
     merged: FacePoints
-    names: tuple[str, ...]
+    supported: tuple[Face, ...]
     rows: list[slice]
     signs: Array
 
@@ -116,15 +120,14 @@ class _Points:
         self,
         interface: Interface,
         gap_matrix: csr_matrix,
-        clearance: float,
         force_matrix: csr_matrix | None = None,
         geometry_matrix: csr_matrix | None = None,
     ) -> ContactOperator:
         height = self.merged.positions[:, gap_axis(self.merged)]
-        support = Support.named(self.names, float(self.merged.weights.sum()), clearance)
+        support = Support(self.supported, float(self.merged.weights.sum()))
         gaps = np.empty(len(height))
         for face, rows in zip(support.faces, self.rows, strict=True):
-            gaps[rows] = face.gaps(height[rows], clearance)
+            gaps[rows] = face.gaps(height[rows])
         return ContactOperator(
             interface=interface,
             gap_matrix=gap_matrix,
@@ -144,16 +147,15 @@ def gap_axis(points: FacePoints) -> int:
 
 
 def _points(
-    space: Any, faces: Mapping[str, Indices], width: float, rule: PointRule
+    space: Any, faces: Mapping[str, Indices], supported: Sequence[Face], width: float, rule: PointRule
 ) -> tuple[_Points, dict[str, FacePoints]]:
     """Return the points of all ranks, and those of this rank by face. Collective."""
-    mine = {name: face_points(space, facets, rule, width) for name, facets in faces.items()}
+    mine = {face.name: face_points(space, faces[face.name], rule, width) for face in supported}
     gathered = [gather_points(space.mesh.comm, points, merged=rule.nodal) for points in mine.values()]
     ends = np.cumsum([len(points.weights) for points in gathered])
     rows = [slice(int(end) - len(points.weights), int(end)) for end, points in zip(ends, gathered, strict=True)]
-    sides = Support.named(tuple(mine), 0.0, 0.0).sides
-    signs = np.concatenate([np.full(r.stop - r.start, side) for side, r in zip(sides, rows, strict=True)])
-    return _Points(FacePoints.join(gathered), tuple(mine), rows, signs), mine
+    signs = np.concatenate([np.full(r.stop - r.start, face.side) for face, r in zip(supported, rows, strict=True)])
+    return _Points(FacePoints.join(gathered), tuple(supported), rows, signs), mine
 
 
 def dof_interface(space: Any, numbers: list[Indices], block: int) -> tuple[Interface, Callable[[Indices], Indices]]:

@@ -1,7 +1,7 @@
 """The case file as frozen pydantic models: what a run is asked to do.
 
 SI units throughout, frequencies in Hz. The beam axis is x, with x = 0 at the supported end; the bending
-direction is y in 2D and z in 3D; the beam rests on the base (below) under the gland (above).
+direction is y in 2D and z in 3D; the beam rests on the base (below) under the gland (above), or in several supports.
 
 Reading, overriding and the reporting of faults are in `reading.case_reader`; contradictions between tables are
 found by `gapbeam.solver.case.checks.all_checks`.
@@ -19,6 +19,8 @@ from gapbeam.solver.case.model_table import FullModel, ModelTable
 from gapbeam.solver.case.solver_table import SolverTable
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
+from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.support_tables import SupportTables
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole, named
 
 
@@ -59,16 +61,6 @@ class Damping(Table):
     mass: NonNegative | None = Field(default=None, description="coefficient of the mass matrix, 1/s", examples=[4.4])
     stiffness: NonNegative | None = Field(
         default=None, description="coefficient of the stiffness matrix, s", examples=[9.4e-6]
-    )
-
-
-class Support(Table):
-    """The support region 0 <= x <= length between base and gland."""
-
-    length: Positive = Field(description="length of the supported part from x = 0, m", examples=[0.05])
-    clearance: Number = Field(
-        description="pad thickness minus beam thickness, negative for an interference fit, m",
-        examples=[0.107e-3],
     )
 
 
@@ -161,7 +153,9 @@ class Case(Table):
     beam: Beam
     material: Material
     damping: Damping = Damping()
-    support: Support
+    support: SupportTables = Field(
+        description="the base and gland at x = 0, as a table, or any supports along the beam, as an array of tables"
+    )
     restraint: Restraint = Restraint()
     mesh: Mesh = Mesh()
     model: Annotated[ModelTable, BeforeValidator(named)] = Field(
@@ -175,3 +169,8 @@ class Case(Table):
     solver: SolverTable = SolverTable()
     gates: Gates = Gates()
     output: Output = Output()
+
+    @property
+    def layout(self) -> Layout:
+        """Where the supports are, and how much play they leave."""
+        return Layout.of(self.support)

@@ -21,6 +21,7 @@ PATCH_SHARE = 0.1  # of the length of the support
 SLIP_SHARE = 0.01  # of the speed of sliding
 SLOWEST_SLIP = 1.0e-6  # m/s
 CLAMPED_ROOTS = (1.8751040687119611, 4.694091132974174)  # of 1 + cos x cosh x
+PINNED_ROOTS = (pi, 2.0 * pi)  # of sin x
 FREE_ROOTS = (4.730040744862704, 7.853204624095838)  # of 1 - cos x cosh x
 
 
@@ -38,6 +39,7 @@ class Default:
 def overhang_frequency(case: Case, mode: int = 1) -> float:
     """Return the bending frequency 1 or 2 of the overhang clamped at the support, Hz (Euler-Bernoulli).
 
+    Of several overhangs and spans between supports, pinned at both ends, that with the lowest frequency is meant.
     A stub that is shorter than the beam is thick does not bend. Then the longest span between contact points is taken,
     pinned at both ends, or, without contact points, the whole beam, free at both ends.
     """
@@ -54,25 +56,28 @@ def bending_words(case: Case) -> str:
 
 def _bending(case: Case) -> tuple[float, tuple[float, float], str]:
     """Return the length that bends, m, the roots of its two lowest modes, and what it is in words."""
-    beam, points = case.beam, case.contact.points or ()
-    free = beam.length - case.support.length
-    if free >= beam.thickness:
-        return free, CLAMPED_ROOTS, "clamped overhang"
+    beam, points, layout = case.beam, case.contact.points or (), case.layout
+    parts = [(free, CLAMPED_ROOTS, "clamped overhang") for free in layout.overhangs(beam.length)]
+    parts += [(span, PINNED_ROOTS, f"pinned span of {span:g} m") for span in layout.spans()]
+    slender = [part for part in parts if part[0] >= beam.thickness]
+    if slender:
+        return max(slender, key=lambda part: part[0] / part[1][0])
     places = sorted({float(point if isinstance(point, float | int) else point[0]) for point in points})
     span = max((after - before for before, after in pairwise(places)), default=0.0)
     if span >= beam.thickness:
-        return span, (pi, 2.0 * pi), f"pinned span of {span:g} m"
+        return span, PINNED_ROOTS, f"pinned span of {span:g} m"
     return beam.length, FREE_ROOTS, "free beam"
 
 
 def support_reaction(case: Case) -> float:
     """Return the force couple at the support by statics of the rigid beam under all load amplitudes, N.
 
-    Every load is turned into its moment about the edge of the base, divided by the support length.
+    Every load is turned into its moment about the edge of the base, divided by the support length; with several
+    supports, about the farther of their outermost edges, divided by the distance between these.
     """
-    beam, edge = case.beam, case.support.length
+    beam, layout = case.beam, case.layout
     mass = case.material.density * beam.length * beam.thickness * beam.width
-    lever = abs(0.5 * beam.length - edge)
+    lever = layout.arm(0.5 * beam.length)
     moment = 0.0
     for load in case.load:
         match load.place:
@@ -80,12 +85,12 @@ def support_reaction(case: Case) -> float:
                 x = point if isinstance(point, float | int) else point[0]
                 added = load.static_force
                 force = load.peak + (abs(added.force) if added is not None else 0.0)
-                moment += force * abs(float(x) - edge)
+                moment += force * layout.arm(float(x))
             case BodyForce() | SupportAcceleration():
                 moment += mass * load.peak * lever
             case unknown:
                 assert_never(unknown)
-    return moment / edge
+    return moment / layout.reach
 
 
 def stiffness_unit(case: Case) -> str:
@@ -140,9 +145,9 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
         reason = f"{computed.share:g} E/h: {computed.reason} ({body_words})"
         return Default("contact.stiffness", computed.share * body, "Pa/m", reason, computed.consequence)
     pressure = IMPACT * support_reaction(case) / (case.beam.width * cell_length)
-    clearance = abs(case.support.clearance)
-    if case.support.clearance < 0.0:
-        pressure += case.material.young_modulus * clearance / case.beam.thickness
+    clearance, interference = abs(case.layout.clearance), case.layout.interference
+    if interference > 0.0:
+        pressure += case.material.young_modulus * interference / case.beam.thickness
     wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
     trusted = case.time.scheme.contact_range_on(case.contact.mass == "redistributed")
     limit, least = trusted.stiffest * body, trusted.softest * body
@@ -175,7 +180,7 @@ def contact_patch(case: Case) -> Default:
     consequence = f"half: the body gives way {more:.2g} m/N more under each resultant; double: as much less"
     if any(isinstance(point, tuple) for point in case.contact.points or ()):
         consequence = "half: the body gives way about twice as much close to each resultant; double: half as much"
-    return Default("contact.patch", PATCH_SHARE * case.support.length, "m", reason, consequence)
+    return Default("contact.patch", PATCH_SHARE * case.layout.length, "m", reason, consequence)
 
 
 def contact_damping(case: Case, stiffness: float) -> Default | None:
@@ -191,7 +196,7 @@ def contact_damping(case: Case, stiffness: float) -> Default | None:
     contact = case.contact
     mass, unit = case.material.density * case.beam.thickness, "kg/m^2"
     if contact.points is not None:
-        mass, unit = mass * case.beam.width * case.support.length / len(contact.points), "kg a point"
+        mass, unit = mass * case.beam.width * case.layout.length / len(contact.points), "kg a point"
     units = (unit, contact.stiffness_unit)
     computed = contact.law.computed_damping(stiffness, mass, contact.tension == "adhesive", units)
     if computed is None:
@@ -229,7 +234,7 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
         return Default(name, friction.slip_velocity, unit, "given in the case")
     frequencies = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
     frequency = max(frequencies, default=overhang_frequency(case))
-    angle = abs(case.support.clearance) / case.support.length
+    angle = case.layout.steepest
     sliding = pi * frequency * case.beam.thickness * angle
     value = max(SLIP_SHARE * sliding, SLOWEST_SLIP)
     if value > SLOWEST_SLIP:
@@ -244,7 +249,7 @@ def touch_depth(case: Case) -> float:
     """Return the depth over which the damped law is switched on, m: given, or at most 1e-4 of the clearance."""
     if case.contact.touch_depth != "auto":
         return case.contact.touch_depth
-    clearance = abs(case.support.clearance)
+    clearance = abs(case.layout.clearance)
     return min(DEEPEST_TOUCH, TOUCH_RATIO * clearance) if clearance > 0.0 else DEEPEST_TOUCH
 
 
@@ -264,7 +269,7 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
     softest = SEAT_SOFTNESS * min(stiffness, body)
     mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
     weight = mass * sum(load.weight_acceleration for load in case.load)
-    travel = max(case.support.clearance, 0.0)
+    travel = case.layout.widest
     wanted = min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
     return max(wanted, SEAT_ROUND_OFF * body)
 

@@ -39,7 +39,6 @@ from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.memory.free_memory import free_memory
 from gapbeam.solver.memory.memory_estimate import memory_needs
 from gapbeam.solver.models.reduction.basis_report import BasisReport
-from gapbeam.solver.supports.support import BASE_AND_GLAND
 from gapbeam.solver.system.operators import Array, Indices, Operators, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -132,7 +131,7 @@ def mesh_beam(case: Case, comm: MPI.Comm) -> MeshedBeam:
     return MeshedBeam(
         tagged,
         fem.functionspace(mesh, element),
-        {face.name: tagged.facets_of(face.name) for face in BASE_AND_GLAND},
+        {face.name: tagged.facets_of(face.name) for face in case.layout.faces},
         width,
         describe(tagged)["mean_contact_facet_length"],
         mean_section(tagged, width),
@@ -205,11 +204,11 @@ def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Def
 
 def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | None, Springs | None]:
     """Return the operator of the formulation; of Nitsche's method also gamma and the correction of K. Collective."""
-    clearance, rule, terms = case.support.clearance, point_rule(case), case.contact.formulation.stress_terms
+    supported, rule, terms = case.layout.faces, point_rule(case), case.contact.formulation.stress_terms
     space, faces, width = meshed.space, meshed.faces, meshed.width
     if terms is not None:
         plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
         settings = Nitsche(terms.theta, terms.factor, lame(case.material, plane_stress), width)
-        nitsche = nitsche_operator(space, faces, clearance, width, rule, settings)
+        nitsche = nitsche_operator(space, faces, supported, width, rule, settings)
         return nitsche.operator, nitsche.gamma, nitsche.correction
-    return contact_operator(space, faces, clearance, width, rule, case.contact.rubs is not None), None, None
+    return contact_operator(space, faces, supported, width, rule, case.contact.rubs is not None), None, None

@@ -6,6 +6,7 @@ from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case, Damping, Gates, Output
 from gapbeam.solver.case.contact_table import Contact, Friction
 from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.supports.support_tables import without_play
 
 
 def body_key(case: Case) -> Case:
@@ -18,7 +19,7 @@ def body_key(case: Case) -> Case:
         update={
             "title": "",
             "damping": Damping(),
-            "support": case.support.model_copy(update={"clearance": 0.0}),
+            "support": without_play(case.support),
             "contact": _contact(case.contact),
             "load": tuple(load.without_cheap_keys() for load in case.load),
             "time": _time(case.time),

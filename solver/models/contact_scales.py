@@ -12,7 +12,7 @@ DEPTH_WITHOUT_CLEARANCE = 1.0e-6  # m, in its place
 
 def compared_depth(case: Case) -> float:
     """Return the penetration at which laws with an exponent are taken as linear, m: 1 % of the clearance, or 1e-6."""
-    clearance = abs(case.support.clearance)
+    clearance = abs(case.layout.clearance)
     return DEPTH_RATIO * clearance if clearance > 0.0 else DEPTH_WITHOUT_CLEARANCE
 
 

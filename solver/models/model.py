@@ -200,7 +200,7 @@ def model_of(case: Case, body: Body) -> Model:
     Collective.
     """
     setting = _setting(case, body)
-    contact = body.contact.at_clearance(case.support.clearance)
+    contact = body.contact.with_gaps_of(case.layout.faces)
     support = contact.support.with_stiffness(setting.face_stiffness)
     contact = replace(contact, support=support)
     asked, (case, computed) = case, with_time_step(case, support.stiffness_per_area)

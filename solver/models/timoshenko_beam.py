@@ -149,7 +149,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     started = time.perf_counter()
     beam = TimoshenkoBeam.of_case(case, settings.elements)
     operators, dimension = beam.operators(), case.mesh.dimension
-    contact = contact_operator(meshed.space, meshed.faces, case.support.clearance, meshed.width, point_rule(case))
+    contact = contact_operator(meshed.space, meshed.faces, case.layout.faces, meshed.width, point_rule(case))
     contact, patch = gathered(case, _on_beam(contact, beam))
     contact = gathered_points(case, contact, True, 1, meshed.facet_length)
     patterns = []

@@ -15,6 +15,7 @@ from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.periodic.modal_period_map import ModalMap
+from gapbeam.solver.supports.layout import with_value
 from gapbeam.solver.system.modal_coordinates import modal_system
 
 WHOLE = 1.0e-6  # of a step
@@ -118,6 +119,8 @@ def varied(start: SteadyModel, key: str, value: float) -> SteadyModel:
         meant = {load.name for load in case.load if _varies(load, name, field)}
         loads = tuple(load.model_copy(update={field: value}) if load.name in meant else load for load in case.load)
         case = case.model_copy(update={"load": loads})
+    elif table == "support":
+        case = case.model_copy(update={table: with_value(case.support, key, value)})
     else:
         case = case.model_copy(update={table: getattr(case, table).model_copy(update={rest: value})})
     period = start.periods / forcing_frequencies(case.load)[0]

@@ -291,10 +291,11 @@ def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat | NotConver
     summary["seat"] = summaries.describe_seat(seat, simulation.model)
     summary["wall_time"]["seat"] = time.perf_counter() - clock
     LOG.info(
-        "seated in %d iterations: base %.4g N, gland %.4g N, largest penetration %.3g m",
+        "seated in %d iterations: %s, largest penetration %.3g m",
         seat.iterations,
-        summary["seat"]["base_force"],
-        summary["seat"]["gland_force"],
+        ", ".join(
+            f"{name} {summary['seat'][f'{name}_force']:.4g} N" for name in simulation.model.system.contact.face_names
+        ),
         summary["seat"]["largest_penetration"],
     )
     return seat

@@ -39,7 +39,7 @@ def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, A
     """Return what the summary reports about energy, gates, contact and restraint."""
     faces, peaks = model.system.contact.face_names, accounts.peaks
     deepest = float(np.max(peaks.deepest))
-    clearance = abs(model.case.support.clearance)
+    clearance = abs(model.case.layout.clearance)
     found = {
         "energy": describe_energy(accounts.ledger, accounts.gates),
         "gates": describe_gates(accounts.gates),
@@ -71,7 +71,7 @@ def contact_words(model: Model, peaks: Peaks) -> str:
     """Return the peaks of contact in one line."""
     faces = model.system.contact.face_names
     forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, peaks.force, strict=True))
-    deepest, clearance = float(np.max(peaks.deepest)), model.case.support.clearance
+    deepest, clearance = float(np.max(peaks.deepest)), model.case.layout.clearance
     size = "interference" if clearance < 0.0 else "clearance"
     share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
     return f"largest contact force: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"

@@ -125,8 +125,9 @@ def _unsettled(contact: ContactOperator, worst: int, point_forces: Array, depth:
     place = f"{face} at x = {contact.positions[worst, 0]:.4g} m"
     pressed = int(np.count_nonzero(point_forces))
     if pressed == 0:
+        either = ", ".join(contact.face_names) + " nor restraint"
         return (
-            f"the static loads push the beam where neither base, gland nor restraint holds it; the gap of {place} is "
+            f"the static loads push the beam where neither {either} holds it; the gap of {place} is "
             f"{-depth[worst]:.3g} m and still changes; check the direction of gravity and [restraint]"
         )
     return (

@@ -19,7 +19,7 @@ from typing import Any
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.supports.support import Support
+from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
 
 
@@ -76,11 +76,11 @@ class ContactOperator:
         """Names of the faces."""
         return self.support.face_names
 
-    def at_clearance(self, clearance: float) -> ContactOperator:
-        """Return the operator of the same support at another clearance, m."""
-        if clearance == self.support.clearance:
+    def with_gaps_of(self, faces: Sequence[Face]) -> ContactOperator:
+        """Return the operator of the same faces with other gaps."""
+        if tuple(faces) == self.support.faces:
             return self
-        support, growth = self.support.opened_to(clearance)
+        support, growth = self.support.with_gaps_of(faces)
         return replace(self, support=support, initial_gap=self.initial_gap + growth[self.faces])
 
     def depth(self, interface_values: Array) -> Array:

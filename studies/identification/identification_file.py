@@ -144,7 +144,7 @@ def _case_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault
 def _figure_faults(file: Identification, base: Case, path: Path) -> Iterator[Fault]:
     """Figures of probes and components that the case has."""
     probes = [probe.name for probe in base.probe]
-    known = COMPONENTS[base.mesh.dimension]
+    known, faces = COMPONENTS[base.mesh.dimension], [face.name for face in base.layout.faces]
     frequency = max(forcing_frequencies(base.load), default=1.0)
     for number, figure in enumerate(file.figure, 1):
         where = f'{path}: [[figure]] number {number} (name "{figure.name}")'
@@ -161,6 +161,10 @@ def _figure_faults(file: Identification, base: Case, path: Path) -> Iterator[Fau
                 found = f"{samples:.3g} samples in a forcing period of {1.0 / frequency:g} s"
                 yield Fault((), found, f"at least {2 * figure.order + 2} for harmonic {figure.order}",
                             "a higher rate of the average", where=where)  # fmt: skip
+        elif isinstance(figure, ForceFigure) and figure.face not in faces:
+            close = near(figure.face, faces)
+            hint = f'did you mean "{close}"?' if close else ""
+            yield Fault((), f'face = "{figure.face}"', f"a face of the case: {either(faces)}", hint, where=where)
         elif isinstance(figure, ForceFigure) and not probes:
             yield Fault((), "no [[probe]] in the case", "at least one, which shows the period", where=where)
 

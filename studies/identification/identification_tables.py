@@ -68,7 +68,9 @@ class ForceFigure(Table):
 
     type: Literal["force"] = Field(description="kind of figure", examples=["force"])
     name: Name = Field(description="name in measurements and results, different for every figure", examples=["blow"])
-    face: Literal["base", "gland"] = Field(description="which face", examples=["gland"])
+    face: Name = Field(
+        description="face of a support: base, gland, or NAME_below and NAME_above of a [[support]]", examples=["gland"]
+    )
     statistic: Literal["maximum", "impulse"] = Field(
         default="maximum", description="largest force on record in a window, or the impulse in a forcing period"
     )

@@ -33,7 +33,8 @@ def frequency_table(found: ModesComparison) -> Table:
         (f"{name} model", _numbers(state, found.count)) for name, state in found.states.items() if name != FREE
     ]
     best = found.best(SEATED)
-    columns.append(("clamped overhang", _theory(found.clamped)))
+    if found.clamped:
+        columns.append(("clamped overhang", _theory(found.clamped)))
     if best is not None:
         columns.append((f"on springs, l = {best.fit.beam.length:.4g} m", _theory(best.modes)))
     if found.measured:

@@ -12,6 +12,7 @@ from gapbeam.solver.beam_theory.spring_beam import SpringBeam
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
 from gapbeam.solver.modes.contact_modes import CLOSED, FREE, SEATED, HeldModes
+from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.studies.modes.end_springs import EndSpringFit, identify_end_springs
 from gapbeam.studies.modes.mode_matching import TheoryMode, matched_modes
 
@@ -44,7 +45,8 @@ class ModesComparison:
     Attributes:
         count: How many bending modes.
         states: The body seated, free and closed.
-        clamped: Modes of the overhang clamped at the edge of the base, matched with the seated body.
+        clamped: Modes of the overhang clamped at the edge of the base, matched with the seated body; with [[support]]
+            there are none.
         free: Modes of the whole beam without springs, matched with the free body.
         fits: Springs for the seated body's frequencies and for those measured, a choice of the length each.
         measured: Measured frequencies by mode, Hz.
@@ -77,7 +79,8 @@ def beams_of(case: Case, section: Section | None = None) -> dict[str, SpringBeam
         rectangle = case.beam.width * case.beam.thickness
         share = section.second_moment / (rectangle * case.beam.thickness**2 / 12.0)
         beam = replace(beam, bending=share * beam.bending, mass=section.area / rectangle * beam.mass)
-    lengths = {OVERHANG: case.beam.length - case.support.length, WHOLE: case.beam.length}
+    held = isinstance(case.support, BaseAndGland)
+    lengths = ({OVERHANG: case.beam.length - case.layout.end} if held else {}) | {WHOLE: case.beam.length}
     return {name: SpringBeam(length, beam.bending, beam.mass) for name, length in lengths.items()}
 
 
@@ -102,16 +105,17 @@ def compare_modes(
     beams = beams_of(case, section)
     seated, free, closed = states
     fits = []
-    if seated.closed > 0:
+    overhang = isinstance(case.support, BaseAndGland)
+    if overhang and seated.closed > 0:
         frequencies = seated.bending()[0][:FITTED]
         own = {mode: float(frequency) for mode, frequency in enumerate(frequencies, start=1)}
         fits += _fits(SEATED, own, beams, seated, count, accuracy)
-    if measured:
+    if overhang and measured:
         fits += _fits("measured", measured, beams, seated, count, accuracy)
     return ModesComparison(
         count=count,
         states={SEATED: seated, FREE: free, CLOSED: closed},
-        clamped=matched_modes(seated, beams[OVERHANG], (np.inf, np.inf), count),
+        clamped=matched_modes(seated, beams[OVERHANG], (np.inf, np.inf), count) if overhang else (),
         free=matched_modes(free, beams[WHOLE], (0.0, 0.0), count),
         fits=tuple(fits),
         measured=measured,

@@ -110,7 +110,7 @@ def _march(job: _Job) -> xr.Dataset:
     steps, _ = span(model)
     response = respond(model, seated(model).state, steps, case.output.history_interval)
     if response.exit_status:
-        raise RunError(f"clearance {case.support.clearance:g} m: {response.message}")
+        raise RunError(f"clearance {case.layout.clearance:g} m: {response.message}")
     return as_history({name: response.history[name] for name in WANTED}, response.labels)
 
 

@@ -54,7 +54,7 @@ def seated_blocks(folder: Path) -> list[Block]:
         found[name] = compare_modes(case, states, COUNT, {}, ACCURACY)
         write_beside(folder / f"modes-{place}.json", json.dumps(finite(as_data(found[name])), indent=1) + "\n")
     case = paper_case(0.0)
-    stiffness = 3.0 * beams_of(case)[OVERHANG].bending / case.support.length
+    stiffness = 3.0 * beams_of(case)[OVERHANG].bending / case.layout.length
     best = found[PLAY].best(SEATED)
     assert best is not None
     draught, torsion = best.fit.draught, best.fit.torsion

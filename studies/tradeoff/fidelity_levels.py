@@ -175,7 +175,8 @@ def _fixed(case: Case, beam: Model) -> tuple[dict[str, Any], list[str]]:
 def _dofs(case: Case, changes: Mapping[str, Any]) -> float:
     """Return about how many DOFs a mesh has."""
     dimension, degree = changes["mesh.dimension"], changes.get("mesh.degree", case.mesh.degree)
-    supported, free = case.support.length, case.beam.length - case.support.length
+    supported = case.layout.length
+    free = case.beam.length - supported
     along = supported / changes["mesh.support_size"] + free / changes["mesh.size"]
     cells = [along, changes["mesh.cells_through_thickness"], changes["mesh.cells_across_width"]][:dimension]
     return float(dimension * prod(degree * count + 1.0 for count in cells))

@@ -22,7 +22,7 @@ def mesh_keys(case: Case, refinement: float, in_plane: bool = False, even: bool 
     changes: dict[str, Any] = {
         "mesh.dimension": 2 if plane else 3,
         "mesh.size": size * refinement,
-        "mesh.support_size": min(support * refinement, case.support.length),
+        "mesh.support_size": min(support * refinement, case.layout.shortest),
         "mesh.edge_size": None if mesh.edge_size is None else mesh.edge_size * refinement,
         "mesh.cells_through_thickness": _cells(mesh.cells_through_thickness, refinement, even),
         "mesh.cells_across_width": None if plane else _cells(mesh.cells_across_width, refinement, even),

@@ -60,7 +60,7 @@ def try_case(case: Case) -> Trial:
         response = respond(simulation.model, simulation.start(simulation.seat()), simulation.steps)
     except RunError as error:
         response.failed(error)
-    clearance = abs(case.support.clearance)
+    clearance = abs(case.layout.clearance)
     marched = clearance > 0.0 and response.steps > 0
     return Trial(
         response.verdict,

@@ -11,6 +11,7 @@ from PIL import Image
 
 from gapbeam.postprocess.render import RenderError, render
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.scene import film, offscreen
 from gapbeam.postprocess.scene.camera_window import scale_of_support, scale_of_whole
@@ -149,8 +150,9 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
     write_fields(tmp_path, points, cells, "Quadrilateral", [(0.0, lifted, 0 * points[:, 0])])
     run = open_results(tmp_path)
     with run.fields() as fields:
-        support = support_of(fields.points, 2, run.case)
-        assert support.gland(scale)[2] == pytest.approx(0.006 + scale * CLEARANCE)
+        support = support_of(fields.points, 2, supports_of(run.summary, run.case))
+        gland = support.box(support.blocks[1], scale)
+        assert gland[2] == pytest.approx(0.006 + scale * CLEARANCE)
         window = Window((0.0, 0.04), (-0.02, 0.02))
         view = View(body_of(fields, support), support, window, (400, 400), scale, 1.0, (0.0, -1.0, 0.0))
         picture = view.picture(fields.frame(0))
@@ -164,7 +166,7 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
 def test_automatic_factors_are_round_and_show_the_motion(tmp_path: Path) -> None:
     run = open_results(results(tmp_path, 2, count=8))
     with run.fields() as fields:
-        support = support_of(fields.points, 2, run.case)
+        support = support_of(fields.points, 2, supports_of(run.summary, run.case))
         motion = motion_of(fields, 0.065)
     assert motion.highest == pytest.approx(0.46 * CLEARANCE / 0.05)
     assert motion.lowest == pytest.approx(-motion.highest)

@@ -5,7 +5,8 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.supports.support import BASE_AND_GLAND, Support
+from gapbeam.solver.supports.support import Support
+from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator, Load, SemiDiscreteSystem, State, imaged
@@ -32,7 +33,7 @@ def dense_beam(size: int = 8, points: int = 12, seed: int = 0, damping: float = 
         weights=random.uniform(0.5, 1.5, points) / points,
         initial_gap=random.uniform(0.0, 0.02, points),
         faces=np.repeat([0, 1], [points // 2, points - points // 2]),
-        support=Support(BASE_AND_GLAND, area=1.0),
+        support=Support(BaseAndGland(length=1.0, clearance=0.0).faces, area=1.0),
         positions=random.uniform(0.0, 1.0, (points, 3)),
     )
     weight, push = random.standard_normal((2, size))

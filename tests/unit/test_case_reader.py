@@ -376,9 +376,9 @@ BAD_NAMES = {
         ["[[probe]]", "a table with name, point", "[[probe]], with two brackets"],
     ),
     "double brackets": (
-        "[support]",
-        "[[support]]",
-        ["[[support]]", "[support]", "with single brackets"],
+        "[time]",
+        "[[time]]",
+        ["[[time]]", "[time]", "with single brackets"],
     ),
     "value for a table": (
         'title = "good"',

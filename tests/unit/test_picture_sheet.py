@@ -7,6 +7,7 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
+from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene.camera_window import window_of_support, window_of_whole
 from gapbeam.postprocess.scene.caption import caption_of
 from gapbeam.postprocess.scene.motion_range import Motion
@@ -24,7 +25,7 @@ def test_labels_of_the_rulers_are_apart(length: float, support_share: float) -> 
     points, _ = plane_beam()
     points[:, 0] *= length / 0.51
     case = {"support": {"length": support_share * length, "clearance": 1e-4}}
-    support = support_of(points, 2, case)
+    support = support_of(points, 2, supports_of({}, case))
     time, still = np.linspace(0.0, 0.1, 3), np.zeros(3)
     motion = Motion(time, still, 0.0, 0.0, 0.0, 1.0, 0)
     windows = (

@@ -16,6 +16,7 @@ from gapbeam.solver.assembly.elasticity import lame, stress
 from gapbeam.solver.assembly.face_quadrature import face_points
 from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, trace_bounds
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.operators import Springs
 from tests.shared.models import beam_model, spread, stiffness_of
 
@@ -99,7 +100,9 @@ class Block:
     def operator(self, theta):
         """What is under test."""
         settings, rule = replace(self.settings, theta=theta), self.model.point_rule
-        return nitsche_operator(self.space, self.faces, 1e-4, self.width, rule, settings)
+        return nitsche_operator(
+            self.space, self.faces, BaseAndGland(length=0.05, clearance=1e-4).faces, self.width, rule, settings
+        )
 
     def stress_matrix(self):
         """S on the interface DOFs, from what the method adds to G: (G_N - G) gamma."""

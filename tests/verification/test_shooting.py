@@ -19,7 +19,8 @@ from gapbeam.solver.periodic.marched_period_map import MarchedMap
 from gapbeam.solver.periodic.modal_period_map import ModalMap
 from gapbeam.solver.periodic.newton_krylov import shoot_marched
 from gapbeam.solver.periodic.shooting import shoot
-from gapbeam.solver.supports.support import BASE_AND_GLAND, Support
+from gapbeam.solver.supports.support import Support
+from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.operators import Interface
@@ -56,7 +57,7 @@ def chain(law: ContactLaw, implicit: bool = False, steps: int = 60) -> ModalMap:
         weights=np.array([1.0, 0.5, 2.0, 1.0]),
         initial_gap=np.array([0.02, 0.04, 0.03, 0.05]),
         faces=np.array([0, 1, 0, 1]),
-        support=Support(BASE_AND_GLAND, area=1.0),
+        support=Support(BaseAndGland(length=1.0, clearance=0.0).faces, area=1.0),
         positions=np.zeros((4, 3)),
     )
     load = Load("force", np.array([0.0, 0.0, 1.0]), lambda t: 5.0 * cos(6.0 * t))

@@ -9,6 +9,7 @@ from gapbeam.postprocess.report.number_text import number, percent
 from gapbeam.postprocess.report.sections.assumptions_table import assumptions_table
 from gapbeam.postprocess.report.sections.errors_table import errors_table
 from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.results.supports_of_run import supports_of
 
 _MICRO, _MILLI, _MEGA = 1.0e6, 1.0e3, 1.0e-6
 
@@ -75,10 +76,11 @@ def key_figures(results: Results) -> list[tuple[Cell, ...]]:
             return None
         return value if isinstance(value, int) else factor * float(value)
 
-    clearance = (results.case.get("support") or {}).get("clearance")
+    supports = supports_of(summary, results.case) if results.case.get("support") else ()
+    alone = len(supports) == 1
     memory = (summary.get("memory") or {}).get("peak_per_rank")
     rows: list[tuple[Cell, ...]] = [
-        ("clearance", None if clearance is None else _MILLI * float(clearance), "mm"),
+        *(("clearance" if alone else f"clearance of {one.name}", _MILLI * one.clearance, "mm") for one in supports),
         ("forcing frequency", results.forcing_frequency, "Hz"),
         ("unknowns", of("model", "dofs"), ""),
         ("steps", of("convergence", "steps"), ""),

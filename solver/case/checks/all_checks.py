@@ -69,6 +69,12 @@ from gapbeam.solver.case.checks.place_checks import (
     probes_have_a_node,
     probes_lie_in_the_beam,
 )
+from gapbeam.solver.case.checks.support_checks import (
+    something_carries_the_beam,
+    support_names_differ,
+    supports_keep_apart,
+    supports_lie_on_the_beam,
+)
 from gapbeam.solver.case.checks.time_checks import (
     adaptive_steps_resolve_a_contact,
     interest_covers_the_forcing,
@@ -165,6 +171,10 @@ def gates_are_in_order(gates: Gates) -> Iterator[Fault]:
 
 CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     support_is_part_of_the_beam,
+    support_names_differ,
+    supports_lie_on_the_beam,
+    supports_keep_apart,
+    something_carries_the_beam,
     clearance_is_small,
     damping_is_given_once,
     damping_is_positive,

@@ -12,6 +12,7 @@ from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.supports.layout import keyed
 
 USUAL = (
     ("beam", "length", 1e-3, 100.0, "m, not mm"),
@@ -37,9 +38,9 @@ def beam_elements(case: Case) -> Iterator[str]:
     """Yield beam elements too long for the support."""
     if not isinstance(case.model, BeamModel):
         return
-    in_support = case.model.elements * case.support.length / case.beam.length
+    in_support = case.model.elements * case.layout.shortest / case.beam.length
     if in_support < FEWEST_ELEMENTS:
-        enough = math.ceil(FEWEST_ELEMENTS * case.beam.length / case.support.length)
+        enough = math.ceil(FEWEST_ELEMENTS * case.beam.length / case.layout.shortest)
         yield (
             f"[model] elements = {case.model.elements} leaves {in_support:.2g} of them to the support, too few for "
             f"where the beam is pressed; try elements = {enough}"
@@ -64,18 +65,21 @@ def _of_loads(case: Case, look: Callable[[Load], Iterator[str]]) -> Iterator[str
 
 def shape(case: Case) -> Iterator[str]:
     """Yield a beam that is not slender, and a clearance that is not small."""
-    beam, support = case.beam, case.support
+    beam = case.beam
     if beam.thickness > beam.length / 5:
         yield f"[beam] thickness = {beam.thickness:g} is over a fifth of the length: this is hardly a beam"
-    tilt = math.degrees(math.atan2(support.clearance, support.length))
-    if support.clearance > 0.1 * beam.thickness or tilt > 3:
-        yield (
-            f"[support] clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
-            "the equations are those of small rotations, and the unit is m, not mm"
-        )
-    if support.clearance < -0.01 * beam.thickness:
-        strain = -support.clearance / beam.thickness
-        yield f"[support] clearance = {support.clearance:g} squeezes the beam by {100 * strain:.2g} %"
+    for key, support in keyed(case.support):
+        place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
+        around = support.length if len(key) == 1 else max(support.length, case.layout.reach)
+        tilt = math.degrees(math.atan2(support.clearance, around))
+        if support.clearance > 0.1 * beam.thickness or tilt > 3:
+            yield (
+                f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
+                "the equations are those of small rotations, and the unit is m, not mm"
+            )
+        if support.clearance < -0.01 * beam.thickness:
+            strain = -support.clearance / beam.thickness
+            yield f"{place} clearance = {support.clearance:g} squeezes the beam by {100 * strain:.2g} %"
 
 
 def motion(case: Case) -> Iterator[str]:
@@ -83,7 +87,7 @@ def motion(case: Case) -> Iterator[str]:
     falls = getattr(case.analysis, "start", None) == "undeformed"
     if all(load.static for load in case.load) and not falls:
         yield "no load but gravity: the beam stays on its seat, nothing sets it in motion"
-    if weight_pressure(case) == 0 and case.support.clearance >= 0:
+    if weight_pressure(case) == 0 and case.layout.interference == 0.0:
         yield "no gravity: nothing seats the beam on the base before it moves"
     damping, dampers = case.damping, [added.damping for load in case.load if (added := load.attachment) is not None]
     given = [*(damping.ratios or ()), damping.mass, damping.stiffness, *dampers]
@@ -128,12 +132,12 @@ def scheme(case: Case) -> Iterator[str]:
 
 def contact(case: Case) -> Iterator[str]:
     """Yield a contact that is soft for its clearance, or keys of it without effect."""
-    support, law = case.support, case.contact
+    clearance, law = case.layout.clearance, case.contact
     depth = 0.0
     if law.stiffness != "auto":
-        share = case.beam.width * support.length / len(law.points) if law.points else 1.0
+        share = case.beam.width * case.layout.length / len(law.points) if law.points else 1.0
         depth = float((share * weight_pressure(case) / law.stiffness) ** (1.0 / law.law.spring_exponent))
-    if depth > 0.1 * support.clearance > 0:
+    if depth > 0.1 * clearance > 0:
         yield (
             f"[contact] stiffness = {law.stiffness}: the weight presses the beam {depth:.2g} m into it, "
             "more than a tenth of the clearance"
@@ -153,7 +157,7 @@ def contact(case: Case) -> Iterator[str]:
             "[contact] points lie on one line: only the weak lateral restraint holds the beam against rolling; "
             "corners hold it, [x, y] at both sides"
         )
-    if law.touch_depth != "auto" and 0 < support.clearance < 10 * law.touch_depth:
+    if law.touch_depth != "auto" and 0 < clearance < 10 * law.touch_depth:
         yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
     if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
         yield "[restraint] lateral has no effect in 2D"
@@ -167,9 +171,9 @@ def holds_rolling(points: Sequence[float | tuple[float, float]]) -> bool:
 
 def weight_pressure(case: Case) -> float:
     """Return the weight of the beam spread over the base, Pa."""
-    beam, support = case.beam, case.support
+    beam = case.beam
     gravity = max((load.weight_acceleration for load in case.load), default=0.0)
-    return case.material.density * gravity * beam.thickness * beam.length / support.length
+    return case.material.density * gravity * beam.thickness * beam.length / case.layout.length
 
 
 def output(case: Case) -> Iterator[str]:
@@ -210,7 +214,8 @@ def estimated_unknowns(case: Case) -> float:
     beam, wanted = case.beam, case.mesh
     far = wanted.size or beam.thickness
     near = wanted.support_size or beam.thickness / 3
-    along = case.support.length / near + (beam.length - case.support.length) / far
+    supported = case.layout.length
+    along = supported / near + (beam.length - supported) / far
     nodes = (wanted.degree * along + 1) * (wanted.degree * (wanted.cells_through_thickness or 4) + 1)
     across = wanted.degree * (wanted.cells_across_width or 4) + 1
     return 2 * nodes if wanted.dimension == 2 else 3 * nodes * across

@@ -5,24 +5,27 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.case import Beam, Material, Support
+from gapbeam.solver.case.case import Beam, Material
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports
 
 
-def contact_is_shallow(support: Support, contact: Contact) -> Iterator[Fault]:
+def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """The damped law is switched on over a depth far smaller than the gap."""
-    if contact.touch_depth != "auto" and 0 < support.clearance <= contact.touch_depth:
-        yield Fault(
-            ("contact", "touch_depth"),
-            f"{contact.touch_depth:g} m",
-            f"far less than the clearance, {support.clearance:g} m",
-            f"touch_depth = {support.clearance / 1e4:.3g}",
-            (("support", "clearance"),),
-        )
+    for key, one in keyed(support):
+        if contact.touch_depth != "auto" and 0 < one.clearance <= contact.touch_depth:
+            yield Fault(
+                ("contact", "touch_depth"),
+                f"{contact.touch_depth:g} m",
+                f"far less than the clearance, {one.clearance:g} m",
+                f"touch_depth = {one.clearance / 1e4:.3g}",
+                ((*key, "clearance"),),
+            )
 
 
 def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
@@ -64,18 +67,22 @@ def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
         )
 
 
-def exact_contact_starts_outside(support: Support, contact: Contact, analysis: Analysis) -> Iterator[Fault]:
+def exact_contact_starts_outside(support: AnySupports, contact: Contact, analysis: Analysis) -> Iterator[Fault]:
     """Exact contact has no state within the faces: what a march from there does follows from the step alone."""
     formulation = contact.formulation
     exact = not formulation.follows_the_law and formulation.stress_terms is None
-    if exact and support.clearance < 0.0 and getattr(analysis, "start", None) == "undeformed":
-        yield Fault(
-            ("analysis", "start"),
-            f"undeformed, {-support.clearance:g} m within the faces, with the formulation {formulation.type}",
-            "seat: exact contact allows no pose within the faces to start from",
-            'start = "seat", or formulation = "penalty"',
-            (("support", "clearance"), ("contact", "formulation")),
-        )
+    if not exact or getattr(analysis, "start", None) != "undeformed":
+        return
+    for key, one in keyed(support):
+        deepest = -min((plane.gap for plane in one.planes), default=0.0)
+        if deepest > 0.0:
+            yield Fault(
+                ("analysis", "start"),
+                f"undeformed, {deepest:g} m within the faces, with the formulation {formulation.type}",
+                "seat: exact contact allows no pose within the faces to start from",
+                'start = "seat", or formulation = "penalty"',
+                ((*key, "clearance"), ("contact", "formulation")),
+            )
 
 
 def scheme_fits_the_formulation(contact: Contact, time: Time) -> Iterator[Fault]:
@@ -136,16 +143,19 @@ def friction_is_implicit(contact: Contact, time: Time) -> Iterator[Fault]:
 
 
 def contact_carries_the_beam(
-    beam: Beam, material: Material, support: Support, contact: Contact, load: Loads
+    beam: Beam, material: Material, support: AnySupports, contact: Contact, load: Loads
 ) -> Iterator[Fault]:
     """The contact is stiff enough for the weight not to push the beam through its support."""
     gravity = max((entry.weight_acceleration for entry in load.values()), default=0.0)
     if contact.stiffness == "auto" or gravity == 0.0 or contact.law.spring_exponent > 1.0:
         return
-    pressure = material.density * gravity * beam.thickness * beam.length / support.length
+    length = Layout.of(support).length
+    if length <= 0.0:
+        return
+    pressure = material.density * gravity * beam.thickness * beam.length / length
     meaning = "it is N/m divided by the area in m^2"
     if contact.points:
-        pressure *= beam.width * support.length / len(contact.points)
+        pressure *= beam.width * length / len(contact.points)
         meaning = "it is that of each point"
     if pressure / contact.stiffness > beam.thickness:
         unit = contact.stiffness_unit

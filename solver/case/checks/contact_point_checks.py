@@ -5,10 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import combinations
 
-from gapbeam.solver.case.case import Beam, Mesh, Support
+from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.computed_defaults import PATCH_SHARE
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 
 POINTS: Key = ("contact", "points")
 ROUNDING = 1e-9
@@ -38,8 +40,13 @@ def patches_have_points(contact: Contact) -> Iterator[Fault]:
         )
 
 
-def points_lie_on_the_faces(beam: Beam, support: Support, mesh: Mesh, contact: Contact) -> Iterator[Fault]:
+def points_lie_on_the_faces(beam: Beam, support: AnySupports, mesh: Mesh, contact: Contact) -> Iterator[Fault]:
     """Points lie in the support, and where they have a y, within the width of a solid beam."""
+    if not isinstance(support, BaseAndGland):
+        if contact.points is not None:
+            found, expected = "points with [[support]]", "points with [support]: the base and gland at x = 0"
+            yield Fault(POINTS, found, expected, "leave points out: contact acts all over the faces", (("support",),))
+        return
     for point in contact.points or ():
         x, *across = point if isinstance(point, tuple) else (point,)
         margin = ROUNDING * support.length
@@ -85,9 +92,9 @@ def points_hold_the_beam(contact: Contact) -> Iterator[Fault]:
         )
 
 
-def patches_keep_apart(support: Support, contact: Contact) -> Iterator[Fault]:
+def patches_keep_apart(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """Patches overlap at most as far as hats that add up to 1: their centers are half a patch apart."""
-    size = PATCH_SHARE * support.length if contact.patch == "auto" else contact.patch
+    size = PATCH_SHARE * Layout.of(support).length if contact.patch == "auto" else contact.patch
     least = 0.5 * size * (1.0 - ROUNDING)
     centers = [point if isinstance(point, tuple) else (point,) for point in contact.points or ()]
     for (first, one), (second, other) in combinations(enumerate(centers, 1), 2):

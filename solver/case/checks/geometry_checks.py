@@ -5,13 +5,15 @@ from __future__ import annotations
 from collections.abc import Iterator
 from pathlib import Path
 
-from gapbeam.solver.case.case import Beam, Mesh, Support
+from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
 
 
-def support_is_part_of_the_beam(beam: Beam, support: Support) -> Iterator[Fault]:
-    """The support must be shorter than the beam."""
-    if support.length >= beam.length:
+def support_is_part_of_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+    """The support of [support] must be shorter than the beam."""
+    if isinstance(support, BaseAndGland) and support.length >= beam.length:
         yield Fault(
             ("support", "length"),
             f"{support.length:g} m",
@@ -21,15 +23,24 @@ def support_is_part_of_the_beam(beam: Beam, support: Support) -> Iterator[Fault]
         )
 
 
-def clearance_is_small(beam: Beam, support: Support) -> Iterator[Fault]:
-    """The beam must stay nearly straight in its support, and may be squeezed only a little."""
-    key, related = ("support", "clearance"), (("beam", "thickness"), ("support", "length"))
-    largest = min(10 * beam.thickness, 0.5 * support.length)
+def clearance_is_small(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+    """The beam must stay nearly straight in its supports, and may be squeezed only a little."""
+    reach = Layout.of(support).reach
+    for key, one in keyed(support):
+        if one.length > 0.0:
+            yield from _large_clearance((*key, "clearance"), beam, one, max(one.length, reach))
+
+
+def _large_clearance(key: Key, beam: Beam, support: OneSupport, reach: float) -> Iterator[Fault]:
+    length = "length" if isinstance(support, BaseAndGland) else "to"
+    related: tuple[Key, ...] = (("beam", "thickness"), (*key[:-1], length))
+    largest = min(10 * beam.thickness, 0.5 * reach)
+    together = "" if isinstance(support, BaseAndGland) else "s, from the first edge to the last"
     if support.clearance > largest:
         yield Fault(
             key,
             f"{support.clearance:g} m, {support.clearance / beam.thickness:.3g} times the thickness",
-            f"at most {largest:g} m: the smaller of 10 thicknesses and half the length of the support",
+            f"at most {largest:g} m: the smaller of 10 thicknesses and half the length of the support{together}",
             f"is it in mm? In m it is {support.clearance / 1000:g}",
             related,
         )
@@ -79,11 +90,13 @@ def cells_fit_the_dimension(mesh: Mesh) -> Iterator[Fault]:
         )
 
 
-def cells_fit_the_beam(beam: Beam, support: Support, mesh: Mesh) -> Iterator[Fault]:
+def cells_fit_the_beam(beam: Beam, support: AnySupports, mesh: Mesh) -> Iterator[Fault]:
     """Cells are no longer than the part they divide, and finer toward the edge of the base."""
-    for name, part, longest in (
-        ("size", "beam", beam.length),
-        ("support_size", "support", support.length),
+    shortest = Layout.of(support).shortest
+    length = ("support", "length") if isinstance(support, BaseAndGland) else ("support",)
+    for name, part, longest, related in (
+        ("size", "beam", beam.length, ("beam", "length")),
+        ("support_size", "support", shortest if shortest > 0.0 else beam.length, length),
     ):
         size = getattr(mesh, name)
         if size is not None and size > longest:
@@ -92,7 +105,7 @@ def cells_fit_the_beam(beam: Beam, support: Support, mesh: Mesh) -> Iterator[Fau
                 f"{size:g} m",
                 f"at most the length of the {part}, {longest:g} m",
                 "sizes are in m",
-                ((part, "length"),),
+                (related,),
             )
     around = beam.thickness / 3 if mesh.support_size is None else mesh.support_size
     if mesh.edge_size is not None and mesh.edge_size > around:

@@ -4,11 +4,12 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gapbeam.solver.case.case import Support
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.supports.support_tables import AnySupports
 
 
 def loads_are_sound(load: Loads) -> Iterator[Fault]:
@@ -23,7 +24,7 @@ def loads_fit_the_run(time: Time, load: Loads) -> Iterator[Fault]:
         yield from entry.faults_in_run(("load", number), time.end, None if time.step == "auto" else time.step)
 
 
-def attached_masses_sit_on_mass(support: Support, contact: Contact, load: Loads) -> Iterator[Fault]:
+def attached_masses_sit_on_mass(support: AnySupports, contact: Contact, load: Loads) -> Iterator[Fault]:
     """What a load, such as an exciter, adds to the masses cannot stand on nodes without mass."""
     if contact.mass != "redistributed":
         return
@@ -32,11 +33,12 @@ def attached_masses_sit_on_mass(support: Support, contact: Contact, load: Loads)
         if entry.attachment is None or point is None:
             continue
         x = point[0] if isinstance(point, tuple) else point
-        if x <= support.length:
+        held = next((one for _, one in keyed(support) if one.start <= x <= one.end), None)
+        if held is not None:
             yield Fault(
                 ("load", number, "point"),
                 f"x = {x:g} m, in the support, whose contact nodes have no mass",
-                f"an {entry.type} at x above {support.length:g} m, or contact nodes with mass",
+                f"an {entry.type} at x above {held.end:g} m, or contact nodes with mass",
                 f'contact.mass = "consistent", or move the {entry.type} out of the support',
                 (("contact", "mass"),),
             )

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
+from typing import cast
 
 from gapbeam.solver.case.analysis_table import Periodic, Transient
-from gapbeam.solver.case.case import Support
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import FullModel, ModelTable
@@ -13,12 +13,13 @@ from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
+from gapbeam.solver.supports.layout import keyed, variable_key
+from gapbeam.solver.supports.support_tables import AnySupports
 from gapbeam.solver.wording.short_words import either
 
 Analysis = Transient | Periodic
 TYPE: Key = ("analysis", "type")
 NOT_NEGATIVE = ("contact.stiffness", "contact.damping")
-VARIED = ("support.clearance", *NOT_NEGATIVE)
 
 
 def forcing_is_periodic(analysis: Analysis, load: Loads) -> Iterator[Fault]:
@@ -149,7 +150,7 @@ def march_reaches_the_amplitude(analysis: Analysis, time: Time, load: Loads) -> 
             )
 
 
-def curve_is_in_reach(analysis: Analysis, support: Support, contact: Contact, load: Loads) -> Iterator[Fault]:
+def curve_is_in_reach(analysis: Analysis, support: AnySupports, contact: Contact, load: Loads) -> Iterator[Fault]:
     """What varies along a curve is a number of the case, which lies in the range."""
     if not isinstance(analysis, Periodic) or analysis.continuation is None:
         return
@@ -164,7 +165,7 @@ def curve_is_in_reach(analysis: Analysis, support: Support, contact: Contact, lo
         )
     value = value_of(curve.key, {"support": support, "contact": contact}, load)
     if value is None:
-        known = ("support.clearance", "contact.stiffness or contact.damping where it is a number", *_of_loads(load))
+        known = (*_of_supports(support), "contact.stiffness or contact.damping where it is a number", *_of_loads(load))
         yield Fault((*table, "key"), curve.key, either(known), "loads are called by their names")
         return
     if not curve.low < curve.high:
@@ -189,8 +190,8 @@ def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | Non
     """Return the value of what a curve may vary, None where it may not: for keys that a case is remade for cheaply.
 
     Args:
-        key: "support.clearance", "contact.stiffness", "contact.damping", or "load.NAME.KEY" with one of the keys that a
-            load lets vary, such as its frequency and amplitude.
+        key: "support.clearance", or "support.NAME.clearance" of a [[support]]; "contact.stiffness", "contact.damping";
+            or "load.NAME.KEY" with one of the keys that a load lets vary, such as its frequency and amplitude.
         tables: The tables support and contact, by name.
         load: The loads.
     """
@@ -198,7 +199,10 @@ def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | Non
         _, name, field = key.split(".")
         return float(next(getattr(entry, field) for entry in load.values() if entry.name == name))
     table, _, field = key.partition(".")
-    if key not in VARIED:
+    supports = _of_supports(cast("AnySupports", tables["support"]))
+    if key in supports:
+        return supports[key]
+    if key not in NOT_NEGATIVE:
         return None
     value = getattr(tables[table], field)
     return float(value) if isinstance(value, float | int) else None
@@ -209,6 +213,11 @@ def _limit(key: str, load: Loads) -> str:
     _, name, field = key.split(".") if key in _of_loads(load) else ("", "", "")
     rules = [rule for entry in load.values() if entry.name == name for rule in type(entry).model_fields[field].metadata]
     return next((word for word in ("gt", "ge") for rule in rules if getattr(rule, word, None) == 0), "")
+
+
+def _of_supports(support: AnySupports) -> dict[str, float]:
+    """Return the clearances that a curve may vary by their keys, m."""
+    return {".".join((*variable_key(one), "clearance")): one.clearance for _, one in keyed(support)}
 
 
 def _of_loads(load: Loads) -> list[str]:

@@ -7,9 +7,11 @@ from itertools import pairwise
 from operator import itemgetter
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
-from gapbeam.solver.case.case import Beam, Mesh, Probe, Support
+from gapbeam.solver.case.case import Beam, Mesh, Probe
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector
 
 Loads = Mapping[int, Load]
@@ -63,13 +65,19 @@ def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterato
         yield Fault(key, found, expected, hint, (("beam", side),))
 
 
-def points_keep_apart(beam: Beam, support: Support, mesh: Mesh, load: Loads, probe: Probes) -> Iterator[Fault]:
+def points_keep_apart(beam: Beam, support: AnySupports, mesh: Mesh, load: Loads, probe: Probes) -> Iterator[Fault]:
     """Points along the beam coincide or leave room for a cell; so do the ends of beam and support."""
-    places: list[tuple[float, Key, str]] = [
-        (0.0, ("support",), "the supported end"),
-        (support.length, ("support", "length"), "the end of the support"),
-        (beam.length, ("beam", "length"), "the free end"),
-    ]
+    places: list[tuple[float, Key, str]] = [(beam.length, ("beam", "length"), "the free end")]
+    if isinstance(support, BaseAndGland):
+        places += [
+            (0.0, ("support",), "the supported end"),
+            (support.length, ("support", "length"), "the end of the support"),
+        ]
+    else:
+        places.append((0.0, ("beam", "length"), "the end at x = 0"))
+        for held, entry in keyed(support):
+            places.append((entry.start, (*held, "from"), f"the start of the support {entry.name}"))
+            places.append((entry.end, (*held, "to"), f"the end of the support {entry.name}"))
     points = [("load", number, entry.place.point) for number, entry in load.items()]
     points += [("probe", number, entry.point) for number, entry in probe.items()]
     for array, number, point in points:
@@ -151,7 +159,7 @@ def load_names_differ(load: Loads) -> Iterator[Fault]:
                 (("load", alike[0], "name"),),
             )
         elif namesakes:
-            yield _same_name(("load", number, "name"), entry.name, (("load", namesakes[0], "name"),))
+            yield same_name(("load", number, "name"), entry.name, (("load", namesakes[0], "name"),))
 
 
 def probe_names_differ(probe: Probes) -> Iterator[Fault]:
@@ -160,10 +168,11 @@ def probe_names_differ(probe: Probes) -> Iterator[Fault]:
     for number, entry in probe.items():
         first = taken.setdefault(entry.name, number)
         if first != number:
-            yield _same_name(("probe", number, "name"), entry.name, (("probe", first, "name"),))
+            yield same_name(("probe", number, "name"), entry.name, (("probe", first, "name"),))
 
 
-def _same_name(key: Key, name: str, related: tuple[Key, ...]) -> Fault:
+def same_name(key: Key, name: str, related: tuple[Key, ...]) -> Fault:
+    """Return the fault of a name that another entry of the same array has."""
     return Fault(
         key,
         f'"{name}", which is also the name of number {int(related[0][1]) + 1}',

@@ -20,7 +20,7 @@ from gapbeam.solver.case.reading.suggestions import meant
 from gapbeam.solver.case.reading.value_hints import hint_for
 from gapbeam.solver.case.reading.value_words import example, shown, toml_value, wanted
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.table import models_in, type_name
+from gapbeam.solver.table import FORMS, array_models, models_in, type_name
 from gapbeam.solver.wording.near_names import near
 from gapbeam.solver.wording.short_words import either, printable
 
@@ -57,7 +57,7 @@ def _intact(data: Mapping[str, Any], faulty: Iterable[Key], root: type[BaseModel
     whole = {name: value for name, value in data.items() if (name,) not in broken and name in adapters}
     tables = numbered({name: adapters[name].validate_python(value) for name, value in whole.items()})
     for name, field in root.model_fields.items():
-        if name in data and is_array(name, root) and (name,) in broken and isinstance(data[name], list):
+        if name in data and is_array(name, data, root) and (name,) in broken and isinstance(data[name], list):
             sound = {i: [entry] for i, entry in enumerate(data[name]) if (name, i) not in broken}
             tables[name] = {i: adapters[name].validate_python(entry)[0] for i, entry in sound.items()}
         elif name not in data and not field.is_required():
@@ -70,7 +70,9 @@ def _key(location: tuple[int | str, ...], data: Mapping[str, Any], root: type[Ba
     key: Key = ()
     for part in location:
         models = candidates(key, data, root)
-        if isinstance(part, int) and not (len(key) == 1 and is_array(key[0], root)):
+        if len(key) == 1 and part in FORMS and array_models(root.model_fields[str(key[0])].annotation):
+            continue
+        if isinstance(part, int) and not (len(key) == 1 and is_array(key[0], data, root)):
             break
         if isinstance(part, str) and part in map(type_name, models):
             continue
@@ -102,12 +104,12 @@ def _is_unknown(key: Key, data: Mapping[str, Any], root: type[BaseModel]) -> boo
 def _fault(key: Key, data: Mapping[str, Any], root: type[BaseModel]) -> Fault:
     value, name = value_at(key, data), str(key[-1])
     models, owners = candidates(key, data, root), candidates(key[:-1], data, root)
-    if len(models) > 1 and not is_array(name, root):
+    if len(models) > 1 and not is_array(name, data, root):
         return _union_fault(key, value, models)
     if _is_unknown(key, data, root):
         return _unknown_key(key, value, owners[0], root)
     if models and not _is_missing(key, data):
-        return _not_a_table(key, value, models[0], root)
+        return _not_a_table(key, value, models[0], data, root)
     if models:
         keys = [field for field, info in models[0].model_fields.items() if info.is_required()]
         hint = f"add {header(key, data, root)} with {', '.join(example(models[0], field) for field in keys)}"
@@ -148,13 +150,16 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
     return Fault(key, shown(chosen), known, hint)
 
 
-def _not_a_table(key: Key, value: object, model: type[BaseModel], root: type[BaseModel]) -> Fault:
+def _not_a_table(
+    key: Key, value: object, model: type[BaseModel], data: Mapping[str, Any], root: type[BaseModel]
+) -> Fault:
     name = str(key[0])
-    if len(key) == 1 and is_array(name, root):
+    array = is_array(name, data, root)
+    if len(key) == 1 and array:
         double = f"write [[{name}]], with two brackets, above each entry"
         return Fault(key, shown(value), f"entries that start with [[{name}]]", double)
     if isinstance(value, list) and len(key) == 1:
         return Fault(key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once")
     line = next(filter(None, (example(model, field) for field in model.model_fields)), "")
-    place = f"[[{name}]]" if is_array(name, root) else header(key, {}, root)
+    place = f"[[{name}]]" if array else header(key, {}, root)
     return Fault(key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}")

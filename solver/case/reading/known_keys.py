@@ -8,13 +8,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator, Mapping
 from functools import cache
-from typing import Any, NamedTuple, get_origin
+from typing import Any, NamedTuple
 
 from pydantic import BaseModel
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.faults import Key
-from gapbeam.solver.table import models_in, type_name
+from gapbeam.solver.table import array_models, models_in, type_name
 from gapbeam.solver.wording.short_words import printable
 
 
@@ -37,14 +37,27 @@ def tables(root: type[BaseModel] = Case) -> tuple[Table, ...]:
 
 def _tables_in(model: type[BaseModel], inside: Key, root: type[BaseModel]) -> Iterator[Table]:
     for name, field in model.model_fields.items():
+        entries = array_models(field.annotation)
         for inner in models_in(field.annotation):
-            yield Table(header((*inside, name), {}, root), inner, type_name(inner))
+            data: dict[str, Any] = {name: [{}] if inner in entries else {}}
+            yield Table(header((*inside, name), {} if inside else data, root), inner, type_name(inner))
             yield from _tables_in(inner, (*inside, name), root)
 
 
-def is_array(name: object, root: type[BaseModel] = Case) -> bool:
-    """Whether a name is that of an array of tables, [[load]] or [[probe]]."""
-    return name in root.model_fields and get_origin(root.model_fields[str(name)].annotation) is tuple
+def is_array(name: object, data: object = None, root: type[BaseModel] = Case) -> bool:
+    """Whether a name is that of an array of tables, as [[load]] is, and [[support]] where the data have one.
+
+    Args:
+        name: Of the table.
+        data: The case file as read; it decides where a name is that of a table or of an array.
+        root: Model of the whole file.
+    """
+    if name not in root.model_fields:
+        return False
+    annotation = root.model_fields[str(name)].annotation
+    entries = array_models(annotation)
+    either = len(entries) < len(models_in(annotation))
+    return bool(entries) and (not either or isinstance(_inside(data, str(name)), list | tuple))
 
 
 def numbered(tables: Mapping[str, Any]) -> dict[str, Any]:
@@ -65,10 +78,18 @@ def candidates(key: Key, data: object, root: type[BaseModel] = Case) -> list[typ
         data = _inside(data, part)
         if isinstance(part, str):
             fields = [model.model_fields[part] for model in models if part in model.model_fields]
-            models = list(dict.fromkeys(inner for field in fields for inner in models_in(field.annotation)))
+            models = list(dict.fromkeys(inner for field in fields for inner in _of_form(field.annotation, data)))
         chosen = data if isinstance(data, str) else _inside(data, "type")
         models = [model for model in models if len(models) > 1 and type_name(model) == chosen] or models
     return models
+
+
+def _of_form(annotation: object, data: object) -> list[type[BaseModel]]:
+    """Return the models of an annotation; where it takes a table or an array of others, those that the data ask for."""
+    models, entries = models_in(annotation), array_models(annotation)
+    if not entries or len(entries) == len(models):
+        return models
+    return entries if isinstance(data, list | tuple) else [model for model in models if model not in entries]
 
 
 def value_at(key: Key, data: object) -> object:
@@ -118,7 +139,7 @@ def header(key: Key, data: object, root: type[BaseModel] = Case) -> str:
     if not key:
         return ""
     if len(key) == 1:
-        return f"[[{key[0]}]]" if is_array(key[0], root) else f"[{printable(key[0])}]"
+        return f"[[{key[0]}]]" if is_array(key[0], data, root) else f"[{printable(key[0])}]"
     if isinstance(key[1], int):
         name = value_at((*key[:2], "name"), data)
         named = f' (name "{printable(name)}")' if isinstance(name, str) else ""

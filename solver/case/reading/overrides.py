@@ -94,7 +94,7 @@ def _place(data: dict[str, Any], name: str) -> tuple[dict[str, Any], Key] | Faul
     table, key = data, tuple[str | int, ...]()
     if not all(parts):
         return _misplaced(name, "a key with an empty part", "table.key, such as support.clearance")
-    if is_array(parts[0]) and len(parts) > 1:
+    if is_array(parts[0], data) and len(parts) > 1:
         number = _entry(data, parts, name)
         if isinstance(number, Fault):
             return number

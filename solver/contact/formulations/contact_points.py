@@ -18,6 +18,7 @@ import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.supports.support import Face
 from gapbeam.solver.system.operators import Array, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -46,11 +47,11 @@ class ResultantOperator(ContactOperator):
         """Return springs along the normal of the whole faces, as if there were no patches."""
         return self.distributed.springs(stiffness)
 
-    def at_clearance(self, clearance: float) -> ResultantOperator:
-        """Return the operator of the same support at another clearance, m."""
-        moved = super().at_clearance(clearance)
+    def with_gaps_of(self, faces: Sequence[Face]) -> ResultantOperator:
+        """Return the operator of the same faces with other gaps."""
+        moved = super().with_gaps_of(faces)
         assert isinstance(moved, ResultantOperator)
-        return replace(moved, distributed=self.distributed.at_clearance(clearance))
+        return replace(moved, distributed=self.distributed.with_gaps_of(faces))
 
     def spread(self, forces: Array) -> Array:
         """Return P^T f, the forces at the quadrature points, (q,), N, for resultants f, (m,), N."""

@@ -33,7 +33,8 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
     """Return the basis of what vectors span.
 
     They are made orthonormal with respect to A = K + sigma M first, whose eigenvalues against M, 1 / (s + sigma), give
-    the low frequencies, which matter, to full accuracy. Directions that are lost in round-off are left out.
+    the low frequencies, which matter, to full accuracy. Directions that are lost in round-off are left out, and squares
+    of rigid motions that round-off made negative are 0.
 
     Args:
         operators: M and K.
@@ -51,4 +52,4 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
     heavy = compliances > np.finfo(float).eps * compliances[-1]
     compliances, modes = compliances[heavy][::-1], modes[:, heavy][:, ::-1]
     columns = vectors @ (combine @ (modes / np.sqrt(compliances)))
-    return Basis(np.asfortranarray(columns), 1.0 / compliances - shift)
+    return Basis(np.asfortranarray(columns), np.maximum(1.0 / compliances - shift, 0.0))

@@ -71,7 +71,7 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
 
 def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding]:
     """Yield the findings on penetration and on contacts that the step does not resolve."""
-    deepest, clearance = max(float(np.max(peaks.deepest)), 0.0), case.support.clearance
+    deepest, clearance = max(float(np.max(peaks.deepest)), 0.0), case.layout.clearance
     yield Finding(SHALLOW, deepest / case.beam.thickness, detail=f"{deepest:.3g} m")
     if clearance != 0.0:
         name, unit, limit = BESIDE_CLEARANCE
@@ -83,7 +83,7 @@ def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding
 
 def _remedy(case: Case) -> str:
     """Return what a large penetration means in a case, and what helps there."""
-    if case.support.clearance < 0.0:
+    if case.layout.clearance < 0.0:
         if isinstance(case.model, BeamModel | RigidModel):
             return (
                 "this model cannot be squeezed, so that the springs of the contact take up the whole interference; "

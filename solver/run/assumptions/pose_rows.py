@@ -67,7 +67,7 @@ def _scales(case: Case) -> PoseScales:
         shear_modulus=material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)),
         poisson_ratio=material.poisson_ratio,
         thin="beam" if isinstance(case.model, BeamModel) else "plane" if plane else "",
-        support_length=case.support.length,
+        support_length=case.layout.shortest,
         width=case.beam.width,
         span=case.time.end,
     )

@@ -40,8 +40,26 @@ def describe_model(model: Model) -> dict[str, Any]:
         "interface_dofs": contact.interface.size,
         "ranks": comm.size,
         "contact_facets_per_rank": comm.allgather(sum(map(len, model.body.meshed.faces.values()))),
+        "supports": _supports(model),
         "rayleigh": {"mass": model.system.mass_damping, "stiffness": model.system.stiffness_damping},
     }
+
+
+def _supports(model: Model) -> list[dict[str, Any]]:
+    """Return where the supports are and how far their planes stand from the undeformed beam, m."""
+    return [
+        {
+            "name": one.name,
+            "from": one.start,
+            "to": one.end,
+            "clearance": one.clearance,
+            "faces": [
+                {"name": face.name, "side": "below" if face.side > 0.0 else "above", "gap": face.gap}
+                for face in one.faces
+            ],
+        }
+        for one in model.case.layout.supports
+    ]
 
 
 def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:

@@ -1,0 +1,80 @@
+"""Contradictions between the supports of a case: their names, their places, and what they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from itertools import combinations
+
+from gapbeam.solver.case.case import Beam
+from gapbeam.solver.case.checks.place_checks import Loads, same_name
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
+
+
+def support_names_differ(support: AnySupports) -> Iterator[Fault]:
+    """Supports are distinguished by their names."""
+    taken: dict[str, int] = {}
+    for key, one in keyed(support):
+        if len(key) == 2:
+            first = taken.setdefault(one.name, int(key[1]))
+            if first != key[1]:
+                yield same_name((*key, "name"), one.name, (("support", first, "name"),))
+
+
+def supports_lie_on_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+    """Every support begins before it ends, and ends on the beam."""
+    if isinstance(support, BaseAndGland):
+        return
+    for key, one in keyed(support):
+        if one.length <= 0.0:
+            yield Fault(
+                (*key, "to"),
+                f"{one.end:g} m, where the support begins at {one.start:g} m",
+                f"more than from, {one.start:g} m",
+                "swap them?" if one.length < 0.0 else "a support has a length: its planes touch the beam along it",
+                ((*key, "from"),),
+            )
+        elif one.end > beam.length * (1.0 + 1e-12):
+            in_mm = one.end / 1000.0 <= beam.length < 0.1 * one.end
+            yield Fault(
+                (*key, "to"),
+                f"{one.end:g} m, beyond the end of the beam",
+                f"at most the length of the beam, {beam.length:g} m",
+                f"is it in mm? In m it is {one.end / 1000.0:g}" if in_mm else "coordinates are in m, from x = 0",
+                (("beam", "length"),),
+            )
+
+
+def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:
+    """No part of the beam faces two supports on the same side."""
+    if isinstance(support, BaseAndGland):
+        return
+    for (_, one), (key, other) in combinations(keyed(support), 2):
+        first, last = max(one.start, other.start), min(one.end, other.end)
+        sides = {plane.side for plane in one.planes} & {plane.side for plane in other.planes}
+        if sides and last - first > 0.0:
+            where = " and ".join("below" if side > 0.0 else "above" for side in sorted(sides, reverse=True))
+            yield Fault(
+                (*key, "from"),
+                f"{other.start:g} m: the supports {one.name} and {other.name} both stand {where} the beam "
+                f"from x = {first:g} to x = {last:g} m",
+                "supports that do not overlap on the same side: the nearer one hides the other",
+                f"from = {one.end:g}" if other.start >= one.start else f"to = {one.start:g}",
+                ((*key, "to"),),
+            )
+
+
+def something_carries_the_beam(support: AnySupports, load: Loads) -> Iterator[Fault]:
+    """A beam with weight rests on something."""
+    gravity = max((entry.weight_acceleration for entry in load.values()), default=0.0)
+    if gravity == 0.0 or isinstance(support, BaseAndGland):
+        return
+    if not any(plane.side > 0.0 for _, one in keyed(support) for plane in one.planes):
+        yield Fault(
+            ("support",),
+            "supports above the beam only, with gravity",
+            "at least one plane below: nothing else carries the weight",
+            'region = "slot", or side = "below" of a stop',
+            (("load",),),
+        )

@@ -1,0 +1,126 @@
+"""Where the supports of a beam are, and how much play they leave: lengths and clearances that scales are made of."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from itertools import pairwise
+
+from gapbeam.solver.faults import Key
+from gapbeam.solver.supports.support import Face
+from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
+
+
+def keyed(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
+    """Yield each support with its key in the case: ("support",) of the table, ("support", number) of an array."""
+    if isinstance(support, BaseAndGland):
+        yield ("support",), support
+        return
+    entries = support if isinstance(support, Mapping) else dict(enumerate(support))
+    for number, entry in entries.items():
+        yield ("support", number), entry
+
+
+def variable_key(support: OneSupport) -> tuple[str, ...]:
+    """Return the way to the keys of a support, as overrides write it: support, or support and its name."""
+    return ("support",) if isinstance(support, BaseAndGland) else ("support", support.name)
+
+
+def with_value(support: AnySupports, key: str, value: float) -> OneSupport | tuple[OneSupport, ...]:
+    """Return the supports of a case with another value of a key, such as "support.clearance"."""
+    *place, field = key.split(".")
+    changed = tuple(
+        one.model_copy(update={field: value}) if variable_key(one) == tuple(place) else one for _, one in keyed(support)
+    )
+    return changed[0] if isinstance(support, BaseAndGland) else changed
+
+
+@dataclass(frozen=True)
+class Layout:
+    """The supports of a beam, in the order in which they stand along it.
+
+    Attributes:
+        supports: Each with its start, end, clearance and faces.
+    """
+
+    supports: tuple[OneSupport, ...]
+
+    @classmethod
+    def of(cls, support: AnySupports) -> Layout:
+        """Return the layout of the supports of a case."""
+        found = sorted((one for _, one in keyed(support)), key=lambda one: (one.start, one.end))
+        return cls(tuple(found))
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """The faces of all supports, one support after the other."""
+        return tuple(face for one in self.supports for face in one.faces)
+
+    @property
+    def start(self) -> float:
+        """Where the first support begins, m."""
+        return min((one.start for one in self.supports), default=0.0)
+
+    @property
+    def end(self) -> float:
+        """Where the last support ends, m."""
+        return max((one.end for one in self.supports), default=0.0)
+
+    @property
+    def length(self) -> float:
+        """Length of all supports together, m."""
+        return sum(one.length for one in self.supports)
+
+    @property
+    def shortest(self) -> float:
+        """Length of the shortest support, m."""
+        return min((one.length for one in self.supports), default=0.0)
+
+    @property
+    def clearance(self) -> float:
+        """The clearance that is smallest in size and not 0, with its sign; 0 where there is none, m."""
+        return min((one.clearance for one in self.supports if one.clearance != 0.0), key=abs, default=0.0)
+
+    @property
+    def widest(self) -> float:
+        """The largest clearance, at least 0, m."""
+        return max(0.0, *(one.clearance for one in self.supports))
+
+    @property
+    def interference(self) -> float:
+        """The largest interference, at least 0, m."""
+        return max(0.0, *(-one.clearance for one in self.supports))
+
+    @property
+    def steepest(self) -> float:
+        """The largest clearance over the length of its support: the angle by which a beam can tilt there."""
+        return max((abs(one.clearance) / one.length for one in self.supports), default=0.0)
+
+    @property
+    def edges(self) -> tuple[float, ...]:
+        """Where supports begin and end, without repetition, m."""
+        return tuple(sorted({place for one in self.supports for place in (one.start, one.end)}))
+
+    @property
+    def reach(self) -> float:
+        """Distance from the first to the last edge of all supports, m."""
+        return self.end - self.start
+
+    def arm(self, x: float) -> float:
+        """Return the lever arm of a force at x about the last edge of the supports, or the farther one of several, m.
+
+        Over `reach`, it is the force on the opposite edge by a unit force on the rigid beam.
+        """
+        arms = [abs(x - self.end)] if len(self.supports) == 1 else [abs(x - self.end), abs(x - self.start)]
+        return max(arms)
+
+    def spans(self) -> Iterator[float]:
+        """Yield the lengths between one support that a beam can rest on and the next, m."""
+        resting = [one for one in self.supports if any(plane.side > 0.0 for plane in one.planes)]
+        for one, following in pairwise(resting):
+            if following.start > one.end:
+                yield following.start - one.end
+
+    def overhangs(self, length: float) -> Iterator[float]:
+        """Yield the lengths beyond the first and the last support of a beam, m."""
+        yield from (free for free in (length - self.end, self.start) if free > 0.0)

@@ -1,0 +1,12 @@
+"""The choice of regions: `region` of a [[support]], by name or as a table with its `type`."""
+
+from __future__ import annotations
+
+from typing import Annotated
+
+from pydantic import Field
+
+from gapbeam.solver.supports.regions.slot import Slot
+from gapbeam.solver.supports.regions.stop import Stop
+
+RegionChoice = Annotated[Slot | Stop, Field(discriminator="type")]

@@ -1,0 +1,28 @@
+"""A stop: one plane, below or above the beam."""
+
+from __future__ import annotations
+
+from typing import Literal
+
+from pydantic import Field
+
+from gapbeam.solver.supports.regions.region import Plane, Region
+
+SIDES = {"below": 1.0, "above": -1.0}
+
+
+class Stop(Region):
+    """One plane, the clearance away from the undeformed beam."""
+
+    type: Literal["stop"] = Field(description="one plane on one side of the beam")
+    side: Literal["below", "above"] = Field(default="below", description="where the plane is, seen from the beam")
+
+    def planes(self, clearance: float, offset: float) -> tuple[Plane, ...]:
+        """Return the plane; an offset moves it upward."""
+        side = SIDES[self.side]
+        return (Plane(self.side, side, clearance - side * offset),)
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """The side of the plane."""
+        return (SIDES[self.side],)

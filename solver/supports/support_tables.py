@@ -1,0 +1,127 @@
+"""The tables of supports: [support], the base and gland at x = 0, or any number of [[support]] along the beam."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Annotated, Any, ClassVar
+
+from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
+
+from gapbeam.solver.supports.regions.region import Plane
+from gapbeam.solver.supports.regions.region_choice import RegionChoice
+from gapbeam.solver.supports.regions.slot import Slot
+from gapbeam.solver.supports.support import Face
+from gapbeam.solver.table import FORMS, Name, NonNegative, Number, Positive, Table, named
+
+
+class BaseAndGland(Table):
+    """The support region 0 <= x <= length between base and gland."""
+
+    length: Positive = Field(description="length of the supported part from x = 0, m", examples=[0.05])
+    clearance: Number = Field(
+        description="pad thickness minus beam thickness, negative for an interference fit, m",
+        examples=[0.107e-3],
+    )
+
+    name: ClassVar[str] = "support"
+    start: ClassVar[float] = 0.0
+    offset: ClassVar[float] = 0.0
+
+    @property
+    def end(self) -> float:
+        """Where the support ends, m."""
+        return self.length
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """The base touches the undeformed beam, and the gland stands the clearance above it."""
+        return Plane("base", 1.0, 0.0), Plane("gland", -1.0, self.clearance)
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """Base and gland."""
+        return tuple(Face(*plane) for plane in self.planes)
+
+    def without_play(self) -> BaseAndGland:
+        """Return the support with everything taken out that changes its gaps alone."""
+        return self.model_copy(update={"clearance": 0.0})
+
+
+class _OneOfSeveral(Table):
+    """What a [[support]] has besides its place."""
+
+    name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
+    clearance: Number = Field(
+        description="how far the beam can move between both planes of a slot, or to a stop; negative for an "
+        "interference fit, m",
+        examples=[0.2e-3],
+    )
+    offset: Number = Field(default=0.0, description="how far the support is moved upward from the axis of the beam, m")
+    region: Annotated[RegionChoice, BeforeValidator(named)] = Field(
+        default=Slot(type="slot"), description="what the support leaves to the beam: a name, or a table with the type"
+    )
+
+    @property
+    def start(self) -> float:
+        """Where the support begins, m."""
+        return float(vars(self)["from"])
+
+    @property
+    def end(self) -> float:
+        """Where the support ends, m."""
+        return float(vars(self)["to"])
+
+    @property
+    def length(self) -> float:
+        """Length along the beam, m."""
+        return self.end - self.start
+
+    @property
+    def planes(self) -> tuple[Plane, ...]:
+        """The planes of the region."""
+        return self.region.planes(self.clearance, self.offset)
+
+    @property
+    def faces(self) -> tuple[Face, ...]:
+        """A face for each plane, named after the support and the plane: front_below."""
+        return tuple(Face(f"{self.name}_{plane.word}", plane.side, plane.gap) for plane in self.planes)
+
+    def without_play(self) -> _OneOfSeveral:
+        """Return the support with everything taken out that changes its gaps alone."""
+        return self.model_copy(update={"clearance": 0.0, "offset": 0.0})
+
+
+_PLACE: dict[str, Any] = {  # "from" is a word of Python, which no attribute in the text of a class can be called
+    "from": (NonNegative, Field(description="where the support begins along the beam, m", examples=[0.2])),
+    "to": (Positive, Field(description="where it ends, m", examples=[0.22])),
+}
+
+PlacedSupport: type[_OneOfSeveral] = create_model(
+    "PlacedSupport",
+    __base__=_OneOfSeveral,
+    __module__=__name__,
+    __doc__="A support along the beam, from x = from to x = to; the beam touches the planes of its region.",
+    **_PLACE,
+)
+
+OneSupport = BaseAndGland | _OneOfSeveral
+
+
+def _form(value: object) -> str:
+    """Return whether supports are given as one table or as an array of tables."""
+    return FORMS[isinstance(value, list | tuple)]
+
+
+SupportTables = Annotated[
+    Annotated[BaseAndGland, Tag(FORMS[0])] | Annotated[tuple[PlacedSupport, ...], Field(min_length=1), Tag(FORMS[1])],  # type: ignore[valid-type]
+    Discriminator(_form),
+]
+"""[support] or [[support]]."""
+
+AnySupports = BaseAndGland | tuple[_OneOfSeveral, ...] | Mapping[int, _OneOfSeveral]
+"""The supports of a case, or those of its entries that have no faults of their own, by number."""
+
+
+def without_play(support: BaseAndGland | tuple[_OneOfSeveral, ...]) -> BaseAndGland | tuple[_OneOfSeveral, ...]:
+    """Return the supports of a case with everything taken out that changes their gaps alone."""
+    return support.without_play() if isinstance(support, BaseAndGland) else tuple(one.without_play() for one in support)

@@ -14,7 +14,8 @@ from tests.shared.case_texts import spoiled, written
 from tests.shared.command import DEMO, alone, called, on_ranks, programmed, settings
 
 pytestmark = [alone, pytest.mark.versions]
-SHORT = settings("time.end=0.02", "output.fields_interval=0.01")
+SHORT = settings("time.end=0.004", "output.fields_interval=0.002")
+LONGER = settings("time.end=0.02", "output.fields_interval=0.01", "output.checkpoint_interval=0.01")
 
 BROKEN, ENDED, WITH_NAN = (f"tests.programs.{name}" for name in ("broken_rank", "ended_rank", "calls_with_nan"))
 
@@ -74,6 +75,7 @@ def text(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Printed]:
     (folder / "there" / "history.h5").write_bytes(b"precious")
     calls = {
         "nowhere": ("plot", "nowhere"),
+        "study": ("sweep", DEMO, "support.clearance=1e-4", "--output", folder / "out"),
         "argument": ("run",),
         "case": ("run", DEMO, *settings("beam.length=-1"), "--output", folder / "out"),
         "mesh": ("run", case, "--output", folder / "out"),
@@ -96,9 +98,17 @@ def test_nan_of_one_rank_is_reported_by_all(text: tuple[Path, Printed]) -> None:
     assert (summary["status"], summary["exit_status"]) == ("failed", NotFinite.exit_status)
 
 
-@pytest.mark.parametrize(("name", "words"), [("nowhere", "takes one process"), ("argument", "Missing argument")])
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("nowhere", "takes one process"),
+        ("study", "gapbeam sweep takes one process"),
+        ("study", "call it without mpirun"),
+        ("argument", "Missing argument"),
+    ],
+)
 def test_fault_of_a_command_on_ranks_has_no_trace(name: str, words: str, text: tuple[Path, Printed]) -> None:
-    """A command for one process, a missing argument: status 2 on two ranks as on one."""
+    """A command or a study for one process, a missing argument: status 2 on two ranks as on one."""
     ranks = text[1][name]
     assert [status for status, _, _ in ranks] == [2, 2]
     assert sum(errors.count(words) for _, _, errors in ranks) == 1
@@ -137,7 +147,7 @@ def test_end_of_one_rank_in_set_up_ends_all(end: str, status: int, tmp_path: Pat
 @pytest.mark.slow
 def test_kill_of_one_rank_ends_all(tmp_path: Path) -> None:
     """Kill -9 of one rank of two: the other one ends with it, and --resume continues from the last checkpoint."""
-    words = ("run", DEMO, *SHORT, *settings("output.checkpoint_interval=0.01"), "--output", tmp_path / "out")
+    words = ("run", DEMO, *LONGER, "--output", tmp_path / "out")
     done = on_ranks(2, "killed", *words, program=ENDED)
     assert done.returncode == 128 + 9, done.stderr
     assert open_results(tmp_path / "out").history["time"].values[-1] > 0.0

@@ -21,7 +21,7 @@ advance = Midpoint.advance
 
 def spoiled(self: Midpoint, system: Any, condensed: Any, law: Any, old: Any, *others: Any, **options: Any) -> Any:
     """Advance as the scheme does, after a NaN has come into the state of rank 1."""
-    if MPI.COMM_WORLD.rank == 1 and old.time > 0.01:
+    if MPI.COMM_WORLD.rank == 1 and old.time > 0.002:
         old.v[VALUE][:] = np.nan
     return advance(self, system, condensed, law, old, *others, **options)
 

@@ -45,7 +45,7 @@ def shaken(dimension: int = 3, steps: int = 40) -> Case:
 @pytest.mark.parametrize("factorization", ["lu", "cholesky"])
 def test_textbook_agrees(factorization: str) -> None:
     """A solid beam that rattles: the same displacements to 1e-8 of the largest, and a table that says so."""
-    table = textbook.compare(shaken(), {factorization: 40}, 40)
+    table = textbook.compare(shaken(), {factorization: textbook.STEPS}, 20)
     assert table.figures["difference"] <= 1e-8
     assert table.figures["difference"] > 0.0
     assert "is below 1e-08" in table.markdown()
@@ -82,6 +82,7 @@ def test_table_is_written(tmp_path: Path) -> None:
 
 
 @alone
+@pytest.mark.slow
 def test_sizes_are_measured_in_processes_of_their_own() -> None:
     """Two coarse meshes: unknowns and interface DOFs grow, and every cost has an exponent."""
     found = size.table((1, 2))
@@ -114,6 +115,7 @@ POINTS = {
 
 
 @alone
+@pytest.mark.slow
 def test_solves_by_iterations_are_measured() -> None:
     """The coarsest meshes: a step lands with many points at once."""
     found = solves.table((1, 2))

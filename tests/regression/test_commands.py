@@ -11,7 +11,7 @@ import pytest
 from PIL import Image
 
 import gapbeam
-from tests.shared.command import DEMO, RATTLE, alone, called, called_in_turn, on_ranks
+from tests.shared.command import DEMO, RATTLE, alone, called, called_in_turn
 
 pytestmark = alone
 
@@ -24,6 +24,17 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     outcome = gapbeam.run(DEMO, (*RATTLE, "time.end=0.04"), tmp_path_factory.mktemp("drawn") / "rattle")
     assert outcome.exit_status == 0
     return outcome.folder
+
+
+Drawn = dict[str, subprocess.CompletedProcess[str]]
+
+
+@pytest.fixture(scope="module")
+def drawn(folder: Path) -> Drawn:
+    """Figures, figures in other formats beside the results, and pictures, drawn in one process."""
+    formats = ("--format", "pdf", "--format", "svg", "--output", folder.parent / "formats", "--probe", "tip")
+    calls = [("plot", folder), ("plot", folder, *formats), ("render", folder, "--no-film", "--size", "640x360")]
+    return dict(zip(("figures", "formats", "pictures"), called_in_turn(*calls), strict=True))
 
 
 def assert_refused(done: subprocess.CompletedProcess[str], *message: str) -> None:
@@ -167,9 +178,9 @@ def test_wrong_options_of_drawing_are_refused(folder: Path, tmp_path: Path) -> N
     assert not output.exists()
 
 
-def test_plot_draws_figures_and_tables(folder: Path) -> None:
+def test_plot_draws_figures_and_tables(folder: Path, drawn: Drawn) -> None:
     """Every figure of a run is a picture with something on it; tables and data name the forcing; all are listed."""
-    done = called("plot", folder)
+    done = drawn["figures"]
     assert done.returncode == 0, done.stderr
     assert "Traceback" not in done.stderr
     figures = folder / "figures"
@@ -187,18 +198,18 @@ def test_plot_draws_figures_and_tables(folder: Path) -> None:
     assert set(data["figures"]) == pictures
 
 
-def test_plot_in_other_formats(folder: Path, tmp_path: Path) -> None:
+def test_plot_in_other_formats(folder: Path, drawn: Drawn) -> None:
     """--format pdf and svg, and another folder: only these, each beginning as its format does."""
-    done = called("plot", folder, "--format", "pdf", "--format", "svg", "--output", tmp_path, "--probe", "tip")
+    done, formats = drawn["formats"], folder.parent / "formats"
     assert done.returncode == 0, done.stderr
-    assert list(tmp_path.glob("*.png")) == []
-    assert (tmp_path / "contact.pdf").read_bytes().startswith(b"%PDF")
-    assert b"<svg" in (tmp_path / "contact.svg").read_bytes()
+    assert list(formats.glob("*.png")) == []
+    assert (formats / "contact.pdf").read_bytes().startswith(b"%PDF")
+    assert b"<svg" in (formats / "contact.svg").read_bytes()
 
 
-def test_render_draws_pictures(folder: Path) -> None:
+def test_render_draws_pictures(folder: Path, drawn: Drawn) -> None:
     """Pictures of the asked size that are not blank, no film, and every file reported on standard output."""
-    done = called("render", folder, "--no-film", "--size", "640x360")
+    done = drawn["pictures"]
     assert done.returncode == 0, done.stderr
     paths = [Path(line) for line in done.stdout.splitlines()]
     assert sorted(paths) == sorted((folder / "pictures").iterdir())
@@ -215,13 +226,3 @@ def assert_not_blank(path: Path) -> None:
     assert pixels.std() > 5.0, path
     ground = np.bincount(pixels.astype(int).ravel()).argmax()
     assert np.mean(np.abs(pixels - ground) > 10.0) > 0.01, path
-
-
-@alone
-def test_studies_refuse_several_ranks(tmp_path: Path) -> None:
-    """Each rank would do all of it, in one folder."""
-    result = on_ranks(2, "sweep", DEMO, "support.clearance=1e-4", "--output", tmp_path / "sweep")
-    assert result.returncode == 2
-    assert "gapbeam sweep takes one process" in result.stderr
-    assert "call it without mpirun" in result.stderr
-    assert not (tmp_path / "sweep").exists()

@@ -39,6 +39,7 @@ def test_known_messages_are_counted() -> None:
         assert seconds["wait"] > 0.0
 
 
+@pytest.mark.slow
 def test_ranks_are_measured_beside_each_other() -> None:
     """The coarsest mesh on one rank and on two: the DOFs are all there, and what is reported of the ranks is theirs."""
     found = scaling.table({1: 1}, (1, 2))

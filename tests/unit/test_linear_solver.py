@@ -122,7 +122,11 @@ def test_response_to_contact_forces_is_that_of_the_delassus_operator() -> None:
     assert response.gaps == pytest.approx(dense.delassus @ found, rel=1e-6, abs=1e-12)
 
 
-@pytest.mark.parametrize("changes", [{}, {"mesh": {"degree": 1}}, THREE], ids=["2D", "degree 1", "3D"])
+@pytest.mark.parametrize(
+    "changes",
+    [{}, {"mesh": {"degree": 1}}, pytest.param(THREE, marks=pytest.mark.slow)],
+    ids=["2D", "degree 1", "3D"],
+)
 def test_beam_rattles_by_iterations_as_by_a_factor(tmp_path: Path, changes: dict[str, object]) -> None:
     outcomes = {}
     for name, solver in (

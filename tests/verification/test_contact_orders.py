@@ -1,6 +1,7 @@
 """Order in time with contact: 2 where the pressure is continuous; 1 where damping makes it jump at touch.
 
-A mass on a spring bounces against a stop twice; errors against a fine solution over six levels. Where a jump falls in
+A mass on a spring bounces against a stop twice; errors against a fine solution over five levels, six
+where the pressure jumps. Where a jump falls in
 a step is chance, so errors of Kelvin-Voigt are taken over several gaps. The discrete gradient takes the mean of the
 damping over the part of the step that is spent in contact, and keeps order 2 even there.
 
@@ -17,16 +18,16 @@ from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.contact.laws.springs import Spring
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
 
-END, COARSEST, LEVELS = 4.0, 150, 6
+END, COARSEST = 4.0, 150
 SPRING = Spring(400.0, 1.5)
 ELASTIC, HUNT_CROSSLEY = kelvin_voigt(50.0), ContactLaw(SPRING, Damper("hunt-crossley", 0.8))
 KELVIN_VOIGT = kelvin_voigt(50.0, 4.0)
 
 
-def order(law: ContactLaw, name: str, gaps: tuple[float, ...] = (0.1,)) -> float:
+def order(law: ContactLaw, name: str, gaps: tuple[float, ...] = (0.1,), levels: int = 5) -> float:
     """The slope of log error over log step, fitted over all levels."""
-    errors = np.zeros(LEVELS)
-    counts = [COARSEST * 2**level for level in range(LEVELS)]
+    errors = np.zeros(levels)
+    counts = [COARSEST * 2**level for level in range(levels)]
     for gap in gaps:
         system = stopped_oscillator(1.0, 1.0, gap)
         ends = []
@@ -53,11 +54,11 @@ def test_explicit_damping_lags_by_half_a_step() -> None:
 @pytest.mark.slow
 def test_discrete_gradient_keeps_order_two_with_a_jump() -> None:
     """Kelvin-Voigt with the time mean of its damping: 2 within 0.2."""
-    assert order(KELVIN_VOIGT, "discrete-gradient", (0.1, 0.1037, 0.1083)) == pytest.approx(2.0, abs=0.2)
+    assert order(KELVIN_VOIGT, "discrete-gradient", (0.1, 0.1037, 0.1083), 6) == pytest.approx(2.0, abs=0.2)
 
 
 @pytest.mark.slow
 def test_pressure_that_jumps_costs_an_order() -> None:
     """Kelvin-Voigt evaluated at the end of the step: 1 within 0.25."""
     gaps = (0.1, 0.1013, 0.1037, 0.1059, 0.1083)
-    assert order(KELVIN_VOIGT, "newmark", gaps) == pytest.approx(1.0, abs=0.25)
+    assert order(KELVIN_VOIGT, "newmark", gaps, 6) == pytest.approx(1.0, abs=0.25)

@@ -193,16 +193,17 @@ def test_nitsche_moves_alike_for_every_theta() -> None:
         assert shaken(name).impulse == pytest.approx(shaken("nitsche 1").impulse, rel=1e-5)
 
 
-def test_exact_formulations_move_alike() -> None:
+@pytest.mark.parametrize("name", ["nitsche 1", *(pytest.param(name, marks=pytest.mark.slow) for name in NITSCHE[1:])])
+def test_exact_formulations_move_alike(name: str) -> None:
     """Nitsche and unilateral contact approach each other under refinement: impulses from 4 % apart to below 1 %.
 
     On the coarse mesh the nodes at the edges of the support and the nearest quadrature points have different levers.
     """
     coarse = np.abs(shaken("nitsche 1").impulse / shaken("unilateral").impulse - 1.0).max()
     fine = shaken("unilateral", refined=True)
-    differences = [np.abs(shaken(name, refined=True).impulse / fine.impulse - 1.0).max() for name in NITSCHE]
+    difference = np.abs(shaken(name, refined=True).impulse / fine.impulse - 1.0).max()
     assert 0.02 < coarse < 0.04
-    assert max(differences) < 0.01
+    assert difference < 0.01
 
 
 def test_penalty_approaches_nitsche_with_its_stiffness() -> None:

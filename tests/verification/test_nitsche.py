@@ -239,7 +239,7 @@ def test_trace_bound_is_sharp(name: str, layers: int) -> None:
             assert x @ traced @ x <= body.bounds[cell] * (x @ elastic @ x)
 
 
-@pytest.mark.parametrize("layers", [1, 2])
+@pytest.mark.parametrize("layers", [1, pytest.param(2, marks=pytest.mark.slow)])
 @every_mesh
 def test_corrected_stiffness_is_semidefinite(name: str, layers: int) -> None:
     """K_N has no negative eigenvalue with the factors 2 and 1, and one with a factor of 0.3, for theta = 1.

@@ -1,0 +1,40 @@
+"""Two ranks compute the same motion of a beam in several supports as one."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gapbeam
+from tests.parallel.test_ranks_agree import CLOSE, disagreements
+from tests.shared.command import DEMO, RATTLE, alone, on_ranks, settings
+
+pytestmark = [alone, pytest.mark.versions]
+
+LEFT = '{name = "left", from = 0.0, to = 0.02, clearance = 1e-4}'
+STOP = '{name = "stop", from = 0.25, to = 0.27, clearance = 5e-5, region = {type = "stop", side = "above"}}'
+RIGHT = '{name = "right", from = 0.45, to = 0.48, clearance = 1e-4, offset = 2e-5}'
+KEYS = (
+    *RATTLE,
+    f"support=[{LEFT}, {STOP}, {RIGHT}]",
+    "mesh.cell=triangle",
+    "damping.ratios=[0.1, 0.1]",
+    "contact.stiffness=2e12",
+    "load.shaker.amplitude=400.0",
+    "time.end=0.012",
+    "output.fields_interval=4e-3",
+)
+
+
+def test_three_supports_on_two_ranks(tmp_path: Path) -> None:
+    """Every face of every support closes, and histories agree as those of base and gland do."""
+    assert gapbeam.run(DEMO, KEYS, tmp_path / "1").exit_status == 0
+    done = on_ranks(2, "run", DEMO, "--output", tmp_path / "2", *settings(*KEYS))
+    assert done.returncode == 0, done.stderr
+    results = [gapbeam.open_results(tmp_path / name) for name in ("1", "2")]
+    forces = results[0].history["contact_force"]
+    assert forces["face"].values.tolist() == ["left_below", "left_above", "stop_above", "right_below", "right_above"]
+    assert np.all(forces.values.max(axis=0) > 0.0)
+    assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}

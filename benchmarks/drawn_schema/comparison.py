@@ -73,7 +73,8 @@ def _within(case: Case, errors: dict[str, Any], run: MotionRecord, other: Motion
             scale = row["error"] / row["relative_error"] if row["relative_error"] else abs(figure.mean)
             difference = abs(figure.mean - theirs[name].mean)
             if max(difference, row["error"]) > NEGLIGIBLE * scale:
-                rows.append((difference / max(row["error"], 1.0e-300), f"{name}, {span.name}", difference / scale))
+                size = max(scale, 1.0e-300)
+                rows.append((difference / max(row["error"], 1.0e-300), f"{name}, {span.name}", difference / size))
     worst = max(rows, default=(None, "", 0.0), key=lambda row: row[0] or 0.0)
     above = sum(ratio > FACTOR for ratio, _, _ in rows)
     return {"figures": len(rows), "above": above, "worst": worst[0], "what": worst[1], "relative": worst[2]}

@@ -17,6 +17,7 @@ These are r (2 H + 1) equations, solved by Newton's method with a line search. s
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -26,6 +27,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.step_slopes import step_slopes
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.periodic.fourier_series import Fourier
+from gapbeam.solver.periodic.shooting import no_pause
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
 
@@ -77,6 +79,7 @@ class HarmonicBalance:
     modal: ModalSystem
     law: ContactLaw
     series: Fourier
+    pause: Callable[[], None] = no_pause
 
     def solve(self, start: Array, tolerance: float = 1.0e-9, max_iterations: int = 40) -> HarmonicSolution:
         """Solve the balance from a start.
@@ -94,6 +97,7 @@ class HarmonicBalance:
         y, residuals = start, list[float]()
         missed, forces = self._residual(y)
         for _ in range(max_iterations + 1):
+            self.pause()
             size = max(float(np.linalg.norm(y)), np.finfo(float).tiny)
             residuals.append(float(np.linalg.norm(missed)) / size)
             if residuals[-1] <= tolerance:

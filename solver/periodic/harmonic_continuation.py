@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -11,6 +11,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.periodic.fourier_series import Fourier
 from gapbeam.solver.periodic.harmonic_balance import HarmonicBalance, HarmonicSolution
+from gapbeam.solver.periodic.shooting import no_pause
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
 
@@ -78,6 +79,7 @@ def climb(
     near: bool = False,
     tolerance: float = 1.0e-9,
     max_iterations: int = 40,
+    pause: Callable[[], None] = no_pause,
 ) -> Climb:
     """Solve the harmonic balance with more and more harmonics, each from the solution with fewer or from the start.
 
@@ -94,6 +96,7 @@ def climb(
         near: Whether the start is near the response, so that the last two stages are enough.
         tolerance: Of the residual.
         max_iterations: Limit of each solution.
+        pause: Called before every Newton iteration; what it raises ends the search.
 
     Raises:
         NotConverged: The highest stage did not converge.
@@ -105,7 +108,7 @@ def climb(
     found: list[HarmonicSolution] = []
     for stage in stages:
         series = Fourier(stage, samples_per_harmonic * stage, omega)
-        balance = HarmonicBalance(modal, law, series)
+        balance = HarmonicBalance(modal, law, series, pause)
         guesses = _guesses(balance, found, start, near)
         try:
             solution, iterations, softened = _solve(balance, guesses, tolerance, max_iterations)

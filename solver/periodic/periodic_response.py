@@ -86,6 +86,10 @@ def find_response(
         if asked():
             raise Interrupted(f"interrupted at t = {now:.6g} s of the march before the search")
 
+    def pause() -> None:
+        if asked():
+            raise Interrupted("interrupted in the search for a periodic response")
+
     # under the loads of the case, ramps included
     plan = replace(march_of_model(model, scheme_of_period(model.case)), steps=marched * per_period)
     begin = end_of_march(plan, seat, seen)
@@ -94,11 +98,11 @@ def find_response(
     period_map = held.modal_map()
     if analysis.method == "harmonic-balance":
         assert period_map is not None
-        response = _balanced(held, period_map, begin, analysis, near=marched > 0)
+        response = _balanced(held, period_map, begin, analysis, marched > 0, pause)
     elif period_map is not None:
-        response = _shot(held, period_map, begin, analysis)
+        response = _shot(held, period_map, begin, analysis, pause)
     else:
-        response = _shot_by_krylov(held, begin, analysis, asked)
+        response = _shot_by_krylov(held, begin, analysis, pause)
     figures = {
         "method": analysis.method,
         "forcing_frequency": held.forcing_frequency,
@@ -145,8 +149,10 @@ def _states(plan: March, seat: State) -> Iterator[tuple[State, int]]:
             yield step.refreshed or step.new, 1
 
 
-def _shot(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic) -> Response:
-    orbit = shoot(period_map, period_map.coordinates(begin), analysis.tolerance, analysis.max_iterations)
+def _shot(
+    held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic, pause: Callable[[], None]
+) -> Response:
+    orbit = shoot(period_map, period_map.coordinates(begin), analysis.tolerance, analysis.max_iterations, pause)
     start = period_map.state(orbit.x)
     figures = {
         "residual": orbit.residual,
@@ -158,18 +164,10 @@ def _shot(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Perio
     return Response(held, start, march(held.plan, start), figures, remarks, orbit.x)
 
 
-def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, asked: Callable[[], bool]) -> Response:
-    reported = 0
-
+def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, pause: Callable[[], None]) -> Response:
     def report(iteration: int, residual: float) -> None:
-        nonlocal reported
-        reported = iteration
         LOG.info("shooting, iteration %d: the state changes by %.2e over a period", iteration, residual)
         pause()
-
-    def pause() -> None:
-        if asked():
-            raise Interrupted(f"interrupted in iteration {reported} of the search")
 
     plan = held.plan
     orbit = shoot_marched(MarchedMap(plan), begin, analysis.tolerance, analysis.max_iterations, report, pause)
@@ -186,7 +184,14 @@ def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, asked: 
     return Response(held, orbit.state, march(plan, orbit.state), figures, remarks)
 
 
-def _balanced(held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic, near: bool) -> Response:
+def _balanced(
+    held: SteadyModel,
+    period_map: ModalMap,
+    begin: State,
+    analysis: Periodic,
+    near: bool,
+    pause: Callable[[], None],
+) -> Response:
     x, n = period_map.coordinates(begin), len(period_map.modal.squares)
     if near:
         places, _ = period_map.history(x)
@@ -204,6 +209,7 @@ def _balanced(held: SteadyModel, period_map: ModalMap, begin: State, analysis: P
         near,
         analysis.tolerance,
         analysis.max_iterations,
+        pause,
     )
     solution = found.solution
     place, speed, _ = solution.motion(np.zeros(1))

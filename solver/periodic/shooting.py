@@ -8,7 +8,7 @@ discrete system to the last digits; how well that is one of the continuous syste
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
@@ -63,7 +63,17 @@ class Orbit:
         return len(self.residuals) - 1
 
 
-def shoot(period_map: PeriodMap, start: Array, tolerance: float = 1.0e-9, max_iterations: int = 20) -> Orbit:
+def no_pause() -> None:
+    """Go on: what a search calls between two iterations, where nothing can stop it."""
+
+
+def shoot(
+    period_map: PeriodMap,
+    start: Array,
+    tolerance: float = 1.0e-9,
+    max_iterations: int = 20,
+    pause: Callable[[], None] = no_pause,
+) -> Orbit:
     """Find a periodic response near a state.
 
     Args:
@@ -71,6 +81,7 @@ def shoot(period_map: PeriodMap, start: Array, tolerance: float = 1.0e-9, max_it
         start: State to start from, (2n,).
         tolerance: Largest |P(x) - x| / |x|.
         max_iterations: Limit of Newton iterations.
+        pause: Called before every iteration; what it raises ends the search.
 
     Raises:
         NotConverged: With the residual of every iteration.
@@ -78,6 +89,7 @@ def shoot(period_map: PeriodMap, start: Array, tolerance: float = 1.0e-9, max_it
     x, length, residuals = start, 1.0, list[float]()
     kept: tuple[Array, Array] | None = None  # where the last update started from, and the update
     for _ in range(max_iterations + 1):
+        pause()
         end, tangent = period_map.with_tangent(x)
         residual = relative_change(period_map.scale, x, end)
         shortened = kept is not None and length > SHORTEST_UPDATE and not residual <= SLACK * residuals[-1]

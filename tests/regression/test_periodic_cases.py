@@ -19,8 +19,10 @@ import gapbeam
 from gapbeam.postprocess.figures.response_curve import draw_response_curve
 from gapbeam.postprocess.plot import plot
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.periodic.periodic_response import Response, find_response
 from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE, HISTORY
 from gapbeam.solver.run import periodic_search
@@ -292,3 +294,19 @@ def test_keys_of_a_curve() -> None:
     assert {key: value_of(key, tables, good_loads()) for key in known} == known
     assert value_of("beam.length", tables, good_loads()) is None
     assert value_of("load.gravity.frequency", tables, good_loads()) is None
+
+
+@pytest.mark.parametrize("method", ["shooting", "harmonic-balance"])
+def test_a_search_stops_where_it_is_asked_to(method: str) -> None:
+    """A signal or the limit of the wall time ends a search between two iterations, as it ends a march."""
+    case = read_case(CASE, [*COARSE, f"analysis.method={method}", "analysis.start=seat"])
+    simulation, looks = gapbeam.model(case), list[int]()
+
+    def asked() -> bool:
+        looks.append(1)
+        return len(looks) > 1
+
+    assert isinstance(case.analysis, Periodic)
+    with pytest.raises(Interrupted, match="in the search for a periodic response"):
+        find_response(simulation.model, simulation.seat().state, case.analysis, asked, lambda *_: None)
+    assert len(looks) == 2

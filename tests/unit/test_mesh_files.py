@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import random
 from collections.abc import Callable
 from pathlib import Path
@@ -12,6 +13,7 @@ import pytest
 from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.tagged_mesh import TaggedMesh
@@ -318,3 +320,46 @@ def test_gmsh_crashes_or_hangs(
     monkeypatch.setattr(msh_file, "_REHEARSAL", program)
     monkeypatch.setattr(msh_file, "_SECONDS", seconds)
     assert message in refused(user_file(tmp_path / "a.msh"))
+
+
+SEVERAL = BeamGeometry(
+    2,
+    LENGTH,
+    THICKNESS,
+    WIDTH,
+    LENGTH,
+    spans=(
+        ContactSpan("front_below", True, 0.0, SUPPORT),
+        ContactSpan("front_above", False, 0.0, SUPPORT),
+        ContactSpan("stop_above", False, SUPPORT, LENGTH),
+    ),
+)
+
+
+def with_stop(groups: Groups) -> None:
+    """Add the upper surface behind the first support."""
+    for dim, tag in gmsh.model.getEntities(1):
+        x, height, _ = gmsh.model.occ.getCenterOfMass(dim, tag)
+        if SUPPORT < x < LENGTH and height > 0.49 * THICKNESS:
+            groups.setdefault("stop_above", []).append((dim, tag))
+
+
+def test_groups_of_several_supports_are_called_as_their_faces(tmp_path: Path) -> None:
+    """Each face of a support is a group of the file; one that is missing, misplaced or upside down is named."""
+    names = {"body": "body", "base": "front_below", "gland": "front_above", "stop_above": "stop_above"}
+    path = user_file(tmp_path / "several.msh", dimension=2, layers=3, names=names, edit=with_stop)
+    tagged = read_mesh(COMM, path, SEVERAL)
+    assert {name: count for name, count in tagged.facet_counts.items() if count} == {
+        "front_below": 3,
+        "front_above": 3,
+        "stop_above": 3,
+    }
+    missing = user_file(tmp_path / "missing.msh", dimension=2, names={**NAMES, "base": "front_below"})
+    message = refused(missing, SEVERAL)
+    assert "front_above (curves) and stop_above (curves)" in message
+    turned = {**names, "base": "front_above", "gland": "front_below"}
+    message = refused(user_file(tmp_path / "turned.msh", dimension=2, names=turned, edit=with_stop), SEVERAL)
+    assert 'Perhaps the names "front_below" and "front_above" are exchanged.' in message
+    short = SEVERAL.spans[2]._replace(start=0.1)
+    elsewhere = dataclasses.replace(SEVERAL, spans=(*SEVERAL.spans[:2], short))
+    assert "from x = 0.1 to x = 0.3 m" in refused(path, elsewhere)

@@ -14,6 +14,7 @@ import tempfile
 from pathlib import Path
 
 from benchmarks.drawn_schema.attempts import attempted
+from benchmarks.drawn_schema.cases import NoCaseError
 from benchmarks.drawn_schema.summary import table_of
 
 WARM = (
@@ -40,7 +41,11 @@ def main() -> int:
     try:
         for seed in options.seeds or range(options.first, options.first + options.cases):
             folder = scratch / str(seed)
-            lines.append(attempted(seed, folder))
+            try:
+                lines.append(attempted(seed, folder))
+            except NoCaseError as error:
+                print(f"seed {seed}: {error}", file=sys.stderr, flush=True)
+                continue
             text = json.dumps(lines[-1])
             if options.lines is not None:
                 with options.lines.open("a", encoding="utf-8") as file:

@@ -24,6 +24,10 @@ ALWAYS = ("mesh", "contact")  # drawn in every case: most choices are theirs, an
 SCALES = ("beam", "support", "material")
 
 
+class NoCaseError(RuntimeError):
+    """No valid case with a choice was found."""
+
+
 def drawn(seed: int, folder: Path) -> tuple[dict[str, Any], Choice]:
     """Return the tables of a case that the reader accepts, and the choice that it was drawn for.
 
@@ -34,7 +38,7 @@ def drawn(seed: int, folder: Path) -> tuple[dict[str, Any], Choice]:
         folder: Where the records of its loads go.
 
     Raises:
-        RuntimeError: No case with this choice was found: the rules leave none.
+        NoCaseError: No case with this choice was found: the rules leave hardly any.
     """
     choices = all_choices()
     focus = choices[seed % len(choices)]
@@ -42,7 +46,7 @@ def drawn(seed: int, folder: Path) -> tuple[dict[str, Any], Choice]:
         found = _drawn(random.Random(f"{seed} {scene}"), seed, folder, focus)
         if found is not None:
             return found, focus
-    raise RuntimeError(f"no valid case with {focus} in {SCENES} scenes of {TRIES} draws")
+    raise NoCaseError(f"no valid case with {focus} in {SCENES} scenes of {TRIES} draws")
 
 
 def _drawn(chance: random.Random, seed: int, folder: Path, focus: Choice) -> dict[str, Any] | None:

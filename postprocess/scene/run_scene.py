@@ -87,7 +87,7 @@ class Studio:
             strongest, remark = motion.strongest, "largest contact pressure of all fields"
         else:
             strongest = int(np.argmax(forces))
-            remark = f"largest contact force of all fields: {forces[strongest]:.4g} N on all faces together"
+            remark = f"largest contact force of all fields: {forces[strongest]:.4g} N on {self._traces.faces} together"
             time, force = self._traces.peak_force()
             if forces[strongest] < _NEARLY * force:
                 remark += f"; between fields {force:.4g} N at {1e3 * time:.4g} ms"

@@ -29,6 +29,11 @@ class Traces:
     displacement: np.ndarray
     place: str
 
+    @property
+    def faces(self) -> str:
+        """The faces whose forces are known, in words."""
+        return " and ".join(self.forces) if len(self.forces) <= 2 else "all faces"
+
     def total_force(self, times: np.ndarray) -> np.ndarray | None:
         """Sum of the contact forces at some times, N; None where the forces were not recorded."""
         if not self.forces:

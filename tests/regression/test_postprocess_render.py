@@ -111,11 +111,11 @@ def test_a_round_tube_is_drawn(tmp_path: Path) -> None:
     assert len(render(tmp_path, size=SIZE, film=False)) == 2
     run = open_results(tmp_path)
     with run.fields() as fields:
-        body = body_of(fields, support_of(fields.points, 3, run.case))
+        body = body_of(fields, support_of(fields.points, 3, supports_of(run.summary, run.case)))
     outer = np.hypot(points[:, 1], points[:, 2]) > 0.0059
     held = outer & (points[:, 0] < 0.0501)
-    assert set(body.base) == set(np.flatnonzero(held & (points[:, 2] < 1e-9)))
-    assert set(body.gland) == set(np.flatnonzero(held & (points[:, 2] > -1e-9)))
+    assert set(body.touching["base"]) == set(np.flatnonzero(held & (points[:, 2] < 1e-9)))
+    assert set(body.touching["gland"]) == set(np.flatnonzero(held & (points[:, 2] > -1e-9)))
     assert np.ptp(body.edges.rest[:, 0][body.edges.rest[:, 0] > 0.1]) < 1e-9
 
 
@@ -167,7 +167,8 @@ def test_automatic_factors_are_round_and_show_the_motion(tmp_path: Path) -> None
     run = open_results(results(tmp_path, 2, count=8))
     with run.fields() as fields:
         support = support_of(fields.points, 2, supports_of(run.summary, run.case))
-        motion = motion_of(fields, 0.065)
+        motion = motion_of(fields, support.shown_near)
+    assert support.shown_near == pytest.approx((0.0, 0.065))
     assert motion.highest == pytest.approx(0.46 * CLEARANCE / 0.05)
     assert motion.lowest == pytest.approx(-motion.highest)
     assert scale_of_support(motion, support) == 50.0  # 0.45 * 12 mm / 0.107 mm = 50.5

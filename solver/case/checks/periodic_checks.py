@@ -199,9 +199,8 @@ def value_of(key: str, tables: Mapping[str, object], load: Loads) -> float | Non
         _, name, field = key.split(".")
         return float(next(getattr(entry, field) for entry in load.values() if entry.name == name))
     table, _, field = key.partition(".")
-    supports = _of_supports(cast("AnySupports", tables["support"]))
-    if key in supports:
-        return supports[key]
+    if table == "support":
+        return _of_supports(cast("AnySupports", tables["support"])).get(key)
     if key not in NOT_NEGATIVE:
         return None
     value = getattr(tables[table], field)

@@ -8,15 +8,19 @@ b = N(x_p)^T e,
 since Rayleigh damping is that of the beam alone: what c_M M + c_K K holds beside it goes off the dashpot again,
 c' = c - c_M m - c_K k. The frame of the suspension is that of the support. Base motion a_b(t) along e_b therefore
 pushes the moving mass too, by -m (e . e_b) b a_b; gravity does not: the suspension carries its weight.
+
+Joints and masses add the same to the mean motions of cross-sections, b being those (`assembly.section_rows`); gravity
+acts on masses. What joints hold is in the operators already (`assembly.attached_motions`).
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import replace
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_choice import Load
@@ -42,21 +46,25 @@ def assembled_system(
         case: The case.
         operators: M and K of the beam alone.
         contact: G, H, w and g0.
-        patterns: Forces of each load of the case per unit factor, (n,), N.
+        patterns: Forces of each load of the case per unit factor, (n,), N, and after them the rows of
+            `attached_motions`.
         dimension: 2 or 3.
         rayleigh: c_M, 1/s, and c_K, s, of the beam.
     """
+    attached_rows = patterns[len(case.load) :]
+    patterns = patterns[: len(case.load)]
     loads = list(make_loads(case.load, patterns, dimension))
-    fixed = [(load, row, added) for load, row in zip(case.load, patterns, strict=True) if (added := _added(load))]
+    fixed = [*_of_loads(case, patterns, dimension), *_of_sections(case, attached_rows, dimension)]
     if not fixed:
         return SemiDiscreteSystem(operators, contact, tuple(loads), *rayleigh)
-    rows = np.array([row for _, row, _ in fixed])
-    mass, stiffness, damping = np.array([[added.mass, added.stiffness, added.damping] for *_, added in fixed]).T
-    axes = np.array([load_direction(load, dimension) for load, *_ in fixed])
+    rows = np.array([one.row for one in fixed])
+    mass, stiffness, damping = np.array([one.added for one in fixed]).T
     for number, load in enumerate(case.load):
-        if isinstance(load.place, SupportAcceleration):
-            along = axes @ load_direction(load, dimension)
-            loads[number] = replace(loads[number], pattern=loads[number].pattern + (mass * along) @ rows)
+        place = load.place
+        if not isinstance(place, PointForce):
+            weighs = np.array([one.weighs or isinstance(place, SupportAcceleration) for one in fixed])
+            along = np.array([one.along @ load_direction(load, dimension) for one in fixed])
+            loads[number] = replace(loads[number], pattern=loads[number].pattern + (mass * along * weighs) @ rows)
     return SemiDiscreteSystem(
         attached(operators, RankOnes(rows, mass), RankOnes(rows, stiffness)),
         contact,
@@ -64,6 +72,38 @@ def assembled_system(
         *rayleigh,
         RankOnes(rows, damping - rayleigh[0] * mass - rayleigh[1] * stiffness),
     )
+
+
+@dataclass(frozen=True)
+class _Fixed:
+    """What is fixed to the beam at a place.
+
+    Attributes:
+        row: b, (n,).
+        along: e, (dimension,); 0 for a rotation.
+        added: m, k and c.
+        weighs: Whether gravity acts on m.
+    """
+
+    row: Array
+    along: Array
+    added: tuple[float, float, float]
+    weighs: bool = False
+
+
+def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
+    for load, row in zip(case.load, patterns, strict=True):
+        if (added := _added(load)) is not None:
+            yield _Fixed(row, load_direction(load, dimension), (added.mass, added.stiffness, added.damping))
+
+
+def _of_sections(case: Case, rows: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
+    """Yield what joints and masses fix to the beam; what joints hold is in its operators already."""
+    for one, row in zip(attached_motions(case), rows, strict=True):
+        if not one.held:
+            added = one.attachment
+            numbers = (added.mass, added.stiffness, added.damping)
+            yield _Fixed(row, one.motion.direction(dimension), numbers, weighs=True)
 
 
 def _added(load: Load) -> Attachment | None:

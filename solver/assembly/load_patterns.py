@@ -11,7 +11,9 @@ from typing import Any, assert_never
 
 import numpy as np
 
+from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.assembly.point_rows import point_row
+from gapbeam.solver.assembly.section_rows import section_row
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import axis_point, load_direction
@@ -20,9 +22,18 @@ from gapbeam.solver.system.operators import Array, Operators
 
 
 def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, ...]:
-    """Return the forces of each load per unit factor on a vector space, (n,), N. Collective."""
+    """Return the forces of each load per unit factor on a vector space, (n,), N, and those of `attached_motions`.
+
+    Raises:
+        UserError: A point or a section lies outside the mesh.
+
+    Collective.
+    """
     dimension = space.mesh.geometry.dim
-    return tuple(_pattern(load, dimension, space, operators) for load in case.load)
+    return (
+        *(_pattern(load, dimension, space, operators) for load in case.load),
+        *(section_row(case, space, operators.size, one.motion) for one in attached_motions(case)),
+    )
 
 
 def _pattern(load: Load, dimension: int, space: Any, operators: Operators) -> Array:

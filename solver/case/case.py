@@ -13,6 +13,8 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from gapbeam.solver.attachments.joint_table import JointChoice
+from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import FullModel, ModelTable
@@ -157,6 +159,8 @@ class Case(Table):
         description="the base and gland at x = 0, as a table, or any supports along the beam, as an array of tables"
     )
     restraint: Restraint = Restraint()
+    joint: tuple[JointChoice, ...] = Field(default=(), description="what holds cross-sections without play")
+    mass: tuple[PointMass, ...] = Field(default=(), description="masses on the beam")
     mesh: Mesh = Mesh()
     model: Annotated[ModelTable, BeforeValidator(named)] = Field(
         default=FullModel(), description="fidelity level: a name, or a table with the type and its keys"

@@ -7,6 +7,7 @@ from itertools import pairwise
 from math import log, pi, sqrt
 from typing import assert_never
 
+from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.contact_table import Friction
 from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
@@ -14,6 +15,8 @@ from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAccelerati
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
 SEAT_ROUND_OFF = 1.0e-12  # of E / h
+SEAT_SHARE = 0.1  # of the bending stiffness of a beam that joints hold
+BOTH = 2  # rigid motions in the bending plane
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
@@ -257,7 +260,8 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
     """Return the springs of the search for the static seat, Pa/m.
 
     Well below contact and body, so that it contracts fast; and soft enough that the weight moves the beam through
-    its clearance in a few iterations; never so soft that round-off of the body's stiffness hides them.
+    its clearance in a few iterations; never so soft that round-off of the body's stiffness hides them. Where joints
+    hold the beam, the springs are well below its bending stiffness, E I / L^3.
 
     Args:
         case: The case.
@@ -266,6 +270,10 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
         area: Of both faces, m^2.
     """
     body = case.material.young_modulus / cell_length
+    if bending_rank(case.joint, held_only=False) == BOTH:
+        beam = case.beam
+        bending = case.material.young_modulus * beam.width * beam.thickness**3 / (12.0 * beam.length**3)
+        return max(SEAT_SHARE * bending / area, SEAT_ROUND_OFF * body)
     softest = SEAT_SOFTNESS * min(stiffness, body)
     mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
     weight = mass * sum(load.weight_acceleration for load in case.load)

@@ -4,23 +4,23 @@ from __future__ import annotations
 
 from typing import Any
 
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.time_table import Time
-from gapbeam.solver.table import models_in, type_name
+from pydantic import BaseModel, BeforeValidator
 
-NAMED = ((Time, "scheme"), (Contact, "formulation"), (Contact, "law"))
-"""Keys that take a name or a table."""
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.reading.known_keys import tables
+from gapbeam.solver.table import models_in, named, type_name
 
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a case file."""
     document = _without_null(Case.model_json_schema())
-    for table, key in NAMED:
-        entry = document["$defs"][table.__name__]["properties"][key]
-        tables = {part: entry.pop(part) for part in ("oneOf", "discriminator")}
-        names = [type_name(model) for model in models_in(table.model_fields[key].annotation)]
-        entry["anyOf"] = [{"enum": names}, tables]
+    models: list[type[BaseModel]] = [Case, *(one.model for one in tables())]
+    for table in models:
+        properties = (document if table is Case else document["$defs"][table.__name__])["properties"]
+        for key, field in table.model_fields.items():
+            if BeforeValidator(named) in field.metadata:  # takes a name or a table
+                by_type = {part: properties[key].pop(part) for part in ("oneOf", "discriminator")}
+                properties[key]["anyOf"] = [{"enum": [type_name(one) for one in models_in(field.annotation)]}, by_type]
     return {
         **document,
         "$schema": "https://json-schema.org/draft/2020-12/schema",

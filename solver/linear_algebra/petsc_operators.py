@@ -80,6 +80,7 @@ class PetscOperators:
             add_springs(self._elastic, correction, self.sum)
         pattern = PETSc.Mat.Structure
         # mass that was moved into the body couples DOFs of different cells
+        self._restraint_pattern = pattern.SUBSET_NONZERO_PATTERN
         self._mass_pattern = (
             pattern.SUBSET_NONZERO_PATTERN if extrapolation is None else pattern.DIFFERENT_NONZERO_PATTERN
         )
@@ -101,6 +102,13 @@ class PetscOperators:
         stiffest = self._comm.allreduce(float(np.max(self._stiffness_diagonal, initial=0.0)), op=MPI.MAX)
         self._fastest = stiffest / self._component_mass.getDiagonal().max()[1]
         self.smooth = smooth_modes(space, self._elastic, self.sum) if marched and not solver.iterative else None
+
+    def hold(self, springs: RankOnes) -> None:
+        """Add stiff springs to the restraint, which may couple DOFs of different cells. Collective."""
+        self._restraint.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        add_springs(self._restraint, self.as_springs(springs), self.sum)
+        self._restraint_pattern = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+        self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
 
     def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
         """Return M and K, made for the caller. Collective."""
@@ -281,7 +289,7 @@ class PetscOperators:
 
     def _whole_stiffness(self) -> PETSc.Mat:
         stiffness = self._elastic.copy()
-        stiffness.axpy(1.0, self._restraint, PETSc.Mat.Structure.SUBSET_NONZERO_PATTERN)
+        stiffness.axpy(1.0, self._restraint, self._restraint_pattern)
         return stiffness
 
     def _whole_mass(self) -> PETSc.Mat:

@@ -20,6 +20,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.section_figures import Section, mean_section
 from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.solver.assembly.attached_motions import holding_springs
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
 from gapbeam.solver.assembly.elasticity import elastic_forms, lame
@@ -82,7 +83,7 @@ class Body:
         meshed: Mesh, space and faces.
         operators: M and K.
         contact: G, H, w and g0 with the clearance of that case.
-        patterns: Forces of each load per unit factor, (n,), N.
+        patterns: Forces of each load per unit factor, (n,), N, and after them the rows of `attached_motions`.
         probes: What evaluates the probes, by name.
         gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
         patch: Size of the patches of `contact.points` with its reason; None without.
@@ -173,12 +174,15 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     marched = isinstance(case.model, FullModel) and not explicit
     operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed), marched)
     contact, patch = gathered(case, contact)
+    patterns = load_patterns(case, space, operators)
+    if isinstance(case.model, FullModel) and (springs := holding_springs(case, patterns)) is not None:
+        operators.hold(springs)
     body = Body(
         case,
         meshed,
         operators,
         contact,
-        load_patterns(case, space, operators),
+        patterns,
         {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe},
         gamma,
         patch,

@@ -13,19 +13,24 @@ from __future__ import annotations
 
 import time
 from dataclasses import dataclass, replace
+from math import pi
 from typing import assert_never
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.loads.load_directions import axis_point, load_direction
 from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
 from gapbeam.solver.models.body import Body, MeshedBeam, gathered, point_rule
+from gapbeam.solver.models.reduction.held_motions import held
 from gapbeam.solver.models.reduction.line_points import gathered_points
-from gapbeam.solver.models.reduction.projection import DenseRow
+from gapbeam.solver.models.reduction.modal_basis import modal_basis
+from gapbeam.solver.models.reduction.projection import DenseRow, projected
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator
@@ -163,8 +168,11 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
                 patterns.append(along * operators.apply_mass(np.tile([1.0, 0.0], beam.elements + 1)))
             case unknown:
                 assert_never(unknown)
+    for one in attached_motions(case):
+        w, theta = beam.rows(np.array([one.motion.x]))
+        patterns.append((theta if one.motion.turns else w).toarray()[0])
     places = meshed.space.tabulate_dof_coordinates()[: meshed.space.dofmap.index_map.size_local]
-    return Body(
+    body = Body(
         case,
         meshed,
         operators,
@@ -178,6 +186,10 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
         expansion=_motion(beam, places, dimension),
         seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started},
     )
+    if not any(one.held for one in attached_motions(case)):
+        return body
+    shift = (2.0 * pi * overhang_frequency(case)) ** 2
+    return projected(body, contact, held(body, modal_basis(operators, np.identity(beam.size), shift), shift))
 
 
 def _on_beam(contact: ContactOperator, beam: TimoshenkoBeam) -> ContactOperator:

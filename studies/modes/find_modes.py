@@ -22,7 +22,7 @@ from gapbeam.solver.run.output.mode_fields import write_mode_fields
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.run_summary import describe_model, finite
 from gapbeam.studies.modes.mode_tables import as_data, frequency_table, other_modes, remarks, spring_table
-from gapbeam.studies.modes.theory_comparison import FITTED, ModesComparison, compare_modes
+from gapbeam.studies.modes.theory_comparison import FITTED, ModesComparison, compare_modes, moving_along
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 
@@ -114,8 +114,7 @@ def find_modes(
             data = {"title": model.case.title, "versions": versions(), "model": described} | as_data(found)
             write_beside(folder / "modes.json", json.dumps(finite(data), indent=1, allow_nan=False) + "\n")
             picture = draw_mode_shapes(as_data(found), folder / "modes.png")
-            added = [(load.name, load.attachment) for load in model.case.load]
-            moving = [name for name, one in added if one is not None and one.mass + one.stiffness > 0]
+            moving = moving_along(model.case)
             carried = [f"{', '.join(moving)} moves along with the model, not with the theory"] if moving else []
             lines = (other_modes(states[0]), *carried, *remarks(found))
             paths = (folder / "modes.json", picture, folder / SEATED / FIELDS_FILE)

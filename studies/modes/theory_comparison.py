@@ -105,7 +105,8 @@ def compare_modes(
     beams = beams_of(case, section)
     seated, free, closed = states
     fits = []
-    overhang = isinstance(case.support, BaseAndGland)
+    held = bool(case.joint)
+    overhang = isinstance(case.support, BaseAndGland) and not held
     if overhang and seated.closed > 0:
         frequencies = seated.bending()[0][:FITTED]
         own = {mode: float(frequency) for mode, frequency in enumerate(frequencies, start=1)}
@@ -116,13 +117,19 @@ def compare_modes(
         count=count,
         states={SEATED: seated, FREE: free, CLOSED: closed},
         clamped=matched_modes(seated, beams[OVERHANG], (np.inf, np.inf), count) if overhang else (),
-        free=matched_modes(free, beams[WHOLE], (0.0, 0.0), count),
+        free=() if held else matched_modes(free, beams[WHOLE], (0.0, 0.0), count),
         fits=tuple(fits),
         measured=measured,
-        burdened=any(
-            one.mass > 0.0 or one.stiffness > 0.0 for load in case.load if (one := load.attachment) is not None
-        ),
+        burdened=bool(moving_along(case)),
     )
+
+
+def moving_along(case: Case) -> list[str]:
+    """Return the names of loads and masses that move along with the body, which the theory leaves out."""
+    added = [(load.name, load.attachment) for load in case.load]
+    return [name for name, one in added if one is not None and one.mass + one.stiffness > 0.0] + [
+        one.name for one in case.mass
+    ]
 
 
 def _fits(

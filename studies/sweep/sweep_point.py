@@ -6,7 +6,7 @@ import io
 import json
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -21,6 +21,7 @@ from gapbeam.postprocess.signals.steady_figures import Quantity, Steady, steady
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
+from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.loads.forcing import forcing_frequencies
@@ -75,9 +76,10 @@ def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, 
     record["start"], record["notes"] = begin.word, list(begin.notes)
     set_up = time.perf_counter() - clock
     steps, frequency = span(model)
-    response = respond(model, begin.state, steps, case.output.history_interval or model.step)
+    response = respond(model, begin.state, steps, case.output.history_interval or model.step, watched=True)
     record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "steps")}
     record |= {name: getattr(response, name) for name in ("created", "residual", "penetration", "peak_force")}
+    record |= _watched(response.findings, record["notes"])
     record |= _classified(model, response, frequency, begin, sweep.transient, record["notes"], 0.5 * sweep.tolerance)
     record["seconds"] = {"set_up": set_up, "march": response.seconds}
     end = response.end if response.verdict == "passed" else None
@@ -100,6 +102,12 @@ def _start(model: Model, task: Task, before: _End | None, seed: int) -> Start:
     if before is not None:
         return carried(model, *before)
     return seated(model) if task.start == 0 else kicked(model, task.start, seed)
+
+
+def _watched(findings: Sequence[Finding], notes: list[str]) -> dict[str, Any]:
+    """Return how close a response came to the limits of the assumptions; those that it passed become notes."""
+    notes += [f"{one.assumption.name}: {one.assumption.meaning}" for one in findings if one.verdict == WARNING]
+    return {"assumptions": [one.as_data() for one in findings]}
 
 
 def _classified(

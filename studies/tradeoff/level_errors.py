@@ -92,7 +92,7 @@ def differences(one: Figures, other: Figures) -> dict[str, float]:
     found: dict[str, float] = {}
     scales = _scales(other)
     for name in one.keys() & other.keys():
-        group = _group(name)
+        group = group_of(name)
         if group is not None:
             found[group] = max(found.get(group, 0.0), abs(one[name] - other[name]) / scales[name])
     return {group: found[group] for group in GROUPS if group in found}
@@ -152,7 +152,7 @@ def _reference_errors(plan: LevelPlan, figures: Mapping[str, Figures]) -> dict[s
     scales = _scales(reference)
     triples = [(plan.meshes, REFINEMENT, ORDERS[1]), (plan.steps, 2.0, 2.0)]
     for name, finest in reference.items():
-        group = _group(name)
+        group = group_of(name)
         if group is None:
             continue
         error = abs(figures[plan.basis.name][name] - finest)
@@ -184,7 +184,8 @@ def front(levels: Sequence[Judged]) -> list[Judged]:
     return found
 
 
-def _group(name: str) -> str | None:
+def group_of(name: str) -> str | None:
+    """Return the group of a figure; None: it belongs to none."""
     if " harmonic " in name:
         return "harmonics"
     return next((group for ending, group in ENDINGS.items() if name.endswith(ending)), None)
@@ -223,7 +224,7 @@ def _long_means(one: Measured, other: Measured) -> tuple[float | None, float | N
     beyond, most = 0.0, 0.0
     scales = _scales({name: quantity.mean for name, quantity in other.long.items()})
     for name in one.long.keys() & other.long.keys():
-        if _group(name) is not None:
+        if group_of(name) is not None:
             a, b = one.long[name], other.long[name]
             scatter = STANDARD_ERRORS * float(np.hypot(a.uncertainty, b.uncertainty))
             beyond = max(beyond, (abs(a.mean - b.mean) - scatter) / scales[name])

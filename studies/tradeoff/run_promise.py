@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -11,6 +12,7 @@ from mpi4py import MPI
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.run.output.run_summary import write_summary
 from gapbeam.solver.run.run_case import Outcome
+from gapbeam.studies.tradeoff.level_errors import group_of
 from gapbeam.studies.tradeoff.promise import percent
 from gapbeam.studies.tradeoff.run_tradeoff import NOT_PROMISED
 from gapbeam.studies.tradeoff.stored_tradeoff import Taken
@@ -33,7 +35,7 @@ def with_promise(outcome: Outcome, taken: Taken, comm: MPI.Comm) -> Outcome:
     """
     if outcome.exit_status != 0:
         return outcome
-    if outcome.summary.get("tolerance") == describe(taken):  # it was done before
+    if describe(taken).items() <= outcome.summary.get("tolerance", {}).items():  # it was done before
         return replace(outcome, exit_status=outcome.summary["exit_status"])
     summary = on_rank_zero(comm, lambda: _written(outcome, taken))
     return replace(outcome, summary=summary, message=summary["message"], exit_status=summary["exit_status"])
@@ -52,10 +54,21 @@ def describe(taken: Taken) -> dict[str, Any]:
     }
 
 
+def own_estimates(summary: Mapping[str, Any]) -> dict[str, float]:
+    """Return the largest relative error that a run estimates for itself, by group of figures of the trade-off."""
+    found: dict[str, float] = {}
+    for figure in summary.get("errors", {}).get("figures", []):
+        group, error = group_of(figure["name"]), figure["relative_error"]
+        if group is not None and error is not None:
+            found[group] = max(found.get(group, 0.0), float(error))
+    return found
+
+
 def _written(outcome: Outcome, taken: Taken) -> dict[str, Any]:
     """Write the summary with the tolerance, and return it."""
     summary, asked = dict(outcome.summary), f"{100.0 * taken.tolerance:.3g} %"
-    summary["tolerance"] = describe(taken)
+    own = own_estimates(summary)
+    summary["tolerance"] = describe(taken) | {"estimate_of_the_run": own}
     if taken.doubts:
         warning = f"a tolerance of {asked} is not promised for this run: {'; '.join(taken.doubts)}"
         summary["warnings"] = [*summary["warnings"], warning]
@@ -65,5 +78,15 @@ def _written(outcome: Outcome, taken: Taken) -> dict[str, Any]:
     else:
         worst = max(taken.errors.values(), default=0.0)
         summary["message"] += f"; within the tolerance of {asked}: {percent(worst)} off the reference of the trade-off"
+        larger = {group: error for group, error in own.items() if error > taken.tolerance}
+        if larger:
+            warning = (
+                f"the trade-off promises the tolerance of {asked}, and the error estimate of the run itself is larger: "
+                + ", ".join(f"{group} {percent(error)}" for group, error in larger.items())
+                + "; an estimate is a bound, several times the error in most cases, and contains that of an automatic "
+                "contact.stiffness, which the trade-off does not vary"
+            )
+            summary["warnings"] = [*summary["warnings"], warning]
+            LOG.warning("%s", warning)
     write_summary(outcome.folder, summary)
     return summary

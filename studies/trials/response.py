@@ -3,22 +3,36 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from gapbeam.solver.diagnostics.assumptions.assumption import Finding
+from gapbeam.solver.diagnostics.assumptions.frequency_content import content_of_motion
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.errors import EnergyCreated, NotConverged, NotFinite, RunError, UserError
+from gapbeam.solver.errors import (
+    AssumptionBroken,
+    EnergyCreated,
+    EnergyLost,
+    NotConverged,
+    NotFinite,
+    RunError,
+    UserError,
+)
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.step_blocks import Wanted, marched
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.run.verdict import judge
+from gapbeam.solver.run.assumptions.pose_rows import watch_of
+from gapbeam.solver.run.verdict import assumptions, judge, judge_run
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
 
 VERDICTS: dict[type[RunError], str] = {
+    AssumptionBroken: "assumption broken",
     EnergyCreated: "energy created",
+    EnergyLost: "energy lost",
     NotConverged: "not converged",
     NotFinite: "not finite",
     UserError: "refused",
@@ -30,7 +44,7 @@ class Response:
     """What a model does from a start.
 
     Attributes:
-        verdict: "passed", "energy created", "not converged", "not finite", "refused" or "failed".
+        verdict: "passed", one of VERDICTS, or "failed".
         message: The error, where there was one.
         exit_status: 0, or that of the error.
         reached: Time up to which it went, s.
@@ -47,6 +61,7 @@ class Response:
         most_iterations: The most in a step.
         steps: Accepted steps.
         seconds: Wall time of the march, s.
+        findings: How close it came to the limits of the assumptions, where they were watched.
     """
 
     verdict: str = "passed"
@@ -65,6 +80,7 @@ class Response:
     most_iterations: int = 0
     steps: int = 0
     seconds: float = 0.0
+    findings: Sequence[Finding] = ()
 
     def failed(self, error: RunError) -> None:
         """Take in what ended the march."""
@@ -73,7 +89,12 @@ class Response:
 
 
 def respond(
-    model: Model, start: State, steps: int, interval: float | None = None, longest: float | None = None
+    model: Model,
+    start: State,
+    steps: int,
+    interval: float | None = None,
+    longest: float | None = None,
+    watched: bool = False,
 ) -> Response:
     """March a model from a start.
 
@@ -83,15 +104,17 @@ def respond(
         steps: Number of whole steps.
         interval: Time between records, s, a whole number of steps; None records nothing.
         longest: Wall time after which the march stops, in its place, with what it has up to then, s; on one rank.
+        watched: Judge it as a run is judged: by its assumptions, and by the energy that the scheme took, too. The
+            pose is looked at where there are records.
 
     Returns:
-        The response; one that created energy or did not converge says so, up to where it came.
+        The response; one that is not to be trusted, or did not converge, says so, up to where it came.
 
     Collective.
     """
     response, clock = Response(), time.perf_counter()
     try:
-        _march(model, start, steps, interval, response, None if longest is None else clock + longest)
+        _march(model, start, steps, interval, response, None if longest is None else clock + longest, watched)
     except RunError as error:
         response.failed(error)
     response.seconds = time.perf_counter() - clock
@@ -99,11 +122,17 @@ def respond(
 
 
 def _march(
-    model: Model, start: State, steps: int, interval: float | None, response: Response, deadline: float | None
+    model: Model,
+    start: State,
+    steps: int,
+    interval: float | None,
+    response: Response,
+    deadline: float | None,
+    watched: bool,
 ) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
-    recorder = Recorder(model)
+    recorder = Recorder(model, watch_of(model) if watched else None)
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
     try:
@@ -113,13 +142,19 @@ def _march(
                 rows.append(step_block.rows)
             if deadline is not None and time.perf_counter() > deadline:
                 break
-        judge(model, accounts.ledger, accounts.gates)
     finally:
         response.labels = recorder.labels
         response.history = stacked(rows)
         response.steps = accounts.tally.steps
         if response.steps:
             _figures(response, accounts)
+    if not watched:
+        judge(model, accounts.ledger, accounts.gates)
+        return
+    moved = response.history
+    content = content_of_motion(moved["time"], moved["velocity"]) if "velocity" in moved else None
+    response.findings = assumptions(model, recorder, accounts, content)
+    judge_run(model, accounts, response.findings)
 
 
 def _figures(response: Response, accounts: Accounts) -> None:

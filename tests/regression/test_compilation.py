@@ -41,6 +41,8 @@ def test_a_signal_is_heard_while_the_march_compiles(tmp_path: Path) -> None:
     until(lambda: log.exists() and "time loop is compiled" in log.read_text("utf-8"), "compilation")
     until(lambda: process.poll() is not None or bool(children_of(process.pid)), "the process that compiles")
     children = children_of(process.pid)
+    for number in children:
+        os.kill(number, signal.SIGSTOP)  # on a busy machine it could end before the signal is sent
     process.send_signal(signal.SIGTERM)
     _, errors = process.communicate(timeout=LONGEST)
     assert process.returncode == 143, errors

@@ -10,6 +10,17 @@ from gapbeam.solver.case.case import (
     Damping,
     Gates,
 )
+from gapbeam.solver.case.checks.attachment_checks import (
+    elastic_joints_do_something,
+    holds_need_implicit_steps,
+    joint_names_differ,
+    joints_keep_apart,
+    joints_let_the_body_move,
+    joints_lie_on_the_beam,
+    mass_names_differ,
+    masses_lie_on_the_beam,
+    masses_sit_on_mass,
+)
 from gapbeam.solver.case.checks.contact_checks import (
     contact_carries_the_beam,
     contact_is_shallow,
@@ -181,6 +192,15 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     cells_fit_the_dimension,
     cells_fit_the_beam,
     mesh_file_says_it_all,
+    joints_lie_on_the_beam,
+    joint_names_differ,
+    joints_keep_apart,
+    elastic_joints_do_something,
+    joints_let_the_body_move,
+    holds_need_implicit_steps,
+    masses_lie_on_the_beam,
+    mass_names_differ,
+    masses_sit_on_mass,
     loads_lie_in_the_beam,
     loads_have_a_node,
     directions_point_somewhere,

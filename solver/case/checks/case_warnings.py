@@ -71,8 +71,10 @@ def shape(case: Case) -> Iterator[str]:
     for key, support in keyed(case.support):
         place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
         around = support.length if len(key) == 1 else max(support.length, case.layout.reach)
+        arms = [abs(joint.point - x) for joint in case.joint for x in (support.start, support.end)]
+        around = max([around, *arms])
         tilt = math.degrees(math.atan2(support.clearance, around))
-        if support.clearance > 0.1 * beam.thickness or tilt > 3:
+        if (support.clearance > 0.1 * beam.thickness and not arms) or tilt > 3:
             yield (
                 f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
                 "the equations are those of small rotations, and the unit is m, not mm"

@@ -23,16 +23,16 @@ def loads_lie_in_the_beam(beam: Beam, mesh: Mesh, load: Loads) -> Iterator[Fault
     """Forces act at points of the beam."""
     for number, entry in load.items():
         if (point := entry.place.point) is not None:
-            yield from _outside(("load", number, "point"), point, beam, mesh)
+            yield from outside(("load", number, "point"), point, beam, mesh)
 
 
 def probes_lie_in_the_beam(beam: Beam, mesh: Mesh, probe: Probes) -> Iterator[Fault]:
     """Probes look at points of the beam."""
     for number, entry in probe.items():
-        yield from _outside(("probe", number, "point"), entry.point, beam, mesh)
+        yield from outside(("probe", number, "point"), entry.point, beam, mesh)
 
 
-def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
+def outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
     """Say where a point leaves the beam, whose axis is y = 0 in 2D and y = z = 0 in 3D."""
     coordinates = point if isinstance(point, tuple) else (point,)
     if len(coordinates) not in (1, mesh.dimension):

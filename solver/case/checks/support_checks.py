@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from itertools import combinations
 
+from gapbeam.solver.attachments.joint_table import Joint, bending_rank
 from gapbeam.solver.case.case import Beam
 from gapbeam.solver.case.checks.place_checks import Loads, same_name
 from gapbeam.solver.faults import Fault
@@ -65,10 +66,12 @@ def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:
             )
 
 
-def something_carries_the_beam(support: AnySupports, load: Loads) -> Iterator[Fault]:
+def something_carries_the_beam(support: AnySupports, load: Loads, joint: Mapping[int, Joint]) -> Iterator[Fault]:
     """A beam with weight rests on something."""
     gravity = max((entry.weight_acceleration for entry in load.values()), default=0.0)
     if gravity == 0.0 or isinstance(support, BaseAndGland):
+        return
+    if bending_rank(tuple(joint.values()), held_only=False) > 0:
         return
     if not any(plane.side > 0.0 for _, one in keyed(support) for plane in one.planes):
         yield Fault(

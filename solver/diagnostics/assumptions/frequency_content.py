@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Protocol
 
 import numpy as np
 
@@ -15,6 +16,8 @@ from gapbeam.solver.system.operators import Array
 
 SEGMENT = 8192  # records
 PARTS = 100
+FEWEST = 16  # records; fewer show no frequency
+DEPTH = 1e-6  # of the interval, by which records may be unevenly spaced
 
 
 @dataclass(frozen=True)
@@ -36,6 +39,34 @@ class FrequencyContent:
     def highest(self) -> float:
         """All but a hundredth of the energy lies below, Hz."""
         return float(self.frequencies[-1])
+
+
+class Recorded(Protocol):
+    """Records in memory or in a file, (records, ...), read a part at a time."""
+
+    def __getitem__(self, part: slice, /) -> Array:
+        """Return part of the records."""
+
+
+def content_of_motion(times: Array, velocity: Recorded) -> FrequencyContent | None:
+    """Return what carries the energy of recorded velocities; None where nothing moves, or with too few records.
+
+    Args:
+        times: Of the records, s; what comes after the first uneven interval is left out.
+        velocity: (records, ...), m/s.
+    """
+    intervals = np.diff(times)
+    if len(times) < FEWEST:
+        return None
+    interval = float(np.median(intervals))
+    even = np.flatnonzero(np.abs(intervals - interval) > DEPTH * interval)
+    count = int(even[0]) + 1 if len(even) else len(times)  # the last record may come early
+    if count < FEWEST:
+        return None
+    power: Array = np.zeros(1)
+    for taken in segments(count):
+        power = power + power_of(np.asarray(velocity[taken]).reshape(taken.stop - taken.start, -1))
+    return content_of(power, interval, 2 * (len(power) - 1) + (min(count, taken.stop - taken.start) % 2))
 
 
 def segments(count: int) -> Iterator[slice]:

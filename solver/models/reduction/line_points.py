@@ -1,4 +1,4 @@
-"""The contact points that a reduced model keeps across the width, and the test for symmetry about the bending plane."""
+"""The contact points that a reduced model keeps across the width."""
 
 from __future__ import annotations
 
@@ -31,14 +31,3 @@ def gathered_points(
         return contact
     count = across if symmetric else UNSYMMETRIC * across
     return across_lines(contact, count, symmetric, SPACING * facet_length, REACH * case.beam.thickness)
-
-
-def is_symmetric(case: Case) -> bool:
-    """Return whether mesh and loads of a case are symmetric about the bending plane (3D), as far as its keys show."""
-    if case.mesh.dimension == 2 or case.mesh.file is not None or case.mesh.cell not in (None, "hexahedron"):
-        return False
-    if case.contact.rubs is not None or case.contact.points is not None:
-        return False
-    points = [load.place.point for load in case.load]
-    directions = [load.direction for load in case.load if load.direction is not None]
-    return not any(isinstance(vector, tuple) and len(vector) > 1 and vector[1] != 0.0 for vector in points + directions)

@@ -8,6 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
+from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.models.body import Body, ProbeRow
 from gapbeam.solver.models.reduction.modal_basis import Basis
@@ -55,7 +56,7 @@ def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
         contact=_in_terms_of(contact, everywhere, trace),
         patterns=tuple(basis.project(operators, pattern) for pattern in body.patterns),
         probes={name: _dense_row(probe, basis, operators) for name, probe in body.probes.items()},
-        expansion=basis.columns,
+        expansion=basis.columns if body.expansion is None else np.asarray(body.expansion @ basis.columns),
     )
 
 
@@ -66,7 +67,10 @@ def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:
     gaps = np.sqrt(contact.weights[:, None]) * (contact.gap_matrix @ trace)
     touched = np.linalg.norm(gaps, axis=0)
     found: Kept = touched > UNMOVED * touched.max()
-    for pattern in body.patterns:
+    of_holds = [False] * len(body.case.load) + [one.held for one in attached_motions(body.case)]
+    for pattern, holds in zip(body.patterns, of_holds, strict=True):
+        if holds:
+            continue  # a basis does not move where a joint holds it: what is left is round-off
         force = basis.project(operators, pattern)
         found |= np.abs(force) > UNMOVED * np.abs(force).max()
     return found

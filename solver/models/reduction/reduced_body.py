@@ -20,13 +20,15 @@ from scipy.sparse import csr_matrix, identity
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_table import ReducedModel
+from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.basis_report import BasisReport
 from gapbeam.solver.models.reduction.contact_lines import within_reach
 from gapbeam.solver.models.reduction.face_shapes import face_shapes
 from gapbeam.solver.models.reduction.fixed_interface import fixed_interface_vectors
-from gapbeam.solver.models.reduction.line_points import REACH, gathered_points, is_symmetric
+from gapbeam.solver.models.reduction.held_motions import held
+from gapbeam.solver.models.reduction.line_points import REACH, gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import Kept, moved, projected
 from gapbeam.solver.models.reduction.truncation_check import neglected_shares, random_pressures
@@ -59,6 +61,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     loads = np.stack([modes.factor.solve(pattern) for pattern in body.patterns], axis=1) if body.patterns else None
     vectors, left = _vectors(operators, contact, modes, shapes, settings, shift)
     basis = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
+    basis = held(body, basis, shift)
     fewer = gathered_points(case, contact, symmetric, settings.points_across, body.meshed.facet_length)
     kept: Kept = np.ones(len(basis.squares), dtype=bool)
     if symmetric:

@@ -14,9 +14,11 @@ from dataclasses import replace
 import numpy as np
 from scipy.linalg import eigh
 
+from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.models.body import Body
-from gapbeam.solver.models.reduction.line_points import gathered_points, is_symmetric
+from gapbeam.solver.models.reduction.held_motions import held
+from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.models.reduction.projection import moved, projected
 
@@ -27,9 +29,10 @@ def rigid_body(body: Body) -> Body:
     case, operators = body.case, body.operators
     motions = rigid_body_modes(body.meshed.space)
     images = [(operators.apply_mass(motion), operators.apply_restraint(motion)) for motion in motions.T]
-    mass, held = operators.sum(np.stack([[motions.T @ image for image in pair] for pair in images], axis=-1))
-    squares, turn = eigh(0.5 * (held + held.T), 0.5 * (mass + mass.T))
+    mass, restraint = operators.sum(np.stack([[motions.T @ image for image in pair] for pair in images], axis=-1))
+    squares, turn = eigh(0.5 * (restraint + restraint.T), 0.5 * (mass + mass.T))
     basis = Basis(np.asfortranarray(motions @ turn), np.maximum(squares, 0.0))
+    basis = held(body, basis, max(float(np.mean(basis.squares)), 1.0))
     symmetric = is_symmetric(case)
     contact = gathered_points(case, body.contact, symmetric, 1, body.meshed.facet_length)
     if symmetric:

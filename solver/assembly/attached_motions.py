@@ -1,0 +1,53 @@
+"""Which motions of cross-sections the joints and masses of a case act on, in its model.
+
+A motion that a joint holds has no DOF in a reduced, beam or rigid model (`models.reduction.held_motions`). In a full
+model a spring in K holds the motion: 1e4 E A / h, or 1e4 E A h for a rotation, far stiffer than a section of
+thickness h.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gapbeam.solver.attachments.attached import Attached
+from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, OUT_OF_PLANE, MotionName
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.model_table import BeamModel, FullModel
+from gapbeam.solver.case.symmetry import is_symmetric
+from gapbeam.solver.system.operators import Array, RankOnes
+
+HARD = 1.0e4  # times the stiffness of a section over its thickness
+
+
+def attached_motions(case: Case) -> tuple[Attached, ...]:
+    """Return what joints and masses do to the motions that the model of a case has, in the order of the case file."""
+    motions = model_motions(case)
+    entries = (*case.joint, *case.mass)
+    return tuple(one for entry in entries for one in entry.attached() if one.motion.name in motions)
+
+
+def model_motions(case: Case) -> tuple[MotionName, ...]:
+    """Return the motions of cross-sections that a model has: bending alone, all in the plane, or all."""
+    if isinstance(case.model, BeamModel):
+        return BENDING
+    if case.mesh.dimension == 2 or (not isinstance(case.model, FullModel) and is_symmetric(case)):
+        return IN_PLANE
+    return (*IN_PLANE, *OUT_OF_PLANE)
+
+
+def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
+    """Return the springs that stand for holds in a full model; None where nothing is held.
+
+    Args:
+        case: The case.
+        patterns: Forces of its loads, and after them the rows of `attached_motions`.
+    """
+    section = HARD * case.material.young_modulus * case.beam.width * case.beam.thickness
+    rows, stiffness = list[Array](), list[float]()
+    for one, row in zip(attached_motions(case), patterns[len(case.load) :], strict=True):
+        if one.held:
+            rows.append(row)
+            stiffness.append(section * case.beam.thickness if one.motion.turns else section / case.beam.thickness)
+    return RankOnes(np.array(rows), np.array(stiffness)) if rows else None

@@ -1,0 +1,1 @@
+"""Joints and masses on the beam: their tables, and what they add to its equations."""

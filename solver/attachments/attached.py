@@ -1,0 +1,23 @@
+"""What joints and masses add to the mean motions of cross-sections."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+from gapbeam.solver.attachments.mean_motion import MeanMotion
+from gapbeam.solver.loads.attachment import Attachment
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A mass, a spring and a damper on one motion of a cross-section, or a hold that lets it have none.
+
+    Attributes:
+        motion: The motion.
+        attachment: Mass in kg or kg m^2, spring and damper to the frame of the supports; zeros for a hold.
+        held: Whether the section does not move so at all.
+    """
+
+    motion: MeanMotion
+    attachment: Attachment
+    held: bool = False

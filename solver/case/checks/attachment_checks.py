@@ -1,0 +1,140 @@
+"""Contradictions between joints or masses and the rest of a case: their names, their places, and what they hold."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from itertools import combinations
+
+from gapbeam.meshes.beam_geometry import SNAP
+from gapbeam.solver.attachments.joint_table import ElasticJoint, Joint, bending_rank
+from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.case.case import Beam, Mesh
+from gapbeam.solver.case.checks.place_checks import outside, same_name
+from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.model_table import BeamModel, ModelTable, RigidModel
+from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.supports.support_tables import AnySupports
+
+Joints = Mapping[int, Joint]
+"""Joints by their number in the case file, from 0, without those that have faults of their own."""
+Masses = Mapping[int, PointMass]
+
+
+def joint_names_differ(joint: Joints) -> Iterator[Fault]:
+    """Joints are distinguished by their names."""
+    yield from _namesakes("joint", joint)
+
+
+def mass_names_differ(mass: Masses) -> Iterator[Fault]:
+    """Masses are distinguished by their names."""
+    yield from _namesakes("mass", mass)
+
+
+def _namesakes(array: str, entries: Mapping[int, Joint | PointMass]) -> Iterator[Fault]:
+    taken: dict[str, int] = {}
+    for number, entry in entries.items():
+        first = taken.setdefault(entry.name, number)
+        if first != number:
+            yield same_name((array, number, "name"), entry.name, ((array, first, "name"),))
+
+
+def joints_lie_on_the_beam(beam: Beam, mesh: Mesh, joint: Joints) -> Iterator[Fault]:
+    """Joints hold cross-sections of the beam."""
+    for number, entry in joint.items():
+        yield from outside(("joint", number, "point"), entry.point, beam, mesh)
+
+
+def masses_lie_on_the_beam(beam: Beam, mesh: Mesh, mass: Masses) -> Iterator[Fault]:
+    """Masses sit on cross-sections of the beam."""
+    for number, entry in mass.items():
+        yield from outside(("mass", number, "point"), entry.point, beam, mesh)
+
+
+def joints_keep_apart(beam: Beam, joint: Joints) -> Iterator[Fault]:
+    """Two joints in one place would hold the same motions twice."""
+    for (first, one), (number, other) in combinations(joint.items(), 2):
+        if abs(other.point - one.point) <= SNAP * beam.thickness:
+            yield Fault(
+                ("joint", number, "point"),
+                f"{other.point:g} m, where the joint {one.name} is already",
+                "one joint in one place",
+                f"make one joint of {one.name} and {other.name}",
+                (("joint", first, "point"),),
+            )
+
+
+def elastic_joints_do_something(joint: Joints, model: ModelTable, mesh: Mesh) -> Iterator[Fault]:
+    """An elastic joint has a spring or a damper, on a motion that the model has."""
+    missing = []
+    if isinstance(model, BeamModel):
+        missing = ["axial", "lateral", "lateral_rotation", "twist"]
+    elif mesh.dimension == 2:
+        missing = ["lateral", "lateral_rotation", "twist"]
+    for number, entry in joint.items():
+        if not isinstance(entry, ElasticJoint):
+            continue
+        names = [one.motion.name for one in entry.attached()]
+        if not names:
+            yield Fault(
+                ("joint", number, "stiffness"),
+                "an elastic joint without springs and dampers",
+                "at least one that is not 0",
+                "stiffness = { vertical = 1e5 }",
+            )
+        for name in names:
+            if name in missing:
+                kind = "stiffness" if getattr(entry.stiffness, name) > 0.0 else "damping"
+                where = f"the model {model.type}" if isinstance(model, BeamModel) else "a slice (dimension = 2)"
+                yield Fault(
+                    ("joint", number, kind),
+                    f"{name}, a motion that {where} does not have",
+                    "vertical or rotation" if isinstance(model, BeamModel) else "axial, vertical or rotation",
+                    f"leave {name} out, or take the model full with dimension = 3",
+                    (("model", "type"), ("mesh", "dimension")),
+                )
+
+
+def joints_let_the_body_move(joint: Joints, model: ModelTable) -> Iterator[Fault]:
+    """A rigid body that joints hold altogether has no motion left."""
+    if isinstance(model, RigidModel) and bending_rank(tuple(joint.values()), held_only=True) == 2:
+        yield Fault(
+            ("model", "type"),
+            "rigid, with joints that neither let the body rise nor rotate",
+            "a model that bends",
+            'type = "beam"',
+            tuple(("joint", number, "type") for number in joint),
+        )
+
+
+def holds_need_implicit_steps(joint: Joints, time: Time) -> Iterator[Fault]:
+    """What holds a section is far stiffer than the section, and an explicit step would follow its frequency."""
+    if not time.scheme.explicit:
+        return
+    for number, entry in joint.items():
+        if entry.holds:
+            yield Fault(
+                ("time", "scheme"),
+                f"{time.scheme.type}, with the joint {entry.name}, which is {getattr(entry, 'type', 'rigid')}",
+                "an implicit scheme, or an elastic joint: an explicit step is as short as the stiffest spring asks for",
+                'scheme = "discrete-gradient"',
+                (("joint", number, "type"),),
+            )
+
+
+def masses_sit_on_mass(support: AnySupports, contact: Contact, mass: Masses) -> Iterator[Fault]:
+    """A mass cannot sit on contact nodes without mass."""
+    if contact.mass != "redistributed":
+        return
+    for number, entry in mass.items():
+        place = next((one for _, one in keyed(support) if one.start <= entry.point <= one.end), None)
+        if place is not None:
+            related: tuple[Key, ...] = (("contact", "mass"),)
+            yield Fault(
+                ("mass", number, "point"),
+                f"x = {entry.point:g} m, in a support, whose contact nodes have no mass",
+                f"a mass at x above {place.end:g} m, or contact nodes with mass",
+                'contact.mass = "consistent", or move the mass out of the support',
+                related,
+            )

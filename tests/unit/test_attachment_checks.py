@@ -1,0 +1,147 @@
+"""Joints and masses that contradict each other, their beam or their model: what is said, where, and what to try."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gapbeam.solver.attachments.joint_table import bending_rank
+from gapbeam.solver.attachments.mean_motion import MeanMotion
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from tests.shared.case_texts import assert_says, faults_of, written
+
+HEAD = """
+[beam]
+length = 0.6
+thickness = 0.012
+width = 0.02
+[material]
+young_modulus = 2.1e11
+poisson_ratio = 0.3
+density = 7919.0
+[time]
+end = 0.1
+step = 1e-4
+[[load]]
+type = "gravity"
+[[probe]]
+name = "tip"
+point = 0.6
+[[support]]
+name = "stop"
+from = 0.58
+to = 0.6
+clearance = 1e-3
+"""
+ROOT = '[[joint]]\nname = "root"\ntype = "clamped"\npoint = 0.0\n'
+SPRING = '[[joint]]\nname = "spring"\ntype = "elastic"\npoint = 0.3\nstiffness = { vertical = 1e5 }\n'
+BALL = '[[mass]]\nname = "ball"\npoint = 0.5\nmass = 0.2\n'
+GOOD = HEAD + ROOT + SPRING + BALL
+
+BAD = {
+    "same name of joints": (GOOD.replace('"spring"', '"root"'), ["number 2", '"root"', "every joint"]),
+    "same name of masses": (GOOD + BALL.replace("0.5", "0.4"), ["number 2", '"ball"', "every mass"]),
+    "joint off the beam": (GOOD.replace("point = 0.3", "point = 0.7"), ["x = 0.7 m, outside the beam", "0.6 m"]),
+    "joint in mm": (GOOD.replace("point = 0.3", "point = 300.0"), ["is it in mm? In m it is 0.3"]),
+    "mass off the beam": (GOOD.replace("point = 0.5", "point = -0.5"), ["x = -0.5 m, outside the beam"]),
+    "joints in one place": (
+        GOOD.replace("point = 0.3", "point = 0.0"),
+        ["0 m, where the joint root is already", "make one joint of root and spring"],
+    ),
+    "elastic without springs": (
+        GOOD.replace("vertical = 1e5", "vertical = 0.0"),
+        ["without springs and dampers", "stiffness = { vertical = 1e5 }"],
+    ),
+    "motion of a solid": (
+        GOOD.replace("vertical = 1e5", "twist = 1e5"),
+        ["twist, a motion that a slice (dimension = 2) does not have", "axial, vertical or rotation"],
+    ),
+    "motion of a mesh": (
+        GOOD.replace("stiffness = { vertical", "damping = { axial") + '[model]\ntype = "beam"\n',
+        ["axial, a motion that the model beam does not have", "vertical or rotation"],
+    ),
+    "rigid and clamped": (
+        GOOD + '[model]\ntype = "rigid"\n',
+        ["rigid, with joints that neither let the body rise nor rotate", 'type = "beam"'],
+    ),
+    "explicit and clamped": (
+        GOOD + '[time.scheme]\ntype = "central-difference"\n',
+        ["central-difference, with the joint root, which is clamped", "an elastic joint"],
+    ),
+    "mass on massless nodes": (
+        GOOD.replace("point = 0.5", "point = 0.59") + '[contact]\nmass = "redistributed"\n',
+        ["x = 0.59 m, in a support", "move the mass out"],
+    ),
+    "unknown joint": (GOOD.replace('"clamped"', '"welded"'), ['"welded"', "clamped"]),
+    "no kind": (GOOD.replace('type = "clamped"\n', ""), ["type", "the key is missing"]),
+    "springs of a clamp": (
+        GOOD.replace('type = "clamped"\n', 'type = "clamped"\nstiffness = { vertical = 1e5 }\n'),
+        ["unknown table `stiffness`", 'type "elastic"'],
+    ),
+    "misspelled motion": (GOOD.replace("vertical", "vertcal"), ["unknown key `vertcal`", "`vertical`"]),
+    "negative stiffness": (GOOD.replace("1e5", "-1e5"), ["vertical", "-100000.0", "not less than 0"]),
+    "no mass": (GOOD.replace("mass = 0.2", "mass = 0.0"), ["mass", "greater than 0"]),
+    "negative inertia": (GOOD + "rotary_inertia = -1e-4\n", ["rotary_inertia", "not less than 0"]),
+    "a point with two coordinates": (GOOD.replace("point = 0.5", "point = [0.5, 0.0]"), ["[[mass]]", "a number"]),
+    "a table for an array": (HEAD + ROOT.replace("[[joint]]", "[joint]"), ["joint"]),
+    "nothing below": (
+        HEAD.replace("clearance", 'region = {type = "stop", side = "above"}\nclearance') + BALL,
+        ["above the beam only, with gravity"],
+    ),
+}
+
+
+@pytest.mark.parametrize(("text", "words"), BAD.values(), ids=list(BAD))
+def test_bad_joints_and_masses_are_explained(text: str, words: list[str], tmp_path: Path) -> None:
+    """One fault, with its place, what was found and what was expected."""
+    assert_says("\n".join(map(str, faults_of(written(tmp_path, text)))), words)
+
+
+def test_joints_carry_a_beam_below_its_stops(tmp_path: Path) -> None:
+    """With a joint that holds it, a beam needs no plane below."""
+    text = HEAD.replace("clearance", 'region = {type = "stop", side = "above"}\nclearance') + ROOT
+    assert read_case(written(tmp_path, text)).joint[0].name == "root"
+
+
+def test_good_joints_and_masses_are_read_written_and_changed(tmp_path: Path) -> None:
+    """A case file comes back equal; overrides reach joints and masses by name."""
+    case = read_case(written(tmp_path, GOOD))
+    assert read_case_text(case_to_toml(case)) == case
+    changed = read_case(written(tmp_path, GOOD), ["mass.ball.mass=0.4", "joint.spring.stiffness.vertical=2e5"])
+    assert changed.mass[0].mass == 0.4
+    assert [one.attachment.stiffness for one in changed.joint[1].attached()] == [2e5]
+
+
+def test_what_joints_leave_of_rigid_motions(tmp_path: Path) -> None:
+    """A clamp takes heave and pitch, one pin takes one of them, two take both; springs count where asked for."""
+    pin, far = ROOT.replace("clamped", "pinned"), ROOT.replace("clamped", "pinned").replace("0.0", "0.5")
+    ranks = []
+    for joints in ("", ROOT, pin, pin + far.replace("root", "far"), SPRING):
+        case = read_case(written(tmp_path, HEAD + joints))
+        ranks.append((bending_rank(case.joint, held_only=True), bending_rank(case.joint, held_only=False)))
+    assert ranks == [(0, 0), (2, 2), (1, 1), (2, 2), (0, 1)]
+
+
+@pytest.mark.parametrize("name", ["axial", "vertical", "lateral", "rotation", "lateral_rotation", "twist"])
+def test_mean_motions_are_those_of_a_rigid_section(name: str) -> None:
+    """A section that moves as a rigid one: its own motion 1, all others 0, also where its center lies elsewhere."""
+    across = np.array([[y, z] for y in (-0.01, 0.002, 0.013) for z in (-0.02, 0.005)])
+    weights = np.linspace(1.0, 2.0, len(across))
+    y, z = (across - weights @ across / weights.sum()).T
+    zero, one = np.zeros(len(across)), np.ones(len(across))
+    rigid = {
+        "axial": (one, zero, zero),
+        "vertical": (zero, zero, one),
+        "lateral": (zero, one, zero),
+        "rotation": (-z, zero, zero),
+        "lateral_rotation": (-y, zero, zero),
+        "twist": (zero, -z, y),
+    }
+    symmetric = MeanMotion(0.0, name).weights(across, weights)  # type: ignore[arg-type]
+    moved = {other: float(np.sum(symmetric * np.stack(parts, axis=1))) for other, parts in rigid.items()}
+    assert moved[name] == pytest.approx(1.0)
+    tilted = {"rotation": "lateral_rotation", "lateral_rotation": "rotation"}.get(name)  # not about principal axes
+    assert all(value == pytest.approx(0.0, abs=1e-12) for other, value in moved.items() if other not in (name, tilted))

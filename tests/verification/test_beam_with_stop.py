@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 from scipy.sparse import csr_matrix
 
+import gapbeam
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -68,4 +69,49 @@ def test_known_figures(name: str) -> None:
     u, v = (np.array([getattr(step.new, part)[0, -2] for step in steps]) for part in "uv")
     assert np.interp(0.1315, times, u) == pytest.approx(-1.85334e-6, abs=2e-7)
     assert np.interp(0.1566, times, v) == pytest.approx(-4.63284e-3, rel=0.02)
+    assert u.min() < -GAP
+
+
+def test_known_figures_from_a_case_file() -> None:
+    """The same by a case: a clamped joint, a narrow stop under the tip, and a section of the same E I and rho A.
+
+    The section is thin, so that shear and rotary inertia add less than 1e-4.
+    """
+    length, thickness, narrow = 1.0, 0.005, 2.0e-4
+    bending, line = 1.0e10 * 0.25 * pi * 0.1**4, 1.0e6 * pi * 0.1**2
+    case = {
+        "beam": {"length": length, "thickness": thickness, "width": 1.0},
+        "material": {
+            "young_modulus": 12.0 * bending / thickness**3,
+            "poisson_ratio": 0.3,
+            "density": line / thickness,
+        },
+        "joint": [{"name": "root", "type": "clamped", "point": 0.0}],
+        "support": [{"name": "stop", "from": length - narrow, "to": length, "clearance": GAP, "region": "stop"}],
+        "model": {"type": "beam", "elements": 20},
+        "mesh": {"size": 0.05, "support_size": 1.0e-4, "cells_through_thickness": 1},
+        "contact": {"stiffness": STOP / narrow},
+        "load": [
+            {
+                "type": "harmonic_force",
+                "point": length,
+                "amplitude": FORCE,
+                "frequency": 1.0e-6,
+                "phase": 90.0,
+                "ramp": 0.0,
+            }
+        ],
+        "probe": [{"name": "tip", "point": length}],
+        "analysis": {"type": "transient", "start": "undeformed"},
+        "time": {"end": 0.16, "step": 1.0e-5},
+    }
+    model = gapbeam.model(gapbeam.read_case(case))
+    states = [step.new for step in model.march()]
+    times, tip = np.array([state.time for state in states]), model.model.probes["tip"]
+    u, v = (
+        np.array([tip.evaluate(getattr(state, part)[0], model.model.system.operators)[-1] for state in states])
+        for part in "uv"
+    )
+    assert np.interp(0.1315, times, u) == pytest.approx(-1.85334e-6, abs=4e-7)
+    assert np.interp(0.1566, times, v) == pytest.approx(-4.63284e-3, abs=0.03 * np.ptp(v))
     assert u.min() < -GAP

@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 
+from gapbeam.solver.attachments.joint_table import Joint
 from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import Layout, keyed
@@ -23,9 +24,11 @@ def support_is_part_of_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fa
         )
 
 
-def clearance_is_small(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+def clearance_is_small(beam: Beam, support: AnySupports, joint: Mapping[int, Joint]) -> Iterator[Fault]:
     """The beam must stay nearly straight in its supports, and may be squeezed only a little."""
-    reach = Layout.of(support).reach
+    layout = Layout.of(support)
+    places = [layout.start, layout.end, *(one.point for one in joint.values())]
+    reach = max(places) - min(places)
     for key, one in keyed(support):
         if one.length > 0.0:
             yield from _large_clearance((*key, "clearance"), beam, one, max(one.length, reach))
@@ -35,7 +38,7 @@ def _large_clearance(key: Key, beam: Beam, support: OneSupport, reach: float) ->
     length = "length" if isinstance(support, BaseAndGland) else "to"
     related: tuple[Key, ...] = (("beam", "thickness"), (*key[:-1], length))
     largest = min(10 * beam.thickness, 0.5 * reach)
-    together = "" if isinstance(support, BaseAndGland) else "s, from the first edge to the last"
+    together = "" if isinstance(support, BaseAndGland) else "s, from the first edge or joint to the last"
     if support.clearance > largest:
         yield Fault(
             key,

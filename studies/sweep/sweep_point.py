@@ -76,7 +76,8 @@ def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, 
     record["start"], record["notes"] = begin.word, list(begin.notes)
     set_up = time.perf_counter() - clock
     steps, frequency = span(model)
-    response = respond(model, begin.state, steps, case.output.history_interval or model.step, watched=True)
+    rings = before is not None or task.start > 0
+    response = respond(model, begin.state, steps, case.output.history_interval or model.step, watched=True, rings=rings)
     record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "steps")}
     record |= {name: getattr(response, name) for name in ("created", "residual", "penetration", "peak_force")}
     record |= _watched(response.findings, record["notes"])

@@ -24,6 +24,7 @@ from gapbeam.solver.errors import (
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.step_blocks import Wanted, marched
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.assumptions.frequency_findings import RESONANT
 from gapbeam.solver.run.assumptions.pose_rows import watch_of
 from gapbeam.solver.run.verdict import assumptions, judge, judge_run
 from gapbeam.solver.system.operators import Array
@@ -95,6 +96,7 @@ def respond(
     interval: float | None = None,
     longest: float | None = None,
     watched: bool = False,
+    rings: bool = False,
 ) -> Response:
     """March a model from a start.
 
@@ -106,6 +108,7 @@ def respond(
         longest: Wall time after which the march stops, in its place, with what it has up to then, s; on one rank.
         watched: Judge it as a run is judged: by its assumptions, and by the energy that the scheme took, too. The
             pose is looked at where there are records.
+        rings: Whether free vibration from the start is part of it: the amplitude of a resonance is then no figure.
 
     Returns:
         The response; one that is not to be trusted, or did not converge, says so, up to where it came.
@@ -114,7 +117,7 @@ def respond(
     """
     response, clock = Response(), time.perf_counter()
     try:
-        _march(model, start, steps, interval, response, None if longest is None else clock + longest, watched)
+        _march(model, start, steps, interval, response, None if longest is None else clock + longest, watched, rings)
     except RunError as error:
         response.failed(error)
     response.seconds = time.perf_counter() - clock
@@ -129,6 +132,7 @@ def _march(
     response: Response,
     deadline: float | None,
     watched: bool,
+    rings: bool,
 ) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
@@ -153,7 +157,8 @@ def _march(
         return
     moved = response.history
     content = content_of_motion(moved["time"], moved["velocity"]) if "velocity" in moved else None
-    response.findings = assumptions(model, recorder, accounts, content)
+    findings = assumptions(model, recorder, accounts, content)
+    response.findings = [one for one in findings if not (rings and one.assumption.name == RESONANT.name)]
     judge_run(model, accounts, response.findings)
 
 

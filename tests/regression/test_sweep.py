@@ -222,7 +222,7 @@ def test_a_linear_beam_has_one_response(ratio: float, tmp_path: Path) -> None:
         "load.shaker.amplitude=0.05",
         f"damping.ratios=[{ratio},{ratio}]",
         "time.end=0.84",
-        "time.step=1e-3",
+        "time.step=2e-4",
         "load.shaker.frequency=50",
     )
     sweep = Sweep(CASE, changes, (Axis("support.clearance", ("-6e-6",)),), starts=3)
@@ -371,3 +371,22 @@ def test_records_of_loads_have_the_peaks_of_a_run(tmp_path: Path) -> None:
     assert late["tip displacement"].mean <= whole["tip displacement"].mean
     with pytest.raises(SignalError, match="ends before the transient does"):
         figures_of_record(history, after=1.0)
+
+
+def test_responses_are_watched_as_runs_are(tmp_path: Path) -> None:
+    """A force of 2 MN turns the beam beyond all sense: status 4; a yield stress that is passed is a note."""
+    changes = (*QUICK, "time.end=0.04", "material.yield_stress=1e4")
+    sweep = Sweep(CASE, changes, (Axis("load.shaker.amplitude", ("60", "2e6")),))
+    (tmp_path / "points").mkdir()
+    tasks = [task for chain in chains_of(sweep, tmp_path) for task in chain.tasks]
+    assert run_chain(Chain(sweep, tmp_path, tuple(tasks))) == 2
+    usual, absurd = (json.loads(point_file(tmp_path, task).read_text(encoding="utf-8")) for task in tasks)
+    assert (absurd["verdict"], absurd["exit_status"]) == ("assumption broken", 4)
+    assert "small rotation: largest rotation" in absurd["message"]
+    assert "figures" not in absurd
+    assert (usual["verdict"], usual["exit_status"]) == ("passed", 0)
+    verdicts = {one["name"]: one["verdict"] for one in usual["assumptions"]}
+    assert verdicts["small rotation"] == "holds"
+    passed = {name for name, verdict in verdicts.items() if verdict == "warning"}
+    assert passed, verdicts
+    assert {note.partition(":")[0] for note in usual["notes"]} >= passed

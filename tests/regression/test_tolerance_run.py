@@ -2,16 +2,20 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from mpi4py import MPI
 
 import gapbeam
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.studies.tradeoff.fidelity_levels import Level
 from gapbeam.studies.tradeoff.level_errors import Judged, window_differences
 from gapbeam.studies.tradeoff.level_measurement import Job, Measured, measure
-from gapbeam.studies.tradeoff.promise import Grounds
+from gapbeam.studies.tradeoff.promise import Grounds, percent
+from gapbeam.studies.tradeoff.run_promise import with_promise
+from gapbeam.studies.tradeoff.stored_tradeoff import Taken
 from tests.shared.command import DEMO, alone, called, settings
 from tests.unit.test_tolerance import write_stored
 
@@ -65,6 +69,24 @@ def test_a_run_keeps_the_doubts_of_its_tolerance(tmp_path: Path, monkeypatch: py
     assert summary["tolerance"]["promised"] is True
     assert summary["reason"] is None
     assert not any("tolerance" in warning for warning in summary["warnings"])
+
+
+@alone
+def test_a_run_compares_its_own_estimate_with_its_tolerance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """A promised tolerance of 0.01 % that the run's own estimate does not reach: status 0, and a warning."""
+    level = Judged(Level("beam, 24 elements", {}), Measured(), {"displacement": 1e-6}, None, 1.0, END)
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+    outcome = gapbeam.run(DEMO, (*QUIET, "model={type='beam', elements=24}"), output=tmp_path / "out")
+    assert outcome.exit_status == 0
+    taken = Taken(level.level.name, {}, 1e-4, dict(level.errors), {}, END, ())
+    kept = with_promise(outcome, taken, MPI.COMM_WORLD)
+    own = kept.summary["tolerance"]["estimate_of_the_run"]
+    assert own["displacement"] > 1e-4
+    assert kept.exit_status == 0
+    (warning,) = [line for line in kept.summary["warnings"] if "error estimate of the run itself is larger" in line]
+    assert f"displacement {percent(own['displacement'])}" in warning
+    again = with_promise(replace(kept, summary=gapbeam.open_results(tmp_path / "out").summary), taken, MPI.COMM_WORLD)
+    assert again.summary["warnings"].count(warning) == 1
 
 
 def test_a_resonance_leaves_a_tolerance_that_its_first_periods_keep(tmp_path: Path) -> None:

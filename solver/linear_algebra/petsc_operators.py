@@ -75,12 +75,13 @@ class PetscOperators:
         self.massless = diagonal == 0.0
         self._has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
         self._restraint = _assemble(forms.restraint)
+        self._springs = self._restraint  # and what holds sections
         self._elastic = _assemble(forms.stiffness)
         if correction is not None:
             add_springs(self._elastic, correction, self.sum)
         pattern = PETSc.Mat.Structure
         # mass that was moved into the body couples DOFs of different cells
-        self._restraint_pattern = pattern.SUBSET_NONZERO_PATTERN
+        self._springs_pattern = pattern.SUBSET_NONZERO_PATTERN
         self._mass_pattern = (
             pattern.SUBSET_NONZERO_PATTERN if extrapolation is None else pattern.DIFFERENT_NONZERO_PATTERN
         )
@@ -104,11 +105,12 @@ class PetscOperators:
         self.smooth = smooth_modes(space, self._elastic, self.sum) if marched and not solver.iterative else None
 
     def hold(self, springs: RankOnes) -> None:
-        """Add stiff springs to the restraint, which may couple DOFs of different cells. Collective."""
-        self._restraint.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        add_springs(self._restraint, self.as_springs(springs), self.sum)
-        self._restraint_pattern = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
-        self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._restraint.getDiagonal().array_r)
+        """Add stiff springs to K, which may couple DOFs of different cells. Collective."""
+        self._springs = self._restraint.copy()
+        self._springs.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
+        add_springs(self._springs, self.as_springs(springs), self.sum)
+        self._springs_pattern = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
+        self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._springs.getDiagonal().array_r)
 
     def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
         """Return M and K, made for the caller. Collective."""
@@ -145,7 +147,7 @@ class PetscOperators:
 
     def apply_stiffness(self, x: Array) -> Array:
         """Return K x. Collective."""
-        return self._elastic_force(x) + self._product(self._restraint, x)
+        return self._elastic_force(x) + self._product(self._springs, x)
 
     def stiffness_round_off(self, x: Array) -> Array:
         """Return about how far the entries of K x are off by round-off."""
@@ -254,7 +256,7 @@ class PetscOperators:
         """
         images = np.empty_like(motions)
         for number, motion in enumerate(motions.T):
-            held = self.apply_restraint(motion)
+            held = self._product(self._springs, motion)
             image = mass * self.apply_mass(motion) + stiffness * (
                 held if elastic is None else elastic[:, number] + held
             )
@@ -289,7 +291,7 @@ class PetscOperators:
 
     def _whole_stiffness(self) -> PETSc.Mat:
         stiffness = self._elastic.copy()
-        stiffness.axpy(1.0, self._restraint, self._restraint_pattern)
+        stiffness.axpy(1.0, self._springs, self._springs_pattern)
         return stiffness
 
     def _whole_mass(self) -> PETSc.Mat:

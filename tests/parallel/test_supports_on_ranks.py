@@ -1,4 +1,4 @@
-"""Two ranks compute the same motion of a beam in several supports as one."""
+"""Two ranks compute the same motion of a beam in several supports, with a joint and a mass, as one."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ RIGHT = '{name = "right", from = 0.45, to = 0.48, clearance = 1e-4, offset = 2e-
 KEYS = (
     *RATTLE,
     f"support=[{LEFT}, {STOP}, {RIGHT}]",
+    'joint=[{name = "pin", type = "pinned", point = 0.36}]',
+    'mass=[{name = "head", point = 0.505, mass = 0.05, rotary_inertia = 1e-5}]',
     "mesh.cell=triangle",
     "damping.ratios=[0.1, 0.1]",
     "contact.stiffness=2e12",

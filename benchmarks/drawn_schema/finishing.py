@@ -19,6 +19,7 @@ from gapbeam.solver.table import models_in, type_name
 
 TILTED = 0.15  # share of the loads with a direction beside the bending direction
 SEVERAL = 0.3  # share of the cases with [[support]]
+ATTACHED = 0.15  # share of the cases with joints, and of those with masses
 WEIGHTLESS = 0.05  # share of the cases without gravity
 SLOW_STEPS = 120  # of a mesh, which takes milliseconds for one
 SOFT = 0.5  # of E over the length of the support
@@ -34,10 +35,12 @@ def entries_of(draw: Draw, key: str) -> Any:
     if key == "probe":
         least = 1 if draw.focus.key == "probe" else 0
         return [draw.table(Probe) for _ in range(max(least, draw.chance.choice((0, 1, 1, 1, 1, 2))))]
+    if key in ("joint", "mass"):
+        return _attached(draw, key)
     models = models_in(Load)
     static = [model for model in models if getattr(model, "static", False)]
     moving = [model for model in models if model not in static]
-    wanted = [model for model in models if _in_focus(draw, model)]
+    wanted = [model for model in models if _in_focus(draw, "load", model)]
     chosen = [] if draw.chance.random() < WEIGHTLESS else [*static]
     chosen += wanted or [draw.chance.choice(moving)]
     if draw.chance.random() < 0.25 or not any(model in moving for model in chosen):
@@ -69,9 +72,23 @@ def _leads_to(model: type[BaseModel], table: str) -> bool:
     return table in {base.__name__ for base in model.__mro__} or any(_leads_to(part, table) for part in below)
 
 
-def _in_focus(draw: Draw, model: type[BaseModel]) -> bool:
-    if draw.focus.table == Case.__name__ and draw.focus.key == "load":
-        return bool(draw.focus.value == type_name(model))
+def _attached(draw: Draw, key: str) -> list[dict[str, Any]]:
+    """Draw joints or masses of a few cases, at places of their own."""
+    models = models_in(Case.model_fields[key].annotation)
+    wanted = [model for model in models if _in_focus(draw, key, model) or _leads_to(model, draw.focus.table)]
+    if not wanted and draw.chance.random() > ATTACHED:
+        return []
+    chosen = [draw.chance.choice(wanted or models) for _ in range(draw.chance.choice((1, 1, 2)))]
+    places = draw.chance.sample((0.0, 0.25, 0.5, 0.75, 1.0), len(chosen))
+    return [
+        draw.table(model) | {"name": f"{key}{number}", "point": round(place * draw.scene.length, 6)}
+        for number, (model, place) in enumerate(zip(chosen, places, strict=True))
+    ]
+
+
+def _in_focus(draw: Draw, key: str, model: type[BaseModel]) -> bool:
+    if draw.focus.table == Case.__name__ and draw.focus.key == key:
+        return draw.focus.value in (type_name(model), model.__name__)
     return draw.focus.table in {base.__name__ for base in model.__mro__}
 
 
@@ -182,5 +199,7 @@ def _around(curve: dict[str, Any], whole: dict[str, Any]) -> dict[str, Any]:
         value = named[0].get(key, 1.0) if named else 1.0
     else:
         value = whole.get(table, {}).get(key, 1.0)
+    if not isinstance(value, float | int):  # "auto"
+        value = 1.0
     low, high = sorted((0.8 * value, 1.25 * value))
     return curve | {"low": low, "high": high}

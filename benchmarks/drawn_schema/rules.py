@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import random
 from collections.abc import Callable
+from math import pi
 from typing import Any
 
 from benchmarks.drawn_schema.records import write_record
@@ -72,6 +73,22 @@ def _contact_points(chance: random.Random, scene: Scene) -> list[float]:
     return [scene.support * share for share in chance.choice(((0.0, 1.0), (0.05, 0.95), (0.0, 0.5, 1.0)))]
 
 
+def _spring(chance: random.Random, scene: Scene) -> float:
+    return float(scene.mass * (2.0 * pi * scene.bending) ** 2 * 10.0 ** chance.uniform(-1.0, 2.0))
+
+
+def _turn(chance: random.Random, scene: Scene) -> float:
+    return scene.length**2 * _spring(chance, scene)
+
+
+def _damper(chance: random.Random, scene: Scene) -> float:
+    return float(scene.mass * 2.0 * pi * scene.bending * 10.0 ** chance.uniform(-2.0, 0.0))
+
+
+def _turning_damper(chance: random.Random, scene: Scene) -> float:
+    return scene.length**2 * _damper(chance, scene)
+
+
 RULES: dict[tuple[str, str], Rule] = {
     ("Case", "title"): lambda _, scene: f"drawn {scene.seed}",
     ("Beam", "length"): lambda _, scene: scene.length,
@@ -92,6 +109,24 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "from"): never,  # places and names follow each other, `finishing`
     ("PlacedSupport", "to"): never,
     ("PlacedSupport", "name"): never,
+    ("Joint", "name"): never,  # names and places follow each other, `finishing`
+    ("Joint", "point"): never,
+    ("Stiffnesses", "axial"): seldom(_spring, 0.1),
+    ("Stiffnesses", "vertical"): seldom(_spring, 0.7),
+    ("Stiffnesses", "lateral"): seldom(_spring, 0.1),
+    ("Stiffnesses", "rotation"): seldom(_turn, 0.7),
+    ("Stiffnesses", "lateral_rotation"): seldom(_turn, 0.1),
+    ("Stiffnesses", "twist"): seldom(_turn, 0.1),
+    ("Dampings", "axial"): seldom(_damper, 0.1),
+    ("Dampings", "vertical"): seldom(_damper, 0.5),
+    ("Dampings", "lateral"): seldom(_damper, 0.1),
+    ("Dampings", "rotation"): seldom(_turning_damper, 0.5),
+    ("Dampings", "lateral_rotation"): seldom(_turning_damper, 0.1),
+    ("Dampings", "twist"): seldom(_turning_damper, 0.1),
+    ("PointMass", "name"): never,
+    ("PointMass", "point"): never,
+    ("PointMass", "mass"): lambda chance, scene: scene.mass * chance.choice((0.05, 0.3, 1.0)),
+    ("PointMass", "rotary_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.length**2),
     ("Restraint", "axial"): seldom(powers(1.0, 5.0)),
     ("Restraint", "lateral"): seldom(powers(1.0, 5.0)),
     ("Mesh", "dimension"): one_of(2, 2, 2, 3),

@@ -15,6 +15,7 @@ from matplotlib.lines import Line2D
 
 from gapbeam.postprocess.figures.figure_style import GRAY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
+from gapbeam.postprocess.scene.attached_marks import Mark
 from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.caption import Caption
 from gapbeam.postprocess.scene.pressure_panel import PressurePanel
@@ -75,6 +76,7 @@ class Sheet:
         traces: Traces,
         caption: Caption,
         windows: tuple[Window, Window],
+        marks: Sequence[Mark] = (),
     ) -> None:
         """Lay out.
 
@@ -86,6 +88,7 @@ class Sheet:
             traces: Time signals.
             caption: Texts.
             windows: What the pictures of the whole beam and of the support show.
+            marks: Joints and masses, drawn on the undeformed beam of a slice.
         """
         self._size, self._caption, self._traces = size, caption, traces
         self._large = size[1] / _DESIGNED_FOR
@@ -94,6 +97,8 @@ class Sheet:
             self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
             self._canvas = FigureCanvasAgg(self.figure)
             self._whole = self._picture(WHOLE, windows[0], support, 11)
+            if support.dimension == 2:
+                self._mark(marks, support)
             self._near = self._picture(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures)
             close = [block.face for block in support.near_blocks()]
@@ -152,6 +157,23 @@ class Sheet:
             panel.spines["bottom"].set_visible(True)
             panel.spines["bottom"].set_bounds(first, last)
         return image
+
+    def _mark(self, marks: Sequence[Mark], support: Support) -> None:
+        """Mark joints and masses on the axis of the undeformed beam, with their names above the beam."""
+        panel, axis = self._whole.axes, 0.5e3 * (support.bottom + support.top)
+        for mark in marks:
+            style: dict[str, Any] = {
+                "marker": mark.symbol,
+                "ms": 11 * self._large,
+                "mfc": "white",
+                "mec": "black",
+                "mew": 1.6,
+            }
+            panel.plot([1e3 * mark.x], [axis], clip_on=False, zorder=5, **style)
+            panel.annotate(
+                mark.name, (1e3 * mark.x, 1e3 * support.top), (0.0, 4.0 * self._large), textcoords="offset points",
+                ha="center", va="bottom", annotation_clip=False, fontsize=14 * self._large,
+            )  # fmt: skip
 
     def _trace(
         self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray], close: Sequence[str] = ("",)

@@ -1,0 +1,38 @@
+"""Marks where joints hold the beam and masses sit on it."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass
+from typing import Any
+
+_JOINTS = {"clamped": "s", "pinned": "^", "guided": "D", "elastic": "P"}
+_MASS = "o"
+
+
+@dataclass(frozen=True)
+class Mark:
+    """A joint or a mass in a picture.
+
+    Attributes:
+        name: Name in the case.
+        x: Place on the beam axis, m.
+        symbol: Marker of matplotlib.
+    """
+
+    name: str
+    x: float
+    symbol: str
+
+
+def marks_of(case: Mapping[str, Any], start: float) -> Iterator[Mark]:
+    """Yield the joints and masses of a case, with the x of the mesh.
+
+    Args:
+        case: The case as run.
+        start: x of the mesh at the end of the beam where x is 0 in the case, m.
+    """
+    for joint in case.get("joint", []):
+        yield Mark(str(joint["name"]), start + float(joint["point"]), _JOINTS.get(joint["type"], "s"))
+    for mass in case.get("mass", []):
+        yield Mark(str(mass["name"]), start + float(mass["point"]), _MASS)

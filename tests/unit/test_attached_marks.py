@@ -1,0 +1,26 @@
+"""Marks of joints and masses in pictures."""
+
+from __future__ import annotations
+
+from gapbeam.postprocess.scene.attached_marks import Mark, marks_of
+from gapbeam.solver.attachments.joint_table import JointChoice
+from gapbeam.solver.table import models_in, type_name
+
+
+def test_marks_stand_where_joints_and_masses_are() -> None:
+    """Places count from the end of the mesh, and cases of earlier releases have no marks."""
+    case = {
+        "joint": [{"name": "root", "type": "clamped", "point": 0.0}],
+        "mass": [{"name": "head", "point": 0.4, "mass": 1.0}],
+    }
+    assert list(marks_of(case, 0.1)) == [Mark("root", 0.1, "s"), Mark("head", 0.5, "o")]
+    assert list(marks_of({}, 0.0)) == []
+
+
+def test_every_kind_of_joint_has_a_mark_of_its_own() -> None:
+    """The kinds are those of the schema."""
+    kinds = [type_name(model) for model in models_in(JointChoice)]
+    marks = marks_of({"joint": [{"name": kind, "type": kind, "point": 0.0} for kind in kinds]}, 0.0)
+    symbols = [mark.symbol for mark in marks]
+    assert len(kinds) > 3
+    assert len(set(symbols)) == len(kinds)

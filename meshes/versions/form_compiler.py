@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
 from dolfinx import default_scalar_type, jit
 from mpi4py import MPI
 
-SOURCES = "libffcx_*.c"
-"""Pattern of the C files in the cache; each has a library, an object file and a mark that it is done."""
+PREFIX = "libffcx_"
+"""How the files of forms in the cache begin: of each a C file, a library, an object file, a mark that it is done."""
 
 
 def cache_of_dolfinx() -> Path:
@@ -22,11 +23,17 @@ def compile_here(form: Any, options: dict[str, str]) -> None:
     jit.ffcx_jit(MPI.COMM_SELF, form, {"scalar_type": default_scalar_type}, options)
 
 
-def mark_of(source: Path) -> Path:
-    """Return the empty file that DOLFINx makes when the library of a C file is done."""
-    return source.with_suffix(".c.cached")
+def half_made(cache: Path) -> Iterator[list[Path]]:
+    """Yield the files of each form in a cache whose library or mark is missing.
 
-
-def libraries_of(source: Path) -> list[Path]:
-    """Return the libraries that were made of a C file."""
-    return list(source.parent.glob(f"{source.stem}.*.so"))
+    The folder is listed once: with thousands of forms, a search for each of them would take seconds.
+    """
+    parts: dict[str, set[str]] = {}
+    for name in (path.name for path in cache.iterdir()):
+        if name.startswith(PREFIX):
+            stem, _, suffix = name.partition(".")
+            parts.setdefault(stem, set()).add(suffix)
+    for stem, suffixes in parts.items():
+        made = "c.cached" in suffixes and any(suffix.endswith("so") for suffix in suffixes)
+        if "c" in suffixes and not made:
+            yield [cache / f"{stem}.{suffix}" for suffix in sorted(suffixes)]

@@ -19,7 +19,7 @@ from typing import Any
 from dolfinx import fem
 from mpi4py import MPI
 
-from gapbeam.meshes.versions.form_compiler import SOURCES, cache_of_dolfinx, compile_here, libraries_of, mark_of
+from gapbeam.meshes.versions.form_compiler import cache_of_dolfinx, compile_here, half_made
 from gapbeam.solver.errors import RunError
 
 LOG = logging.getLogger("gapbeam")
@@ -79,10 +79,7 @@ def _alone_in(cache: Path) -> Iterator[None]:
 
 def _clear(cache: Path) -> None:
     """Remove forms whose maker is gone."""
-    for source in cache.glob(SOURCES):
-        libraries = libraries_of(source)
-        mark = mark_of(source)
-        if not (mark.exists() and libraries):
-            LOG.info("a form whose compilation was cut off is compiled anew: %s", source)
-            for path in (mark, *libraries, source.with_suffix(".o"), source):
-                path.unlink(missing_ok=True)
+    for paths in half_made(cache):
+        LOG.info("a form whose compilation was cut off is compiled anew: %s", paths[0].name.partition(".")[0])
+        for path in paths:
+            path.unlink(missing_ok=True)

@@ -32,8 +32,12 @@ def probes_lie_in_the_beam(beam: Beam, mesh: Mesh, probe: Probes) -> Iterator[Fa
         yield from outside(("probe", number, "point"), entry.point, beam, mesh)
 
 
-def outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
-    """Say where a point leaves the beam, whose axis is y = 0 in 2D and y = z = 0 in 3D."""
+def outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> list[Fault]:
+    """Return where a point leaves the beam, whose axis is y = 0 in 2D and y = z = 0 in 3D."""
+    return list(_outside(key, point, beam, mesh))
+
+
+def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
     coordinates = point if isinstance(point, tuple) else (point,)
     if len(coordinates) not in (1, mesh.dimension):
         names = ("x", "y", "z")[: mesh.dimension]

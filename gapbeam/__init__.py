@@ -48,7 +48,7 @@ _MODULES = {
     "case_source": ("read_case",),
     "single_case": ("check", "model", "modes", "run"),
     "case_studies": ("identify", "stability", "sweep", "tradeoff"),
-    "shown_results": ("compare", "open_results", "plot", "render", "report"),
+    "shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
 }
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
 
@@ -75,6 +75,7 @@ __all__ = [
     "__version__",
     "check",
     "compare",
+    "export",
     "identify",
     "model",
     "modes",

@@ -23,7 +23,7 @@ import typer
 from rich.console import Console, Group
 from rich.logging import RichHandler
 
-from gapbeam.commands.drawing import plot, render
+from gapbeam.commands.drawing import export, plot, render
 from gapbeam.commands.report import report
 from gapbeam.commands.study_choice import STUDIES
 from gapbeam.commands.tradeoff import judged_by, level_within
@@ -180,6 +180,7 @@ def schema() -> int:
 
 app.command()(on_one_rank(plot))
 app.command()(on_one_rank(render))
+app.command()(on_one_rank(export))
 app.command()(on_one_rank(report))
 for study in STUDIES:
     app.command()(study.command if study.collective else on_one_rank(study.command))

@@ -1,4 +1,4 @@
-"""The commands `gapbeam plot` and `gapbeam render`."""
+"""The commands `gapbeam plot`, `gapbeam render` and `gapbeam export`."""
 
 from __future__ import annotations
 
@@ -83,6 +83,23 @@ def render(
     with progress_bar("drawing") as bar:
         paths = draw(results, output, factor, film, frames, pixels, frames_per_second, bar.show)
     _print_paths(paths)
+    return 0
+
+
+def export(
+    results: ResultsArgument,
+    output: Annotated[Path | None, typer.Option(help="file, *.csv or *.mat; by default RESULTS/history.csv")] = None,
+    record: Annotated[
+        list[str] | None, typer.Option(help="a record, such as contact_force; may be repeated; by default all")
+    ] = None,
+    begin: Annotated[float | None, typer.Option("--from", help="first time, s")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="last time, s")] = None,
+    every: Annotated[int, typer.Option(min=1, help="write one record of so many")] = 1,
+) -> int:
+    """Write records as columns over time, for spreadsheets (CSV) or MATLAB (MAT)."""
+    from gapbeam.interface.shown_results import export as write
+
+    print(write(results, output, record or (), begin, end, every))
     return 0
 
 

@@ -1,4 +1,4 @@
-"""What a Python session does with results: open, compare, plot, render, report."""
+"""What a Python session does with results: open, compare, plot, render, export, report."""
 
 from __future__ import annotations
 
@@ -167,6 +167,46 @@ def render(
     place = _place(folder, output, FOLDER)
     with as_written(folder):
         return draw(folder, place, scale, film, frames, size, frames_per_second, progress)
+
+
+def export(
+    results: Given,
+    output: str | PathLike[str] | None = None,
+    records: Sequence[str] = (),
+    begin: float | None = None,
+    end: float | None = None,
+    every: int = 1,
+) -> Path:
+    """Write records of a run as columns over time, for other programs.
+
+    Args:
+        results: Results folder of a run, or what `run` returned.
+        output: The file, *.csv or *.mat; by default history.csv in the folder of the results.
+        records: Names of records, such as "contact_force"; empty: all.
+        begin: First time, s; None: from the start.
+        end: Last time, s; None: to the end.
+        every: One record of so many.
+
+    Returns:
+        The file.
+
+    Raises:
+        ResultsError: The results cannot be read, or the file cannot be written.
+        OptionError: Another suffix, a record that the run does not have, or a time span without records.
+        UserError: The file is a link or a folder.
+    """
+    refuse_ranks("export")
+    from gapbeam.postprocess.export import FILE
+    from gapbeam.postprocess.export import export as write
+    from gapbeam.postprocess.results.damaged_files import as_written
+    from gapbeam.solver.errors import UserError
+
+    folder = folder_of(results)
+    path = folder / FILE if output is None else Path(output)
+    if path.is_symlink() or path.is_dir():
+        raise UserError(f"{path} is a {'link' if path.is_symlink() else 'folder'}; choose another `output=`")
+    with as_written(folder):
+        return write(folder, path, records, begin, end, every)
 
 
 def report(

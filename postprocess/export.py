@@ -1,0 +1,131 @@
+"""The records of a run as columns for other programs: CSV for spreadsheets, MAT for MATLAB and Octave."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import product
+from pathlib import Path
+
+import numpy as np
+import xarray as xr
+from scipy.io import savemat
+
+from gapbeam.postprocess.results.results import open_results
+from gapbeam.postprocess.results_errors import OptionError
+
+FILE = "history.csv"
+SUFFIXES = (".csv", ".mat")
+_ALIKE = 3  # suggestions for a name that is not there
+_BLOCK = 65536  # records formatted at a time
+
+
+@dataclass(frozen=True)
+class Column:
+    """One column.
+
+    Attributes:
+        words: Name, with the labels of its probe, face, load and component: displacement, tip, y.
+        unit: SI unit, "1" where there is none.
+        values: (times,).
+    """
+
+    words: tuple[str, ...]
+    unit: str
+    values: np.ndarray
+
+    @property
+    def title(self) -> str:
+        """The head of the column: displacement tip y (m)."""
+        return " ".join(self.words) + ("" if self.unit == "1" else f" ({self.unit})")
+
+    @property
+    def variable(self) -> str:
+        """A name that MATLAB takes: displacement_tip_y."""
+        return "_".join("".join(sign if sign.isalnum() else "_" for sign in word) for word in self.words)
+
+
+def export(
+    results: str | Path,
+    output: str | Path,
+    records: Sequence[str] = (),
+    begin: float | None = None,
+    end: float | None = None,
+    every: int = 1,
+) -> Path:
+    """Write records of a run as columns over time.
+
+    Args:
+        results: Results folder.
+        output: The file; its suffix, .csv or .mat, says the format.
+        records: Names of records; empty: all.
+        begin: First time, s; None: from the start.
+        end: Last time, s; None: to the end.
+        every: One record of so many.
+
+    Returns:
+        The file.
+
+    Raises:
+        ResultsError: The results cannot be read.
+        OptionError: Another suffix, a record that the run does not have, or a time span without records.
+        OSError: The file cannot be written.
+    """
+    path = Path(output)
+    if path.suffix.lower() not in SUFFIXES:
+        raise OptionError(f"the file {path} has another suffix; expected one of {', '.join(SUFFIXES)}")
+    history = _chosen(open_results(Path(results)).history, records, begin, end, every)
+    columns = columns_of(history)
+    path.parent.mkdir(parents=True, exist_ok=True)
+    part = path.with_name(path.name + ".part")
+    if path.suffix.lower() == ".csv":
+        _write_csv(part, columns)
+    else:
+        names = {column.variable: column.values for column in columns}
+        units = {column.variable: column.unit for column in columns}
+        with part.open("wb") as file:
+            savemat(file, {**names, "units": units}, long_field_names=True, oned_as="column")
+    part.replace(path)
+    return path
+
+
+def columns_of(history: xr.Dataset) -> list[Column]:
+    """Return the time and every record of a history as columns, by probe, face, load and component."""
+    found = [Column(("time",), "s", np.asarray(history["time"].values))]
+    for name, record in history.data_vars.items():
+        labels = [[str(label) for label in record[dim].values] for dim in record.dims[1:]]
+        values = record.values.reshape(record.shape[0], -1)
+        for number, words in enumerate(product(*labels)):
+            found.append(Column((str(name), *words), str(record.attrs.get("units", "1")), values[:, number]))
+    return found
+
+
+def _chosen(
+    history: xr.Dataset, records: Sequence[str], begin: float | None, end: float | None, every: int
+) -> xr.Dataset:
+    """Return the records asked for, in the time asked for."""
+    if every < 1:
+        raise OptionError(f"every = {every}; expected a whole number of at least 1")
+    unknown = [name for name in records if name not in history.data_vars]
+    if unknown:
+        known = sorted(map(str, history.data_vars))
+        near = get_close_matches(unknown[0], known, _ALIKE) or known
+        raise OptionError(f"the run has no record {unknown[0]!r}; expected one of: {', '.join(near)}")
+    chosen = history[list(records)] if records else history
+    kept = chosen.sel(time=slice(begin, end)).isel(time=slice(None, None, every))
+    if kept.sizes["time"] == 0:
+        times = history["time"].values
+        span = f"records from {times[0]:g} to {times[-1]:g} s" if len(times) else "no records"
+        first, last = ("the start" if begin is None else f"{begin:g} s"), ("the end" if end is None else f"{end:g} s")
+        raise OptionError(f"there is no record from {first} to {last}; the run has {span}")
+    return kept
+
+
+def _write_csv(path: Path, columns: Sequence[Column]) -> None:
+    """Write columns with a line of heads; numbers come back to the same bits."""
+    with path.open("w", encoding="utf-8", newline="") as file:
+        file.write(",".join(column.title for column in columns) + "\r\n")
+        for first in range(0, len(columns[0].values), _BLOCK):
+            rows = zip(*(column.values[first : first + _BLOCK].tolist() for column in columns), strict=True)
+            file.writelines(",".join(map(repr, row)) + "\r\n" for row in rows)

@@ -1,0 +1,70 @@
+"""Records as columns for other programs: what is written comes back to the same bits."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.io import loadmat
+
+import gapbeam
+from tests.shared.command import DEMO, called
+
+BRIEF = ("time.end=0.004", "model={type='beam', elements=12}")
+
+
+@pytest.fixture(scope="module")
+def results(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Return the results of a short run."""
+    folder = tmp_path_factory.mktemp("export") / "run"
+    assert gapbeam.run(DEMO, BRIEF, folder).exit_status == 0
+    return folder
+
+
+def test_a_table_has_every_record(results: Path) -> None:
+    """All records of all probes, faces, loads and components, with their units, to the same bits."""
+    history = gapbeam.open_results(results).history
+    path = gapbeam.export(results)
+    assert path == results / "history.csv"
+    with path.open(encoding="utf-8", newline="") as file:
+        heads, *rows = list(csv.reader(file))
+    table = dict(zip(heads, np.array(rows, dtype=float).T, strict=True))
+    assert len(heads) == 1 + sum(record[0].size for record in history.data_vars.values())
+    np.testing.assert_array_equal(table["time (s)"], history["time"].values)
+    tip = history["displacement"].sel(probe="tip", component="y")
+    np.testing.assert_array_equal(table["displacement tip y (m)"], tip.values)
+    np.testing.assert_array_equal(table["contact_force base (N)"], history["contact_force"].sel(face="base").values)
+    np.testing.assert_array_equal(table["active_points gland"], history["active_points"].sel(face="gland").values)
+
+
+def test_some_records_in_a_span_of_time(results: Path, tmp_path: Path) -> None:
+    """Two records from 1 to 2 ms, every third; MATLAB's names and units."""
+    chosen = ("contact_force", "kinetic_energy")
+    found = loadmat(gapbeam.export(results, tmp_path / "new" / "part.mat", chosen, 1e-3, 2e-3, 3))
+    history = gapbeam.open_results(results).history.sel(time=slice(1e-3, 2e-3)).isel(time=slice(None, None, 3))
+    names = {name for name in found if not name.startswith("_")}
+    assert names == {"time", "contact_force_base", "contact_force_gland", "kinetic_energy", "units"}
+    np.testing.assert_array_equal(found["time"][:, 0], history["time"].values)
+    np.testing.assert_array_equal(found["contact_force_base"][:, 0], history["contact_force"].sel(face="base").values)
+    assert found["units"]["contact_force_base"][0, 0][0] == "N"
+
+
+@pytest.mark.parametrize(
+    ("words", "said"),
+    [
+        (("--output", "a.xls"), "a.xls has another suffix; expected one of .csv, .mat"),
+        (("--record", "contact_forc"), "no record 'contact_forc'; expected one of: contact_force"),
+        (("--from", "5"), "no record from 5 s to the end; the run has records from 0 to 0.004 s"),
+        (("--every", "0"), "0 is not in the range"),
+        (("--output", "."), ". is a folder"),
+    ],
+)
+def test_bad_options_are_explained(results: Path, words: tuple[str, ...], said: str) -> None:
+    """Status 2, what was found and what is there; nothing is written."""
+    before = sorted(results.iterdir())
+    done = called("export", results, *words)
+    assert done.returncode == 2
+    assert said in " ".join(done.stderr.split())
+    assert sorted(results.iterdir()) == before

@@ -9,6 +9,23 @@ from pydantic import Field
 from gapbeam.solver.table import Number, Positive, Table, Whole
 
 
+class StartMotion(Table):
+    """A rigid motion in the bending plane, added to the state at t = 0."""
+
+    lift: Number = Field(default=0.0, description="displacement along the bending direction, m", examples=[0.1e-3])
+    tilt: Number = Field(default=0.0, description="rotation that raises the far end, rad", examples=[1.0e-4])
+    velocity: Number = Field(default=0.0, description="velocity along the bending direction, m/s", examples=[-0.2])
+    spin: Number = Field(default=0.0, description="rotation rate that raises the far end, rad/s", examples=[1.0])
+    point: Number | None = Field(
+        default=None, description="x of the point that the rotation leaves in its place, m; default the middle"
+    )
+
+    def at(self, x: float, length: float) -> tuple[float, float]:
+        """Return displacement, m, and velocity, m/s, of the beam axis at x, for a beam of a length."""
+        arm = x - (0.5 * length if self.point is None else self.point)
+        return self.lift + arm * self.tilt, self.velocity + arm * self.spin
+
+
 class Transient(Table):
     """A march from the seat, or from the undeformed pose, to time.end."""
 
@@ -17,6 +34,10 @@ class Transient(Table):
         default="seat",
         description="state at t = 0, at rest: the static seat, or the undeformed pose, flat on the base, from which "
         "the static loads let it fall, as multibody programs start",
+    )
+
+    motion: StartMotion | None = Field(
+        default=None, description="a rigid motion added to that state, a table; default none"
     )
 
     @property

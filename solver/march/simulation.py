@@ -95,8 +95,10 @@ class Simulation:
             return failure
 
     def start(self, seat: Seat | NotConverged) -> State:
-        """Return the state at t = 0 that the case asks for: the seat, or the undeformed pose. Collective."""
-        return start_of_case(self.case, self.model.system, seat.state if isinstance(seat, Seat) else None)
+        """Return the state at t = 0 that the case asks for; errors as in `start_of_case`. Collective."""
+        return start_of_case(
+            self.case, self.model.body, self.model.system, seat.state if isinstance(seat, Seat) else None
+        )
 
     def march(self, start: State | Seat | None = None, steps: int | None = None) -> Iterator[Step]:
         """Yield the accepted steps one by one; the loop may be left at any of them.

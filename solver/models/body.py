@@ -6,7 +6,7 @@ Clearance, contact law, damping, amplitudes, frequencies and the march in time a
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -85,6 +85,7 @@ class Body:
         contact: G, H, w and g0 with the clearance of that case.
         patterns: Forces of each load per unit factor, (n,), N, and after them the rows of `attached_motions`.
         probes: What evaluates the probes, by name.
+        rigid: M times heave, and M times pitch about x = 0 that raises the far end, (2, n).
         gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
         patch: Size of the patches of `contact.points` with its reason; None without.
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
@@ -98,6 +99,7 @@ class Body:
     contact: ContactOperator
     patterns: tuple[Array, ...]
     probes: Mapping[str, ProbeRow]
+    rigid: Array
     gamma: Array | None = None
     patch: Default | None = None
     expansion: Array | csr_matrix | None = None
@@ -184,10 +186,22 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         contact,
         patterns,
         {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe},
+        np.stack([operators.apply_mass(motion) for motion in _heave_and_pitch(space)]),
         gamma,
         patch,
     )
     return replace(body, seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started})
+
+
+def _heave_and_pitch(space: fem.FunctionSpace) -> Iterator[Array]:
+    """Yield both rigid motions in the bending plane on the DOFs of this rank, (n,)."""
+    dimension = space.mesh.geometry.dim
+    places = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
+    for slope in (0.0, 1.0):
+        motion = np.zeros((len(places), dimension))
+        motion[:, -1] = slope * places[:, 0] if slope else 1.0
+        motion[:, 0] = -slope * places[:, dimension - 1]
+        yield motion.reshape(-1)
 
 
 def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:

@@ -90,6 +90,12 @@ class TimoshenkoBeam:
         shape = (len(x), self.size)
         return csr_matrix((w.reshape(-1), places), shape), csr_matrix((theta.reshape(-1), places), shape)
 
+    def heave_and_pitch(self) -> Array:
+        """Return both rigid motions, (2, n): w = 1, and w = x with theta = 1."""
+        places = np.linspace(0.0, self.length, self.elements + 1)
+        ones, zeros = np.ones_like(places), np.zeros_like(places)
+        return np.stack([np.stack(pair, axis=1).reshape(-1) for pair in ((ones, zeros), (places, ones))])
+
     def operators(self) -> DenseOperators:
         """Return M and K."""
         length = self.length / self.elements
@@ -182,6 +188,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
             probe.name: DenseRow(_motion(beam, axis_point(probe.point)[None], dimension).toarray())
             for probe in case.probe
         },
+        np.stack([operators.apply_mass(motion) for motion in beam.heave_and_pitch()]),
         patch=patch,
         expansion=_motion(beam, places, dimension),
         seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started},

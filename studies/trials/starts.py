@@ -154,7 +154,7 @@ def _rigid(model: Model) -> Array:
     contact, operators = model.system.contact, model.system.operators
     soft = operators.factor(SOFT**2, 1.0)
     lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
-    signs = np.where(contact.faces == 0, 1.0, -1.0)
+    signs = contact.support.sides[contact.faces]
     motions = []
     for forces in (contact.weights * signs, contact.weights * signs * lever):
         right_side = np.zeros(operators.size)

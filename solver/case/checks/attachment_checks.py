@@ -8,6 +8,7 @@ from itertools import combinations
 from gapbeam.meshes.beam_geometry import SNAP
 from gapbeam.solver.attachments.joint_table import ElasticJoint, Joint, bending_rank
 from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.checks.place_checks import outside, same_name
 from gapbeam.solver.case.contact_table import Contact
@@ -17,6 +18,7 @@ from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 
+ALLOWED = 1.0e-9  # of the largest displacement: what round-off leaves of a rotation about a joint
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""
 Masses = Mapping[int, PointMass]
@@ -94,6 +96,29 @@ def elastic_joints_do_something(joint: Joints, model: ModelTable, mesh: Mesh) ->
                     f"leave {name} out, or take the model full with dimension = 3",
                     (("model", "type"), ("mesh", "dimension")),
                 )
+
+
+def joints_let_the_start_move(beam: Beam, joint: Joints, analysis: Analysis) -> Iterator[Fault]:
+    """The motion at the start is one that the joints allow."""
+    motion = getattr(analysis, "motion", None)
+    if motion is None:
+        return
+    for number, entry in joint.items():
+        rotates = "rotation" in entry.holds and (motion.tilt != 0.0 or motion.spin != 0.0)
+        sizes = (motion.lift, motion.tilt), (motion.velocity, motion.spin)
+        here = zip(motion.at(entry.point, beam.length), sizes, strict=True)
+        moves = "vertical" in entry.holds and any(
+            abs(value) > ALLOWED * max(abs(whole), abs(turn) * beam.length) for value, (whole, turn) in here
+        )
+        if rotates or moves:
+            yield Fault(
+                ("analysis", "motion"),
+                f"a motion that {'rotates' if rotates else 'moves'} the section at x = {entry.point:g} m, which the "
+                f"joint {entry.name} holds",
+                "a rotation about a pinned joint, or no motion" if moves else "no rotation",
+                "leave motion out; a load can set the beam in motion",
+                (("joint", number, "type"),),
+            )
 
 
 def joints_let_the_body_move(joint: Joints, model: ModelTable) -> Iterator[Fault]:

@@ -86,7 +86,7 @@ def shape(case: Case) -> Iterator[str]:
 
 def motion(case: Case) -> Iterator[str]:
     """Yield a case in which nothing moves, holds, fades or is looked at."""
-    falls = getattr(case.analysis, "start", None) == "undeformed"
+    falls = getattr(case.analysis, "start", None) == "undeformed" or getattr(case.analysis, "motion", None) is not None
     if all(load.static for load in case.load) and not falls:
         yield "no load but gravity: the beam stays on its seat, nothing sets it in motion"
     if weight_pressure(case) == 0 and case.layout.interference == 0.0:

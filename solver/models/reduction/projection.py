@@ -56,6 +56,7 @@ def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
         contact=_in_terms_of(contact, everywhere, trace),
         patterns=tuple(basis.project(operators, pattern) for pattern in body.patterns),
         probes={name: _dense_row(probe, basis, operators) for name, probe in body.probes.items()},
+        rigid=np.stack([basis.project(operators, row) for row in body.rigid]),
         expansion=basis.columns if body.expansion is None else np.asarray(body.expansion @ basis.columns),
     )
 

@@ -15,7 +15,6 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.projection import DenseRow
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -56,7 +55,7 @@ def sum_of(matrices: Mapping[str, NDArray[Any]]) -> str:
 
 def has_basis(body: Body) -> bool:
     """Return whether DOFs are in a basis that was computed: fields need its columns. Beam elements need none."""
-    return isinstance(body.expansion, np.ndarray) and not isinstance(body.case.model, BeamModel)
+    return isinstance(body.expansion, np.ndarray)
 
 
 def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array | None) -> Body:

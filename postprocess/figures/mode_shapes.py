@@ -24,7 +24,7 @@ def draw_mode_shapes(modes: Mapping[str, Any], path: Path) -> Path:
     Returns:
         The path.
     """
-    count = len(modes["free"])
+    count = int(modes.get("count") or len(modes["free"]))  # studies of earlier releases do not say
     rows = -(-count // COLUMNS)
     with journal_style():
         figure, axes = panels(rows, COLUMNS, height=1.6, sharex=True)

@@ -115,7 +115,11 @@ def find_modes(
             write_beside(folder / "modes.json", json.dumps(finite(data), indent=1, allow_nan=False) + "\n")
             picture = draw_mode_shapes(as_data(found), folder / "modes.png")
             moving = moving_along(model.case)
-            carried = [f"{', '.join(moving)} moves along with the model, not with the theory"] if moving else []
+            carried = (
+                [f"{', '.join(moving)} moves along with the model, not with the theory"]
+                if moving and found.free
+                else []
+            )
             lines = (other_modes(states[0]), *carried, *remarks(found))
             paths = (folder / "modes.json", picture, folder / SEATED / FIELDS_FILE)
             return ModesResult(folder, _without_shapes(found), lines, paths)

@@ -43,7 +43,8 @@ def frequency_table(found: ModesComparison) -> Table:
         if measured is not None:
             columns.append((f"on its springs, l = {measured.fit.beam.length:.4g} m", _theory(measured.modes)))
     columns.append(("free model", _numbers(found.states[FREE], found.count)))
-    columns.append(("free beam", _theory(found.free)))
+    if found.free:
+        columns.append(("free beam", _theory(found.free)))
     for heading, _ in columns:
         table.add_column(heading, justify="right")
     for row in range(found.count):
@@ -85,7 +86,7 @@ def remarks(found: ModesComparison) -> list[str]:
     seated = found.states[SEATED]
     words = [f"seated on {seated.closed} of {seated.points} contact points"]
     if seated.closed == 0:
-        words.append("nothing presses the beam on its support: seated is free, and no springs hold it")
+        words.append("nothing presses the beam on its support: seated is free of contact")
     words += _far_from_theory(found)
     unmatched = [str(one.mode) for one in found.clamped if one.matched is None]
     if unmatched:
@@ -118,6 +119,7 @@ def _far_from_theory(found: ModesComparison) -> list[str]:
 def as_data(found: ModesComparison) -> dict[str, Any]:
     """Return everything as `modes.json` holds it, in SI units."""
     return {
+        "count": found.count,
         "states": [_state(state) for state in found.states.values()],
         "clamped": [asdict(one) for one in found.clamped],
         "free": [asdict(one) for one in found.free],

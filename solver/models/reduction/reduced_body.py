@@ -60,15 +60,15 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     shapes = _pressures(case, contact, settings, symmetric, touching)
     loads = np.stack([modes.factor.solve(pattern) for pattern in body.patterns], axis=1) if body.patterns else None
     vectors, left = _vectors(operators, contact, modes, shapes, settings, shift)
-    basis = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
-    basis = held(body, basis, shift)
+    floating = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
+    basis = held(body, floating, shift)
     fewer = gathered_points(case, contact, symmetric, settings.points_across, body.meshed.facet_length)
     kept: Kept = np.ones(len(basis.squares), dtype=bool)
     if symmetric:
         kept = moved(body, fewer, basis)
     smooth = random_pressures(contact, CHECKED, face_shapes(contact, 2 * settings.shapes - 1, (0,), touching))
     local = np.where(touching[:, None], random_pressures(contact, CHECKED), 0.0)
-    neglected = neglected_shares(operators, contact, modes.factor, basis, shift, [local, smooth])
+    neglected = neglected_shares(operators, contact, modes.factor, floating, shift, [local, smooth])
     report = BasisReport(
         modes=len(modes.squares),
         highest_mode=float(modes.frequencies.max(initial=0.0)),

@@ -220,7 +220,8 @@ def _restraint_warnings(model: Model) -> list[str]:
     case = model.case
     wanted = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
     lowest = min([overhang_frequency(case), *wanted])
-    names = ("axial", "lateral")[: case.mesh.dimension - 1]
+    held = {one.motion.name for joint in case.joint for one in joint.attached()}  # there the restraint has no say
+    names = [name for name in ("axial", "lateral")[: case.mesh.dimension - 1] if name not in held]
     return [
         f"restraint.{name} gives {frequency:.3g} Hz, not soft against the lowest frequency of interest, "
         f"{lowest:.3g} Hz; make it at least {(frequency / (SOFT_ENOUGH * lowest)) ** 2:.2g} times softer"

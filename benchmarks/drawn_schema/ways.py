@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gapbeam.solver.attachments.joint_table import ElasticJoint
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
@@ -81,6 +82,13 @@ def double_width(case: Case) -> Iterator[Way]:
             continue
         keys = [key for key in OF_FORCE if key in type(load).model_fields]
         changes |= {f"load.{load.name}.{key}": 2.0 * getattr(load, key) for key in keys}
+    for mass in case.mass:
+        changes |= {f"mass.{mass.name}.{key}": 2.0 * getattr(mass, key) for key in ("mass", "rotary_inertia")}
+    for joint in case.joint:
+        if isinstance(joint, ElasticJoint):
+            for table in ("stiffness", "damping"):
+                values = getattr(joint, table).model_dump().items()
+                changes |= {f"joint.{joint.name}.{table}.{key}": 2.0 * value for key, value in values}
     if case.contact.points is not None:
         if isinstance(case.contact.stiffness, float):
             changes["contact.stiffness"] = 2.0 * case.contact.stiffness

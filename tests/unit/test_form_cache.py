@@ -14,6 +14,7 @@ from dolfinx import fem, mesh
 from mpi4py import MPI
 
 import gapbeam.solver.assembly.form_cache
+from gapbeam.meshes.versions.form_compiler import half_made
 from gapbeam.solver.assembly.form_cache import compiled_form
 from tests.shared.command import alone
 from tests.shared.processes import appears, beside, ended
@@ -63,3 +64,21 @@ def test_forms_are_compiled_without_a_folder_for_them(tmp_path: Path, monkeypatc
     monkeypatch.setattr(gapbeam.solver.assembly.form_cache, "cache_folder", lambda: tmp_path / "file")
     with pytest.raises(OSError, match="file"):
         compiled_form(length(1.5))
+
+
+def test_a_large_cache_is_listed_once(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """With thousands of forms, a search for the parts of each would take seconds whenever a model is set up."""
+    parts = ("c", "c.cached", "o", "cpython-313-x86_64-linux-gnu.so")
+    for number in range(300):
+        for part in parts:
+            (tmp_path / f"libffcx_forms_{number}.{part}").touch()
+    (tmp_path / "libffcx_forms_7.c.cached").unlink()
+    (tmp_path / "libffcx_forms_8.cpython-313-x86_64-linux-gnu.so").unlink()
+    looks = []
+    whole = os.scandir
+    monkeypatch.setattr(os, "scandir", lambda *given: looks.append(given) or whole(*given))
+    listed = os.listdir
+    monkeypatch.setattr(os, "listdir", lambda *given: looks.append(given) or listed(*given))
+    found = {paths[0].name.partition(".")[0]: len(paths) for paths in half_made(tmp_path)}
+    assert found == {"libffcx_forms_7": 3, "libffcx_forms_8": 3}
+    assert len(looks) <= 1

@@ -130,7 +130,8 @@ def _downward() -> set[str]:
 def _damping(draw: Draw, damping: dict[str, Any]) -> dict[str, Any]:
     """Keep one of the two ways in which damping is given, or none, by what the seed says."""
     pairs = (("frequencies", "ratios"), ("mass", "stiffness"), ("frequencies", "ratios"), ())
-    return {key: damping[key] for key in pairs[draw.scene.seed % len(pairs)] if key in damping}
+    kept = (*pairs[draw.scene.seed % len(pairs)], "ratio")
+    return {key: damping[key] for key in kept if key in damping}
 
 
 def _contact(draw: Draw, contact: dict[str, Any], scheme: dict[str, Any] | None) -> dict[str, Any]:

@@ -102,6 +102,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Damping", "ratios"): lambda chance, _: [chance.choice((0.002, 0.01, 0.03))] * 2,
     ("Damping", "mass"): lambda chance, scene: chance.choice((0.0, 0.05)) * scene.bending,
     ("Damping", "stiffness"): lambda chance, scene: chance.choice((0.0, 3.0e-3, 1.0e-2)) / scene.bending,
+    ("Damping", "ratio"): seldom(one_of(0.002, 0.01, 0.03), 0.1),
     ("BaseAndGland", "length"): lambda _, scene: scene.support,
     ("BaseAndGland", "clearance"): lambda _, scene: scene.clearance,
     ("PlacedSupport", "clearance"): lambda chance, scene: scene.clearance * chance.choice((1.0, 1.0, 2.0, 0.0)),

@@ -27,6 +27,7 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import load_direction
 from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.system_loads import make_loads
+from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Operators, RankOnes
 from gapbeam.solver.system.rank_one_update import attached
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
@@ -56,7 +57,7 @@ def assembled_system(
     loads = list(make_loads(case.load, patterns, dimension))
     fixed = [*_of_loads(case, patterns, dimension), *_of_sections(case, attached_rows, dimension)]
     if not fixed:
-        return SemiDiscreteSystem(operators, contact, tuple(loads), *rayleigh)
+        return SemiDiscreteSystem(operators, contact, tuple(loads), *rayleigh, _of_modes(case, operators))
     rows = np.array([one.row for one in fixed])
     mass, stiffness, damping = np.array([one.added for one in fixed]).T
     for number, load in enumerate(case.load):
@@ -65,13 +66,20 @@ def assembled_system(
             weighs = np.array([one.weighs or isinstance(place, SupportAcceleration) for one in fixed])
             along = np.array([one.along @ load_direction(load, dimension) for one in fixed])
             loads[number] = replace(loads[number], pattern=loads[number].pattern + (mass * along * weighs) @ rows)
-    return SemiDiscreteSystem(
-        attached(operators, RankOnes(rows, mass), RankOnes(rows, stiffness)),
-        contact,
-        tuple(loads),
-        *rayleigh,
-        RankOnes(rows, damping - rayleigh[0] * mass - rayleigh[1] * stiffness),
-    )
+    whole = attached(operators, RankOnes(rows, mass), RankOnes(rows, stiffness))
+    dashpots = RankOnes(rows, damping - rayleigh[0] * mass - rayleigh[1] * stiffness)
+    return SemiDiscreteSystem(whole, contact, tuple(loads), *rayleigh, dashpots.and_also(_of_modes(case, whole)))
+
+
+def _of_modes(case: Case, operators: Operators) -> RankOnes | None:
+    """Return modal damping, sum_i 2 z w_i (M x_i) (M x_i)^T over modes x_i with x_i^T M x_i = 1; None without."""
+    if not case.damping.ratio:
+        return None
+    if not isinstance(operators, DenseOperators):
+        raise TypeError("modal damping needs the modes of the model, which a full model does not have")
+    squares, shapes = operators.modes
+    rows = np.ascontiguousarray((operators.mass @ shapes).T)
+    return RankOnes(rows, 2.0 * case.damping.ratio * np.sqrt(np.maximum(squares, 0.0)))
 
 
 @dataclass(frozen=True)

@@ -50,7 +50,7 @@ class Material(Table):
 
 
 class Damping(Table):
-    """Rayleigh damping C = mass M + stiffness K, by two frequencies and ratios or by its coefficients."""
+    """Rayleigh damping C = mass M + stiffness K, by two frequencies and ratios or coefficients, and modal damping."""
 
     frequencies: tuple[Positive, Positive] | None = Field(
         default=None, description="two frequencies, Hz", examples=[[40.0, 300.0]]
@@ -63,6 +63,13 @@ class Damping(Table):
     mass: NonNegative | None = Field(default=None, description="coefficient of the mass matrix, 1/s", examples=[4.4])
     stiffness: NonNegative | None = Field(
         default=None, description="coefficient of the stiffness matrix, s", examples=[9.4e-6]
+    )
+    ratio: NonNegative | None = Field(
+        default=None,
+        lt=1,
+        description="fraction of critical damping of every vibration mode of the beam free of contact, beside Rayleigh "
+        "damping; for reduced, beam and rigid models, no unit; default none",
+        examples=[0.01],
     )
 
 

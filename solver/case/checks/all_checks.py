@@ -61,6 +61,7 @@ from gapbeam.solver.case.checks.model_checks import (
     contact_fits_the_model,
     implicit_schemes_march_the_model,
     loads_bend_the_beam,
+    modal_damping_has_modes,
 )
 from gapbeam.solver.case.checks.periodic_checks import (
     balance_has_a_law,
@@ -236,6 +237,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     patches_keep_apart,
     contact_fits_the_model,
     implicit_schemes_march_the_model,
+    modal_damping_has_modes,
     loads_bend_the_beam,
     beam_is_prismatic,
     iterations_can_solve,

@@ -92,7 +92,7 @@ def motion(case: Case) -> Iterator[str]:
     if weight_pressure(case) == 0 and case.layout.interference == 0.0:
         yield "no gravity: nothing seats the beam on the base before it moves"
     damping, dampers = case.damping, [added.damping for load in case.load if (added := load.attachment) is not None]
-    given = [*(damping.ratios or ()), damping.mass, damping.stiffness, *dampers]
+    given = [*(damping.ratios or ()), damping.mass, damping.stiffness, damping.ratio, *dampers]
     if not any(given) and not case.contact.dissipates:
         yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
     if not case.probe:

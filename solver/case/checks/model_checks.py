@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gapbeam.solver.case.case import Mesh
+from gapbeam.solver.case.case import Damping, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, FullModel, ModelTable, ReducedModel
@@ -42,6 +42,18 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
             f"a coefficient of {contact.rubs.coefficient:g}, with the model {model.type}",
             'the model full, or reduced with contact = "all": the other bases do not give way along the faces',
             'contact = "all" in [model], or leave friction out',
+            (TYPE,),
+        )
+
+
+def modal_damping_has_modes(model: ModelTable, damping: Damping) -> Iterator[Fault]:
+    """Modal damping belongs to the modes of small models."""
+    if isinstance(model, FullModel) and damping.ratio:
+        yield Fault(
+            ("damping", "ratio"),
+            f"{damping.ratio:g}, with the model full, whose modes are not computed",
+            "a reduced, beam or rigid model, or Rayleigh damping",
+            'type = "reduced" in [model], or frequencies and ratios',
             (TYPE,),
         )
 

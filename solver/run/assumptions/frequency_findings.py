@@ -103,7 +103,7 @@ def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:
     case, omega = model.case, 2.0 * pi * content.frequencies
     weights = np.full(PARTS, 1.0 / PARTS)
     ratios = np.abs(scheme_error(case.time.scheme, omega * model.step).damping_ratio)
-    own = rayleigh_ratio(model.system, omega)
+    own = rayleigh_ratio(model.system, omega) + (case.damping.ratio or 0.0)
     _, error = carried_error(case.time.scheme, omega * model.step, weights)
     return float(weights @ _taken(ratios, own, omega * case.time.end)), error
 
@@ -128,7 +128,8 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contac
         return Finding(RESONANT, 0.0, detail=f"no resonance: {detail}")
     found = scheme_error(case.time.scheme, np.array([omega * model.step]))
     ratio, error = abs(float(found.damping_ratio[0])), abs(float(found.period_error[0]))
-    own = max(rayleigh_ratio(model.system, omega), ledger.lost / cycles / (4.0 * pi * stored))
+    ratio_of_beam = rayleigh_ratio(model.system, omega) + (case.damping.ratio or 0.0)
+    own = max(ratio_of_beam, ledger.lost / cycles / (4.0 * pi * stored))
     share = 1.0 - own / hypot(own + ratio, error) if isfinite(ratio + error) and ratio + error > 0.0 else 1.0
     share = min(share, omega * case.time.end * (ratio + error)) if isfinite(ratio + error) else 1.0
     if contacts > RATTLING * cycles:

@@ -1,0 +1,74 @@
+"""Modal damping: every mode has the damping asked for, and decays by it."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gapbeam
+from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.semi_discrete import imaged
+from tests.shared.case_texts import assert_says
+from tests.verification.test_joints_and_masses import (
+    DENSITY,
+    HEAD,
+    INERTIA,
+    LENGTH,
+    ROOT,
+    THICKNESS,
+    TIP,
+    WIDTH,
+    frequencies,
+    joint,
+    model_with,
+    tables,
+)
+
+RATIO = 0.03
+
+
+@pytest.mark.parametrize("kind", ["beam", "reduced"])
+def test_every_mode_has_its_damping(kind: str) -> None:
+    """C x = 2 z w M x for the modes of a beam with a joint and a mass."""
+    head = {"name": "head", "point": TIP, "mass": HEAD, "rotary_inertia": INERTIA}
+    model = model_with(joint(ROOT, "clamped"), damping={"ratio": RATIO}, model={"type": kind}, mass=[head])
+    operators = model.system.operators
+    assert isinstance(operators, DenseOperators)
+    omega = 2.0 * np.pi * frequencies(model)
+    for number in range(8):
+        x = imaged(operators, np.ascontiguousarray(operators.modes[1][:, number]))
+        force, expected = model.system.damping_force(x), 2.0 * RATIO * omega[number] * x[1]
+        np.testing.assert_allclose(force, expected, rtol=0.0, atol=1e-6 * np.abs(expected).max())
+
+
+def test_an_oscillator_decays() -> None:
+    """A rigid beam on two springs from m g / k: its envelope falls as exp(-z w t)."""
+    stiffness, gravity = 4.0e4, 9.81
+    joints = [joint(place, "elastic", stiffness={"vertical": stiffness / 2.0}) for place in (ROOT, TIP)]
+    case = tables(
+        {"type": "rigid"},
+        joint=joints,
+        load=[{"type": "gravity", "acceleration": gravity}],
+        damping={"ratio": RATIO},
+        analysis={"type": "transient", "start": "undeformed"},
+        time={"end": 0.2, "step": 2.0e-5},
+    )
+    simulation = gapbeam.model(gapbeam.read_case(case))
+    operators, tip = simulation.model.system.operators, simulation.model.probes["tip"]
+    states = [step.new for step in simulation.march()]
+    heights = np.array([tip.evaluate(state.u[0], operators)[-1] for state in states])
+    times = np.array([state.time for state in states])
+    mass = DENSITY * LENGTH * THICKNESS * WIDTH
+    omega = np.sqrt(stiffness / mass)
+    damped = omega * np.sqrt(1.0 - RATIO**2)
+    rest = mass * gravity / stiffness
+    wave = np.cos(damped * times) + RATIO * omega / damped * np.sin(damped * times)
+    theory = rest * (np.exp(-RATIO * omega * times) * wave - 1.0)
+    assert np.abs(heights - theory).max() < 1e-4 * rest
+
+
+def test_a_full_model_is_refused() -> None:
+    """It has no modes at hand."""
+    with pytest.raises(gapbeam.CaseError) as caught:
+        gapbeam.read_case(tables({"type": "full"}, damping={"ratio": 0.01}))
+    assert_says(str(caught.value), ["0.01, with the model full", 'type = "reduced" in [model]'])

@@ -11,6 +11,10 @@ any start and for any clearance; its residual is formed with K, so s leaves no t
 on both faces hold just the motions that the weak restraint leaves free; s well below the contact stiffness makes
 the iteration contract fast, and not much smaller keeps the first free motion moderate.
 
+A rigid motion that only the weak restraint holds has hardly any energy: a beam that tips over the edge of a support
+would pass the test of the energy norm while the springs s let it turn by the same angle in each iteration. Therefore
+the gaps have to be at rest, too.
+
 Nothing slides at rest, so the regularized friction bears nothing: the seat is found without it.
 
 Source: Rockafellar (1976) for the proximal point algorithm.
@@ -43,6 +47,7 @@ INNER_TOLERANCE = 1.0e-6  # of iterative solves: each iteration mends what the o
 STALLED = 1.0e-6
 NOISE_SAFETY = 10.0
 NOISY = 3  # updates that have stopped to contract
+STILL = 1.0e-7, 1.0e-3  # of the largest gap and of the penetration: changes of gaps at rest
 
 
 @dataclass(frozen=True, repr=False)
@@ -82,7 +87,7 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     u: Imaged = np.zeros((3, operators.size))
     depth = contact.depth(np.zeros(contact.interface.size))
     point_forces: Array = np.zeros(contact.size)
-    updates: list[float] = []
+    updates, moves = list[float](), list[float]()
     for iteration in range(1, MAX_ITERATIONS + 1):
         unbalanced = force - u[STIFFNESS]
         contact.interface.add(unbalanced, contact.resultant(point_forces))
@@ -107,13 +112,19 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         if not settled and _is_noise(updates):
             noise = _noise(system, condensed, u[VALUE]) / (abs(energy) + potential)
             settled = updates[-1] <= max(STALLED, NOISE_SAFETY * float(np.sqrt(noise)))
+        moves.append(float(np.max(np.abs(depth - before))))
+        limit = STILL[0] * float(np.max(np.abs(depth))) + STILL[1] * max(float(np.max(depth)), 0.0)
+        if settled and moves[-1] > limit:
+            settled = False
+            if _creeps(moves):
+                raise NotConverged(f"no static seat was found: {_tips(contact, depth - before)}", tuple(updates))
         if settled:
             pressure = point_forces / contact.weights
             return Seat(_at_rest(u, depth, pressure, carries_acceleration), updates[-1], iteration)
-    worst = int(np.argmax(np.abs(depth - before)))
+    worst, tips = int(np.argmax(np.abs(depth - before))), _creeps(moves) and bool(np.any(point_forces))
     raise NotConverged(
         f"no static seat was found in {MAX_ITERATIONS} iterations (last relative update {updates[-1]:.2e}): "
-        f"{_unsettled(contact, worst, point_forces, depth)}",
+        f"{_tips(contact, depth - before) if tips else _unsettled(contact, worst, point_forces, depth)}",
         tuple(updates),
         worst,
     )
@@ -133,6 +144,23 @@ def _unsettled(contact: ContactOperator, worst: int, point_forces: Array, depth:
     return (
         f"{pressed} of {contact.size} contact points press, and the {place} still opens and closes most; a transient "
         'with analysis.start = "undeformed" needs no seat: the beam falls to it'
+    )
+
+
+def _creeps(moves: list[float]) -> bool:
+    """Return whether the gaps go on changing by about the same."""
+    return len(moves) > NOISY and min(moves[-NOISY:]) >= 0.5 * max(moves[-NOISY:])
+
+
+def _tips(contact: ContactOperator, moved: Array) -> str:
+    """Return which way the beam goes on moving as a rigid body, and what to try."""
+    farthest = int(np.argmax(np.abs(moved)))
+    face = contact.face_names[int(contact.faces[farthest])]
+    return (
+        f"the static loads move the beam on as a rigid body, {'into' if moved[farthest] > 0.0 else 'off'} {face} at "
+        f"x = {contact.positions[farthest, 0]:.4g} m, and nothing but the weak restraint holds the beam; it tips over "
+        "where its center of mass lies beyond the last plane below; check the places of supports and the direction of loads; "
+        'a transient with analysis.start = "undeformed" needs no seat'
     )
 
 

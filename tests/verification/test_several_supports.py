@@ -226,3 +226,19 @@ def test_models_agree_on_the_seat(model: str) -> None:
         found = describe_seat(simulation.seat(), simulation.model)
         forces.append([found[f"{name}_below_force"] for name in ("left", "middle", "right")])
     assert forces[0] == pytest.approx(forces[1], rel=0.01)
+
+
+def test_a_beam_that_tips_over_has_no_seat() -> None:
+    """One stop below, up to x = 0.3: a beam of 1 m falls off, and one held down on the other side by a mass rests.
+
+    Source: the center of mass, at 0.5 m without the mass and at 0.2 m with three times that of the beam at 0.1 m.
+    """
+    stop = {"name": "stop", "from": 0.0, "to": 0.3, "clearance": 1.0e-4, "region": {"type": "stop"}}
+    simulation = gapbeam.model(gapbeam.read_case(tables([stop])))
+    with pytest.raises(gapbeam.NotConverged, match="nothing but the weak restraint holds the beam; it tips over"):
+        simulation.seat()
+    heavy = 3.0 * WEIGHT * LENGTH / GRAVITY
+    held = tables([stop], mass=[{"name": "block", "point": 0.1, "mass": heavy}])
+    simulation = gapbeam.model(gapbeam.read_case(held))
+    found = describe_seat(simulation.seat(), simulation.model)
+    assert found["stop_below_force"] == pytest.approx(4.0 * WEIGHT * LENGTH, rel=1e-6)

@@ -156,11 +156,12 @@ def _tips(contact: ContactOperator, moved: Array) -> str:
     """Return which way the beam goes on moving as a rigid body, and what to try."""
     farthest = int(np.argmax(np.abs(moved)))
     face = contact.face_names[int(contact.faces[farthest])]
+    way = "into" if moved[farthest] > 0.0 else "off"
     return (
-        f"the static loads move the beam on as a rigid body, {'into' if moved[farthest] > 0.0 else 'off'} {face} at "
+        f"the static loads move the beam on as a rigid body, {way} {face} at "
         f"x = {contact.positions[farthest, 0]:.4g} m, and nothing but the weak restraint holds the beam; it tips over "
-        "where its center of mass lies beyond the last plane below; check the places of supports and the direction of loads; "
-        'a transient with analysis.start = "undeformed" needs no seat'
+        "where its center of mass lies beyond the last plane below; check the places of supports and the direction of "
+        'loads; a transient with analysis.start = "undeformed" needs no seat'
     )
 
 

@@ -18,6 +18,7 @@ from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.output.run_summary import write_summary
 from gapbeam.solver.run.run_case import Outcome
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, EstimateError, companion_motions
@@ -32,6 +33,8 @@ LOG = logging.getLogger("gapbeam")
 SHARE, LEAST = 0.15, 5.0  # of the wall time of a full run, s: what its estimate may take
 MARCHES, SET_UP = 5.0, 2.0  # marches of any other run, s
 FEWEST_RECORDS = 8
+FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
+ACCELERATION = " smoothed acceleration"
 VARIABLE = "GAPBEAM_ERRORS"
 SHOWN = ("settled part", "whole run", "beyond the horizon", "up to the horizon", "start-up")
 
@@ -96,9 +99,10 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
             raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, case)
         warnings += doubtful_peaks(errors["force_peaks"])
-        found = estimate(case, run, summary)
+        found, beyond = estimate(case, run, summary), beyond_resolution(summary)
+        found = without_accelerations(found) if beyond else found
         errors |= describe(found)
-        warnings += doubts(found, case.time.end)
+        warnings += [*doubts(found, case.time.end), *beyond]
         summary["message"] += f"; {last_line(found)}"
     except (EstimateError, ResultsError) as failed:
         errors |= {"status": "not estimated", "reason": str(failed)}
@@ -110,6 +114,28 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         LOG.warning("%s", warning)
     write_summary(outcome.folder, summary)
     return summary
+
+
+def beyond_resolution(summary: Mapping[str, Any]) -> list[str]:
+    """Return a sentence where the energy lies far beyond what mesh and basis resolve; companions do not see it, either.
+
+    Args:
+        summary: Of the run, with its assumptions.
+    """
+    passed = [
+        one
+        for one in summary.get("assumptions", [])
+        if one["name"] in (ON_MESH.name, IN_BASIS.name) and not one["closest"] <= FAR * one["limit"]
+    ]
+    words = [f"{one['name']} {one['closest']:.3g}, limit {one['limit']:g}" for one in passed]
+    together = f"the errors of accelerations are not known, as the companions resolve as little: {'; '.join(words)}"
+    return [together] if words else []
+
+
+def without_accelerations(found: RunErrors) -> RunErrors:
+    """Return errors of which those of accelerations are not known."""
+    figures = tuple(replace(one, error=None) if one.name.endswith(ACCELERATION) else one for one in found.figures)
+    return replace(found, figures=figures)
 
 
 def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any]) -> RunErrors:

@@ -8,12 +8,22 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.studies.error_estimate.companions import COARSER, FINEST, HALF_STEP, SAME, STIFFER, companions_of
+from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
+from gapbeam.studies.error_estimate.companions import (
+    COARSER,
+    FINEST,
+    HALF_STEP,
+    SAME,
+    STIFFER,
+    CompanionPlan,
+    companions_of,
+)
 from gapbeam.studies.error_estimate.figure_errors import figure_errors
 from gapbeam.studies.error_estimate.force_peaks import doubtful_peaks, force_peaks
 from gapbeam.studies.error_estimate.horizon import horizon_of, spans_of
 from gapbeam.studies.error_estimate.key_figures import Span, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
+from gapbeam.studies.error_estimate.run_errors import RunErrors, beyond_resolution, without_accelerations
 from tests.shared.command import DEMO
 
 FREQUENCY, INTERVAL = 20.0, 1.0e-4
@@ -191,3 +201,21 @@ def test_a_solid_in_its_plane_has_plane_companions() -> None:
     assert any("finer mesh" in words for words in plan.left_out)
     for one in plan.companions:
         assert gapbeam.read_case(across, dict(one.changes)).mesh.dimension == 3
+
+
+def test_accelerations_beyond_the_resolution_are_not_known() -> None:
+    """Energy at five times the highest mode of a basis: a sentence, and no error of accelerations; all others stay."""
+    within = {"assumptions": [{"name": IN_BASIS.name, "closest": 1.9, "limit": 1.0}]}
+    beyond = {"assumptions": [*within["assumptions"], {"name": ON_MESH.name, "closest": 0.4, "limit": 0.125}]}
+    assert beyond_resolution({}) == beyond_resolution(within) == []
+    (words,) = beyond_resolution(beyond)
+    assert "errors of accelerations are not known" in words
+    assert f"{ON_MESH.name} 0.4, limit 0.125" in words
+    assert IN_BASIS.name not in words
+    run = sine()
+    moved = {HALF_STEP: sine(1.01e-3), FINEST: sine(1.02e-3), COARSER: sine(1.03e-3)}
+    figures = tuple(figure_errors(run, moved, Span("settled part", 0.5, 0.25, 2, FREQUENCY), in_plane=False))
+    found = without_accelerations(RunErrors(figures, None, 1.0, CompanionPlan((), False, ()), {}))
+    errors = {one.name: one.error for one in found.figures}
+    assert errors["tip smoothed acceleration"] is None
+    assert all(error is not None for name, error in errors.items() if name != "tip smoothed acceleration")

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 from dataclasses import replace
-from typing import assert_never
+from typing import TYPE_CHECKING, assert_never
 
 import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic, StartMotion, Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.models.body import Body
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State, imaged
+
+if TYPE_CHECKING:
+    from gapbeam.solver.models.body import Body
 
 INSIDE = 1.0e-9  # m: round-off of a start that touches
 

@@ -29,9 +29,9 @@ def half_made(cache: Path) -> Iterator[list[Path]]:
     The folder is listed once: with thousands of forms, a search for each of them would take seconds.
     """
     parts: dict[str, set[str]] = {}
-    for name in (path.name for path in cache.iterdir()):
-        if name.startswith(PREFIX):
-            stem, _, suffix = name.partition(".")
+    for path in cache.iterdir():
+        if path.name.startswith(PREFIX):
+            stem, _, suffix = path.name.partition(".")
             parts.setdefault(stem, set()).add(suffix)
     for stem, suffixes in parts.items():
         made = "c.cached" in suffixes and any(suffix.endswith("so") for suffix in suffixes)

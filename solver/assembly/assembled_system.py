@@ -20,7 +20,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gapbeam.solver.assembly.attached_motions import attached_motions
+from gapbeam.solver.assembly.attached_motions import attached_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_choice import Load
@@ -52,10 +52,9 @@ def assembled_system(
         dimension: 2 or 3.
         rayleigh: c_M, 1/s, and c_K, s, of the beam.
     """
-    attached_rows = patterns[len(case.load) :]
-    patterns = patterns[: len(case.load)]
-    loads = list(make_loads(case.load, patterns, dimension))
-    fixed = [*_of_loads(case, patterns, dimension), *_of_sections(case, attached_rows, dimension)]
+    of_loads = patterns[: len(case.load)]
+    loads = list(make_loads(case.load, of_loads, dimension))
+    fixed = [*_of_loads(case, of_loads, dimension), *_of_sections(case, patterns, dimension)]
     if not fixed:
         return SemiDiscreteSystem(operators, contact, tuple(loads), *rayleigh, _of_modes(case, operators))
     rows = np.array([one.row for one in fixed])
@@ -105,9 +104,9 @@ def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator
             yield _Fixed(row, load_direction(load, dimension), (added.mass, added.stiffness, added.damping))
 
 
-def _of_sections(case: Case, rows: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
+def _of_sections(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
     """Yield what joints and masses fix to the beam; what joints hold is in its operators already."""
-    for one, row in zip(attached_motions(case), rows, strict=True):
+    for one, row in attached_rows(case, patterns):
         if not one.held:
             added = one.attachment
             numbers = (added.mass, added.stiffness, added.damping)

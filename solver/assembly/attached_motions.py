@@ -37,16 +37,26 @@ def model_motions(case: Case) -> tuple[MotionName, ...]:
     return (*IN_PLANE, *OUT_OF_PLANE)
 
 
-def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
-    """Return the springs that stand for holds in a full model; None where nothing is held.
+def attached_rows(case: Case, patterns: Sequence[Array]) -> list[tuple[Attached, Array]]:
+    """Return what joints and masses do with the rows of the motions, (n,), which stand behind the patterns of loads.
 
     Args:
         case: The case.
         patterns: Forces of its loads, and after them the rows of `attached_motions`.
     """
+    return list(zip(attached_motions(case), patterns[len(case.load) :], strict=True))
+
+
+def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
+    """Return the springs that stand for holds in a full model; None where nothing is held.
+
+    Args:
+        case: The case.
+        patterns: As in `attached_rows`.
+    """
     section = HARD * case.material.young_modulus * case.beam.width * case.beam.thickness
     rows, stiffness = list[Array](), list[float]()
-    for one, row in zip(attached_motions(case), patterns[len(case.load) :], strict=True):
+    for one, row in attached_rows(case, patterns):
         if one.held:
             rows.append(row)
             stiffness.append(section * case.beam.thickness if one.motion.turns else section / case.beam.thickness)

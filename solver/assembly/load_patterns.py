@@ -13,7 +13,7 @@ import numpy as np
 
 from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.assembly.point_rows import point_row
-from gapbeam.solver.assembly.section_rows import section_row
+from gapbeam.solver.assembly.section_rows import section_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import axis_point, load_direction
@@ -32,7 +32,7 @@ def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, 
     dimension = space.mesh.geometry.dim
     return (
         *(_pattern(load, dimension, space, operators) for load in case.load),
-        *(section_row(case, space, operators.size, one.motion) for one in attached_motions(case)),
+        *section_rows(case, space, operators.size, [one.motion for one in attached_motions(case)]),
     )
 
 

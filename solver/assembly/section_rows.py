@@ -1,7 +1,10 @@
-"""The mean motion of a cross-section of a mesh, as a row of its DOFs, and the forces that work on that motion."""
+"""The mean motions of cross-sections of a mesh, as rows of its DOFs, and the forces that work on these motions."""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
 from itertools import product
 from typing import Any
 
@@ -18,44 +21,63 @@ INSIDE = 1.0e-9  # of the length, by which a section at an end lies in the body
 FEWEST = 3  # points of a user's mesh that a section has to have
 
 
-def section_row(case: Case, space: Any, size: int, motion: MeanMotion) -> Array:
-    """Return the row of a mean motion: the motion is the scalar product of row and displacements, over all ranks.
+@dataclass(frozen=True)
+class _Section:
+    """Points of a cross-section that lie in the body.
+
+    Attributes:
+        rows: Basis functions at the points.
+        across: Their coordinates across the axis, (k, dimension - 1), m.
+        areas: Their weights, (k,).
+    """
+
+    rows: tuple[PointRow, ...]
+    across: Array
+    areas: Array
+
+
+def section_rows(case: Case, space: Any, size: int, motions: Sequence[MeanMotion]) -> Iterator[Array]:
+    """Yield the row of each mean motion: the motion is the scalar product of row and displacements, over all ranks.
 
     Args:
-        case: The case; its beam gives the box of the section.
+        case: The case; its beam gives the box of the sections.
         space: Blocked Lagrange space.
         size: Number of DOFs that this rank owns.
-        motion: The motion.
+        motions: The motions.
 
-    Returns:
+    Yields:
         (size,).
 
     Raises:
-        UserError: The section has hardly any points in the body; on all ranks.
+        UserError: A section has hardly any points in the body; on all ranks.
 
     Collective.
     """
+    sections = {x: _section(case, space, x) for x in dict.fromkeys(motion.x for motion in motions)}
+    for motion in motions:
+        section = sections[motion.x]
+        found = np.zeros(size)
+        for row, force in zip(section.rows, motion.weights(section.across, section.areas), strict=True):
+            found += row.force(force, size)
+        yield found
+
+
+def _section(case: Case, space: Any, place: float) -> _Section:
+    """Find the points of the cross-section at a place. Collective."""
     beam, dimension = case.beam, space.mesh.geometry.dim
-    x = min(max(motion.x, INSIDE * beam.length), (1.0 - INSIDE) * beam.length)
+    x = min(max(place, INSIDE * beam.length), (1.0 - INSIDE) * beam.length)
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     sides = (beam.thickness,) if dimension == 2 else (beam.width, beam.thickness)
     across = np.array(list(product(*(0.5 * side * places for side in sides))))
     areas = np.prod(np.array(list(product(*(weights for _ in sides)))), axis=1)
-    rows: list[PointRow | None] = []
-    for place in across:
-        point = np.pad(np.array([x, *place]), (0, 2 - len(place)))
-        try:
-            rows.append(point_row(space, point, f"the cross-section at x = {motion.x:g} m"))
-        except UserError:
-            rows.append(None)
-    inside = np.array([row is not None for row in rows])
-    if not (np.all(inside) or (case.mesh.file is not None and np.count_nonzero(inside) >= FEWEST)):
+    rows: dict[int, PointRow] = {}
+    for number, away in enumerate(across):
+        point = np.pad(np.array([x, *away]), (0, 2 - len(away)))
+        with suppress(UserError):  # outside of the body
+            rows[number] = point_row(space, point, f"the cross-section at x = {place:g} m")
+    if not (len(rows) == len(across) or (case.mesh.file is not None and len(rows) >= FEWEST)):
         raise UserError(
-            f"the cross-section at x = {motion.x:g} m has {np.count_nonzero(inside)} of {len(inside)} points in the "
+            f"the cross-section at x = {place:g} m has {len(rows)} of {len(across)} points in the "
             "body; a joint or a mass needs a section that the body fills; move it along the beam"
         )
-    factors = motion.weights(across[inside], areas[inside])
-    found = np.zeros(size)
-    for row, force in zip([row for row in rows if row is not None], factors, strict=True):
-        found += row.force(force, size)
-    return found
+    return _Section(tuple(rows.values()), across[list(rows)], areas[list(rows)])

@@ -21,6 +21,11 @@ def keyed(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
         yield ("support", number), entry
 
 
+def support_at(support: AnySupports, x: float) -> OneSupport | None:
+    """Return the first support at a place along the beam; None where there is none."""
+    return next((one for _, one in keyed(support) if one.start <= x <= one.end), None)
+
+
 def variable_key(support: OneSupport) -> tuple[str, ...]:
     """Return the way to the keys of a support, as overrides write it: support, or support and its name."""
     return ("support",) if isinstance(support, BaseAndGland) else ("support", support.name)

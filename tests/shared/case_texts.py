@@ -11,6 +11,26 @@ from gapbeam.solver.case.reading.case_reader import CaseError, read_case
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.faults import Fault
 
+BEAM = """
+[beam]
+length = 0.6
+thickness = 0.012
+width = 0.02
+[material]
+young_modulus = 2.1e11
+poisson_ratio = 0.3
+density = 7919.0
+[time]
+end = 0.1
+step = 1e-4
+[[load]]
+type = "gravity"
+[[probe]]
+name = "tip"
+point = 0.6
+"""
+"""A beam of 0.6 m under its weight, without supports."""
+
 GOOD = """\
 title = "good"
 

@@ -11,31 +11,17 @@ from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
-from tests.shared.case_texts import assert_says, faults_of, written
+from tests.shared.case_texts import BEAM, assert_says, faults_of, written
 
-HEAD = """
-[beam]
-length = 0.6
-thickness = 0.012
-width = 0.02
-[material]
-young_modulus = 2.1e11
-poisson_ratio = 0.3
-density = 7919.0
-[time]
-end = 0.1
-step = 1e-4
-[[load]]
-type = "gravity"
-[[probe]]
-name = "tip"
-point = 0.6
-[[support]]
+HEAD = (
+    BEAM
+    + """[[support]]
 name = "stop"
 from = 0.58
 to = 0.6
 clearance = 1e-3
 """
+)
 ROOT = '[[joint]]\nname = "root"\ntype = "clamped"\npoint = 0.0\n'
 SPRING = '[[joint]]\nname = "spring"\ntype = "elastic"\npoint = 0.3\nstiffness = { vertical = 1e5 }\n'
 BALL = '[[mass]]\nname = "ball"\npoint = 0.5\nmass = 0.2\n'

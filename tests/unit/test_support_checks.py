@@ -8,26 +8,9 @@ import pytest
 
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from tests.shared.case_texts import BEAM as HEAD
 from tests.shared.case_texts import assert_says, faults_of, written
 
-HEAD = """
-[beam]
-length = 0.6
-thickness = 0.012
-width = 0.02
-[material]
-young_modulus = 2.1e11
-poisson_ratio = 0.3
-density = 7919.0
-[time]
-end = 0.1
-step = 1e-4
-[[load]]
-type = "gravity"
-[[probe]]
-name = "tip"
-point = 0.6
-"""
 FRONT = '[[support]]\nname = "front"\nfrom = 0.0\nto = 0.02\nclearance = 2e-4\n'
 BACK = '[[support]]\nname = "back"\nfrom = 0.5\nto = 0.52\nclearance = 4e-4\noffset = 1e-4\n'
 GOOD = HEAD + FRONT + BACK

@@ -10,12 +10,12 @@ from gapbeam.solver.attachments.joint_table import ElasticJoint, Joint, bending_
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Beam, Mesh
-from gapbeam.solver.case.checks.place_checks import outside, same_name
+from gapbeam.solver.case.checks.place_checks import namesakes, outside
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.case.time_table import Time
-from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.supports.layout import support_at
 from gapbeam.solver.supports.support_tables import AnySupports
 
 ALLOWED = 1.0e-9  # of the largest displacement: what round-off leaves of a rotation about a joint
@@ -26,20 +26,12 @@ Masses = Mapping[int, PointMass]
 
 def joint_names_differ(joint: Joints) -> Iterator[Fault]:
     """Joints are distinguished by their names."""
-    yield from _namesakes("joint", joint)
+    yield from namesakes("joint", joint)
 
 
 def mass_names_differ(mass: Masses) -> Iterator[Fault]:
     """Masses are distinguished by their names."""
-    yield from _namesakes("mass", mass)
-
-
-def _namesakes(array: str, entries: Mapping[int, Joint | PointMass]) -> Iterator[Fault]:
-    taken: dict[str, int] = {}
-    for number, entry in entries.items():
-        first = taken.setdefault(entry.name, number)
-        if first != number:
-            yield same_name((array, number, "name"), entry.name, ((array, first, "name"),))
+    yield from namesakes("mass", mass)
 
 
 def joints_lie_on_the_beam(beam: Beam, mesh: Mesh, joint: Joints) -> Iterator[Fault]:
@@ -153,13 +145,12 @@ def masses_sit_on_mass(support: AnySupports, contact: Contact, mass: Masses) -> 
     if contact.mass != "redistributed":
         return
     for number, entry in mass.items():
-        place = next((one for _, one in keyed(support) if one.start <= entry.point <= one.end), None)
+        place = support_at(support, entry.point)
         if place is not None:
-            related: tuple[Key, ...] = (("contact", "mass"),)
             yield Fault(
                 ("mass", number, "point"),
                 f"x = {entry.point:g} m, in a support, whose contact nodes have no mass",
                 f"a mass at x above {place.end:g} m, or contact nodes with mass",
                 'contact.mass = "consistent", or move the mass out of the support',
-                related,
+                (("contact", "mass"),),
             )

@@ -8,7 +8,7 @@ from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.supports.layout import support_at
 from gapbeam.solver.supports.support_tables import AnySupports
 
 
@@ -33,7 +33,7 @@ def attached_masses_sit_on_mass(support: AnySupports, contact: Contact, load: Lo
         if entry.attachment is None or point is None:
             continue
         x = point[0] if isinstance(point, tuple) else point
-        held = next((one for _, one in keyed(support) if one.start <= x <= one.end), None)
+        held = support_at(support, x)
         if held is not None:
             yield Fault(
                 ("load", number, "point"),

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from operator import itemgetter
+from typing import Protocol
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
 from gapbeam.solver.case.case import Beam, Mesh, Probe
@@ -168,11 +169,26 @@ def load_names_differ(load: Loads) -> Iterator[Fault]:
 
 def probe_names_differ(probe: Probes) -> Iterator[Fault]:
     """Probes are distinguished by their names."""
+    yield from namesakes("probe", probe)
+
+
+class Named(Protocol):
+    """An entry of an array of tables with a name."""
+
+    @property
+    def name(self) -> str:
+        """The name."""
+
+
+def namesakes(array: str, entries: Mapping[int, Named]) -> list[Fault]:
+    """Return the faults of names that earlier entries of the same array have."""
     taken: dict[str, int] = {}
-    for number, entry in probe.items():
-        first = taken.setdefault(entry.name, number)
-        if first != number:
-            yield same_name(("probe", number, "name"), entry.name, (("probe", first, "name"),))
+    firsts = {number: taken.setdefault(entry.name, number) for number, entry in entries.items()}
+    return [
+        same_name((array, number, "name"), entries[number].name, ((array, first, "name"),))
+        for number, first in firsts.items()
+        if first != number
+    ]
 
 
 def same_name(key: Key, name: str, related: tuple[Key, ...]) -> Fault:

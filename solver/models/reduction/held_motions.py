@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 from scipy.linalg import qr
 
-from gapbeam.solver.assembly.attached_motions import attached_motions
+from gapbeam.solver.assembly.attached_motions import attached_rows
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.modal_basis import Basis
 
@@ -22,14 +22,13 @@ def held(body: Body, basis: Basis, shift: float) -> Basis:
     """Return the basis of the held body, in its modal coordinates; the same where no joint holds anything.
 
     Args:
-        body: The body, with the rows of `attached_motions` behind the patterns of its loads.
+        body: The body.
         basis: V, with V^T M V = 1 and V^T K V = diag(s).
         shift: sigma > 0, 1/s^2, about the square of the lowest angular frequency.
 
     Collective.
     """
-    rows = body.patterns[len(body.case.load) :]
-    holding = [row for row, one in zip(rows, attached_motions(body.case), strict=True) if one.held]
+    holding = [row for one, row in attached_rows(body.case, body.patterns) if one.held]
     if not holding:
         return basis
     motions = np.stack([basis.project(body.operators, row) for row in holding])

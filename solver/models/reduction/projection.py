@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.assembly.attached_motions import attached_motions
+from gapbeam.solver.assembly.attached_motions import attached_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.models.body import Body, ProbeRow
 from gapbeam.solver.models.reduction.modal_basis import Basis
@@ -68,10 +68,9 @@ def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:
     gaps = np.sqrt(contact.weights[:, None]) * (contact.gap_matrix @ trace)
     touched = np.linalg.norm(gaps, axis=0)
     found: Kept = touched > UNMOVED * touched.max()
-    of_holds = [False] * len(body.case.load) + [one.held for one in attached_motions(body.case)]
-    for pattern, holds in zip(body.patterns, of_holds, strict=True):
-        if holds:
-            continue  # a basis does not move where a joint holds it: what is left is round-off
+    # a basis does not move where a joint holds it: what is left there is round-off
+    free = [row for one, row in attached_rows(body.case, body.patterns) if not one.held]
+    for pattern in (*body.patterns[: len(body.case.load)], *free):
         force = basis.project(operators, pattern)
         found |= np.abs(force) > UNMOVED * np.abs(force).max()
     return found

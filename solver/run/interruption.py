@@ -49,61 +49,13 @@ class Wish(IntEnum):
         )
 
 
-class Interruption:
-    """Turns signals and a limit of the wall time into a wish that all ranks act on in the same step.
+class Signals:
+    """Hears the signals that end a run, and its limit of the wall time, from the set-up to the summary.
 
-    SIGINT, SIGTERM, SIGUSR1, and SIGHUP where it is not ignored.
-
-    A second signal acts at once, as without this class. Outside the main thread nothing is caught.
-
-    Args:
-        comm: The ranks that agree.
-        deadline: Reading of `time.perf_counter` on rank 0 after which to stop, s; None: none.
-    """
-
-    def __init__(self, comm: MPI.Comm, deadline: float | None = None) -> None:
-        self._comm, self._deadline = comm, deadline
-        self._heard = Wish.NONE
-        self._before: dict[int, Any] = {}
-
-    def __enter__(self) -> Interruption:
-        """Start to listen."""
-        if threading.current_thread() is threading.main_thread():
-            self._before = {number: signal.signal(number, self._hear) for number in listened_to()}
-        return self
-
-    def __exit__(
-        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
-    ) -> None:
-        """Leave the signals as they were."""
-        self._restore()
-
-    @property
-    def asked(self) -> bool:
-        """Whether any rank was asked to stop. Collective."""
-        return self.agreed() != Wish.NONE
-
-    def agreed(self, own: Wish = Wish.NONE) -> Wish:
-        """Return the largest wish of all ranks, that of this rank and what it heard among them. Collective."""
-        if self._heard == Wish.NONE and self._deadline is not None and self._comm.rank == 0:
-            self._heard = Wish.WALL_TIME if time.perf_counter() >= self._deadline else Wish.NONE
-        mine = max(own, self._heard)
-        return mine if self._comm.size == 1 else Wish(self._comm.allreduce(int(mine), op=MPI.MAX))
-
-    def _hear(self, number: int, _frame: FrameType | None) -> None:
-        self._heard = Wish.INTERRUPT if number == signal.SIGINT else Wish.TERMINATE
-        self._restore()
-
-    def _restore(self) -> None:
-        for number, handler in self._before.items():
-            signal.signal(number, handler)
-        self._before = {}
-
-
-class SetUp:
-    """Turns the same signals and limit into an error at once, as long as a run has nothing to keep.
-
-    A call into a library ends first. Outside the main thread the limit is looked at by `check` alone.
+    SIGINT, SIGTERM, SIGUSR1, and SIGHUP where it is not ignored. As long as a run has nothing to keep they turn into an
+    error at once, though a call into a library ends first. Once the march begins they are noted, and the march ends in
+    order. A second signal acts at once, as without this class. Outside the main thread nothing is caught, and the
+    limit is looked at by `check` alone.
 
     Args:
         limit: Wall time of the whole run, s; None: none.
@@ -112,15 +64,17 @@ class SetUp:
         started: When the run started, by `time.perf_counter`, s.
         deadline: When to stop; None: never.
         heard: What came: an error that is raised in the middle of a library may get lost there.
+        marching: Whether there is something to keep.
     """
 
     def __init__(self, limit: float | None) -> None:
         self.started = time.perf_counter()
         self.deadline = None if limit is None else self.started + limit
         self.heard = Wish.NONE
+        self.marching = False
         self._before: dict[int, Any] = {}
 
-    def __enter__(self) -> SetUp:
+    def __enter__(self) -> Signals:
         """Start to listen."""
         if threading.current_thread() is threading.main_thread():
             timed = () if self.deadline is None else (signal.SIGALRM,)
@@ -136,15 +90,24 @@ class SetUp:
         self.over()
 
     def over(self) -> None:
-        """Leave the signals as they were: there is something to keep from here on."""
-        if signal.SIGALRM in self._before:
-            signal.setitimer(signal.ITIMER_REAL, 0.0)
+        """Leave the signals as they were."""
+        self._stop_timer()
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before = {}
 
+    def march_begins(self) -> None:
+        """Note what comes from here on: there is something to keep, and every step asks.
+
+        Raises:
+            Interrupted: A signal came before, or the limit was reached.
+        """
+        self._stop_timer()
+        self.check()
+        self.marching = True
+
     def check(self) -> None:
-        """Raise what was heard, or that time is over.
+        """Raise what was heard before the march, or that time is over.
 
         Raises:
             Interrupted: A signal came, or the limit was reached.
@@ -154,9 +117,39 @@ class SetUp:
         if self.heard != Wish.NONE:
             raise Interrupted(f"{self.heard.words} before the march began", self.heard.exit_status)
 
+    def _stop_timer(self) -> None:
+        if signal.SIGALRM in self._before:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+
     def _hear(self, number: int, _frame: FrameType | None) -> None:
         self.heard = {signal.SIGINT: Wish.INTERRUPT, signal.SIGALRM: Wish.WALL_TIME}.get(
             signal.Signals(number), Wish.TERMINATE
         )
         self.over()
-        self.check()
+        if not self.marching:
+            self.check()
+
+
+class Interruption:
+    """A wish to end the run, or to keep its state, that all ranks act on in the same step.
+
+    Args:
+        comm: The ranks that agree.
+        signals: What this rank hears, and the deadline on rank 0.
+    """
+
+    def __init__(self, comm: MPI.Comm, signals: Signals) -> None:
+        self._comm, self._signals = comm, signals
+
+    @property
+    def asked(self) -> bool:
+        """Whether any rank was asked to stop. Collective."""
+        return self.agreed() != Wish.NONE
+
+    def agreed(self, own: Wish = Wish.NONE) -> Wish:
+        """Return the largest wish of all ranks, that of this rank and what it heard among them. Collective."""
+        signals = self._signals
+        if signals.heard == Wish.NONE and signals.deadline is not None and self._comm.rank == 0:
+            signals.heard = Wish.WALL_TIME if time.perf_counter() >= signals.deadline else Wish.NONE
+        mine = max(own, signals.heard)
+        return mine if self._comm.size == 1 else Wish(self._comm.allreduce(int(mine), op=MPI.MAX))

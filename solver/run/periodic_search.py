@@ -38,7 +38,7 @@ def search(
     folder: Path,
     comm: MPI.Comm,
     summary: dict[str, Any],
-    deadline: float | None = None,
+    interruption: Interruption,
 ) -> Response:
     """Find the response of a case, and the curve through it where one is asked for.
 
@@ -49,7 +49,7 @@ def search(
         folder: Results folder, for the curve.
         comm: The ranks.
         summary: Takes what is found, under "periodic" and "warnings".
-        deadline: When to stop, by `time.perf_counter`, s; None: never.
+        interruption: Whether to stop.
 
     Raises:
         NotConverged: There is no periodic response near the start.
@@ -58,28 +58,27 @@ def search(
 
     Collective.
     """
-    with Interruption(comm, deadline) as interruption:
 
-        def stop(words: str) -> None:
-            if interruption.asked:
-                raise Interrupted(words, interruption.agreed().exit_status)
+    def stop(words: str) -> None:
+        if interruption.asked:
+            raise Interrupted(words, interruption.agreed().exit_status)
 
-        response = _found(model, seat, analysis, comm, summary["forcing"]["period"], interruption)
-        found = response.figures
-        summary["periodic"] = found
-        summary["warnings"] += response.remarks
-        LOG.info(
-            "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
-            found["method"],
-            found["periods"],
-            found["iterations"],
-            found["residual"],
-            stability_words(found),
-        )
-        for remark in response.remarks:
-            LOG.warning("%s", remark)
-        if analysis.continuation is not None:
-            _follow_curve(response, analysis, analysis.continuation, seat, folder, comm, found, stop)
+    response = _found(model, seat, analysis, comm, summary["forcing"]["period"], interruption)
+    found = response.figures
+    summary["periodic"] = found
+    summary["warnings"] += response.remarks
+    LOG.info(
+        "%s: a response of %d forcing periods in %d iterations, residual %.1e, %s",
+        found["method"],
+        found["periods"],
+        found["iterations"],
+        found["residual"],
+        stability_words(found),
+    )
+    for remark in response.remarks:
+        LOG.warning("%s", remark)
+    if analysis.continuation is not None:
+        _follow_curve(response, analysis, analysis.continuation, seat, folder, comm, found, stop)
     return response
 
 

@@ -33,7 +33,7 @@ from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FI
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
 from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
-from gapbeam.solver.run.interruption import SetUp, Wish
+from gapbeam.solver.run.interruption import Interruption, Signals, Wish
 from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import written
@@ -95,21 +95,21 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
     Collective.
     """
     ends, case = comm.Dup(), with_checksums(case)
-    with SetUp(case.output.wall_time) as set_up:
+    with Signals(case.output.wall_time) as signals:
         try:
-            outcome = _run_case(case, folder, comm, ends, overwrite, resume, set_up)
+            outcome = _run_case(case, folder, comm, ends, overwrite, resume, signals)
         except Interrupted as stopped:
-            set_up.over()
+            signals.over()
             if comm.size > 1 and not all_there(ends):  # the others wait for this rank
                 raise
-            summary = left_behind(case, folder, comm, stopped, resume, set_up.started)
+            summary = left_behind(case, folder, comm, stopped, resume, signals.started)
             outcome = Outcome(folder, stopped.exit_status, summary["message"], summary)
     ends.Free()
     return outcome
 
 
 def _run_case(
-    case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, set_up: SetUp
+    case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, signals: Signals
 ) -> Outcome:
     """Run a case; where it is interrupted before anything is in the folder, that is raised."""
     on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume, overwrite))
@@ -117,7 +117,7 @@ def _run_case(
         refuse_to_resume(case)
     with out_of_memory_reported("the model was made"):
         model = build_model(case, comm)
-    set_up.check()
+    signals.check()
     refuse_energy_creators(model)
     if not isinstance(model.case.analysis, Periodic):
         sizes = size_of_results(model)
@@ -138,14 +138,14 @@ def _run_case(
             try:
                 _write_opening(model, folder, comm, summary)
                 with out_of_memory_reported(MARCHED):
-                    _run(model, folder, comm, summary, left, consumers, set_up, together)
+                    _run(model, folder, comm, summary, left, consumers, signals, together)
             except RunError as error:
                 if not together():  # the others wait for this rank
                     raise
                 summary["status"] = error.run_status
                 summary["exit_status"], summary["message"] = error.exit_status, str(error)
                 summary["reason"] = error.reason
-                if isinstance(error, Interrupted) and set_up.heard != Wish.NONE:
+                if isinstance(error, Interrupted) and signals.heard != Wish.NONE and not signals.marching:
                     summary["message"] = stopped_words(case, error, left is not None)
                 LOG.error("%s", summary["message"])
             except BaseException as error:
@@ -155,7 +155,7 @@ def _run_case(
                     with suppress(OSError):
                         summaries.write_summary(folder, summary)
                 raise
-            summary["wall_time"]["total"] = time.perf_counter() - set_up.started
+            summary["wall_time"]["total"] = time.perf_counter() - signals.started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
             _close(folder, comm, summary)
     return Outcome(folder, summary["exit_status"], summary["message"], summary)
@@ -227,7 +227,7 @@ def _run(
     summary: dict[str, Any],
     left: Left | None,
     consumers: RunConsumers | None,
-    set_up: SetUp,
+    signals: Signals,
     together: Callable[[], bool],
 ) -> None:
     """Seat and march; fill the summary, also where the march ends with an error that all ranks have."""
@@ -236,18 +236,18 @@ def _run(
     summary["wall_time"] |= simulation.factor()
     reason = why_not_compiled(plan)
     summary["loop"] = "compiled" if reason is None else f"step by step: {reason}"
-    deadline = set_up.deadline
+    interruption = Interruption(comm, signals)
     checkpoints, steps, response = None, None, None
     if left is not None:
         _log_resumed(left, summary)
     else:
         seat = _seated(simulation, summary)
         start = simulation.start(seat)
-        set_up.check()
+        signals.check()
         if isinstance(model.case.analysis, Periodic):
-            set_up.over()
+            signals.march_begins()
             assert isinstance(seat, Seat)
-            response = search(model, seat.state, model.case.analysis, folder, comm, summary, deadline)
+            response = search(model, seat.state, model.case.analysis, folder, comm, summary, interruption)
             model, plan, start = response.steady.model, response.steady.plan, response.start
     if response is None:
         kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(model)}
@@ -257,14 +257,13 @@ def _run(
         steps = probes.listening(response.steps)
     if reason is None and response is None:
         clock = time.perf_counter()
-        CompiledLoop.compile_ahead(plan, start if left is None else left.paused, set_up.check)
+        CompiledLoop.compile_ahead(plan, start if left is None else left.paused, signals.check)
         summary["wall_time"]["compilation"] = time.perf_counter() - clock
     consumers = consumers or RunConsumers(model, folder, comm, start)
-    set_up.over()
-    set_up.check()
+    signals.march_begins()
     try:
         with out_of_memory_reported(MARCHED), consumers:
-            consumers.follow(plan, steps, summary["forcing"]["period"], deadline, checkpoints)
+            consumers.follow(plan, steps, summary["forcing"]["period"], interruption, checkpoints)
     except RunError:
         if together():
             describe_march(model, folder, comm, summary, consumers)

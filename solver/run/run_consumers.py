@@ -82,7 +82,7 @@ class RunConsumers:
         plan: March,
         steps: Iterator[Step] | None,
         period: float | None,
-        deadline: float | None = None,
+        interruption: Interruption,
         checkpoints: Checkpoints | None = None,
     ) -> None:
         """Follow given steps, or march the plan.
@@ -91,7 +91,7 @@ class RunConsumers:
             plan: The march.
             steps: Its steps; None: march it, compiled where that is possible.
             period: That of the forcing, s, for the progress shown.
-            deadline: When to stop, by `time.perf_counter`, s; None: never.
+            interruption: Whether to stop.
             checkpoints: What writes them; None: the march cannot be resumed.
 
         Raises:
@@ -113,7 +113,7 @@ class RunConsumers:
         clock, before = time.perf_counter(), self.accounts.tally.march
         progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0, begin=self.accounts.time)
         try:
-            with progress, Interruption(self.comm, deadline) as interruption:
+            with progress:
                 for step_block in blocks_of_steps:
                     shown = step_block.done % fields_every == 0 or step_block.done == plan.steps
                     self._record(step_block.rows, step_block.end if shown else None)

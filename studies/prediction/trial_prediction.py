@@ -24,6 +24,7 @@ from gapbeam.solver.errors import Interrupted, RunError
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model, model_of
+from gapbeam.solver.run.interruption import Interruption, Signals
 from gapbeam.solver.run.output.run_summary import peak_memory
 from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.seat.static_seat import Seat
@@ -160,9 +161,10 @@ class _Trials:
     def march(self, steps: int) -> _Trial:
         consumers = RunConsumers(self.model, self.folder, self.comm, self.seat.state)
         words, early = f"measured now: {steps} steps from the seat with the loads at their full amplitude", False
-        with consumers:
+        with consumers, Signals(None) as signals:
+            signals.march_begins()
             try:
-                consumers.follow(replace(self.plan, steps=steps), None, None)
+                consumers.follow(replace(self.plan, steps=steps), None, None, Interruption(self.comm, signals))
             except Interrupted:
                 raise
             except RunError as error:

@@ -11,6 +11,7 @@ import socket
 import time
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any
 
 import pytest
 import xarray as xr
@@ -20,7 +21,9 @@ import gapbeam
 from gapbeam.command_line import main
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.run import run_consumers
 from gapbeam.solver.run.interruption import Interruption, Wish
+from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.output.folder_lock import locked
 from tests.shared.command import DEMO, RATTLE, alone, called, settings
 from tests.shared.interrupted import differing, run_in_parts, stopped_after
@@ -450,6 +453,47 @@ def test_signal_in_set_up_ends_at_once(
     again = gapbeam.run(DEMO, BRIEF, folder, overwrite=True)
     assert (again.exit_status, "is as it was" in again.message) == (status, True)
     assert bytes_of(folder) == before
+
+
+BEFORE_THE_FIRST_STEP = {
+    "first field": ("run.run_consumers.FieldWriter.write", signal.SIGTERM, 143),
+    "first records": ("run.run_consumers.RunConsumers._begin_history", signal.SIGINT, 130),
+}
+
+
+@pytest.mark.parametrize(("place", "number", "status"), BEFORE_THE_FIRST_STEP.values(), ids=BEFORE_THE_FIRST_STEP)
+def test_signal_between_set_up_and_march_is_heard(
+    place: str, number: int, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """No moment without a listener: the run ends in order after its first step, with a checkpoint."""
+    folder, name = tmp_path / "out", place.rpartition(".")[2]
+    owner = getattr(run_consumers, place.split(".")[2])
+    work, sent = getattr(owner, name), []
+
+    def interrupted(*words: Any) -> Any:
+        if not sent:
+            sent.append(number)
+            os.kill(os.getpid(), number)
+        return work(*words)
+
+    with monkeypatch.context() as patch:
+        patch.setattr(owner, name, interrupted)
+        assert gapbeam.run(DEMO, BRIEF, folder).exit_status == status
+    assert open_results(folder).summary["convergence"]["steps"] == 1
+    assert len(checkpoints_of(folder)) == 1
+    assert gapbeam.run(DEMO, BRIEF, folder, resume=True).exit_status == 0
+
+
+def test_signal_after_the_march_changes_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Everything is done but for the summary: the run is completed."""
+
+    def late(*words: Any) -> Any:
+        os.kill(os.getpid(), signal.SIGTERM)
+        return describe_march(*words)
+
+    monkeypatch.setattr("gapbeam.solver.run.run_case.describe_march", late)
+    assert gapbeam.run(DEMO, BRIEF, tmp_path / "out").exit_status == 0
+    assert open_results(tmp_path / "out").summary["status"] == "completed"
 
 
 def test_wall_time_that_ends_in_set_up(tmp_path: Path) -> None:

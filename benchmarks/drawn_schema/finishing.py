@@ -101,6 +101,8 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
     whole["damping"] = _damping(draw, whole.get("damping", {}))
     whole["contact"] = _contact(draw, whole["contact"], whole["time"].get("scheme"))
+    if isinstance(whole["support"], list):
+        whole["support"] = [_own_contact(draw, one, whole["contact"]) for one in whole["support"]]
     whole["mesh"] = _mesh(draw, whole["mesh"], whole["contact"].get("mass") == "redistributed")
     whole["time"] = _time(draw, whole)
     if "continuation" in whole.get("analysis", {}):
@@ -152,6 +154,22 @@ def _contact(draw: Draw, contact: dict[str, Any], scheme: dict[str, Any] | None)
         linear = numbers.get("stiffness", share * usual)
         numbers["stiffness"] = linear / scene.shallow ** (exponent - 1.0)
     return contact | numbers
+
+
+def _own_contact(draw: Draw, support: dict[str, Any], contact: dict[str, Any]) -> dict[str, Any]:
+    """Keep what a support may bring beside a drawn [contact], in the units of its law."""
+    law = _LAW.validate_python(contact.get("law", {"type": "kelvin-voigt"}))
+    penalty = contact.get("formulation", {"type": "penalty"})["type"] == "penalty"
+    given = isinstance(contact.get("stiffness"), float)
+    share = contact["stiffness"] / draw.scene.stiffness if given else 1.0
+    kept = {
+        "stiffness": penalty and given,
+        "damping": penalty and law.takes_damping and not law.dissipates,
+        "friction": contact.get("friction", {}).get("coefficient", 0.0) > 0.0,
+    }
+    support = {key: value for key, value in support.items() if kept.get(key, True)}
+    numbers = {key: min(share, 1.0) * support[key] for key in ("stiffness", "damping") if key in support}
+    return support | numbers
 
 
 def _mesh(draw: Draw, mesh: dict[str, Any], layers: bool) -> dict[str, Any]:

@@ -107,6 +107,9 @@ RULES: dict[tuple[str, str], Rule] = {
     ("BaseAndGland", "clearance"): lambda _, scene: scene.clearance,
     ("PlacedSupport", "clearance"): lambda chance, scene: scene.clearance * chance.choice((1.0, 1.0, 2.0, 0.0)),
     ("PlacedSupport", "offset"): seldom(lambda chance, scene: abs(scene.clearance) * chance.uniform(-0.5, 0.5), 0.4),
+    ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
+    ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
+    ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
     ("PlacedSupport", "from"): never,  # places and names follow each other, `finishing`
     ("PlacedSupport", "to"): never,
     ("PlacedSupport", "name"): never,

@@ -35,7 +35,8 @@ def energy_creator(model: Model) -> Fault | None:
         if share <= (1.0 + ROUNDED) * stiffest:
             return None
         contact = f"a contact of {model.support.stiffness_per_area:.4g} {unit}, {share:.3g} E/h{at_depth} ({words})"
-        softer = f"contact.stiffness = {key * most:.3g}"
+        stiffnesses = [default for default in model.defaults if default.key.endswith(".stiffness")]
+        softer = f"{max(stiffnesses, key=lambda default: default.value).key} = {key * most:.3g}"
     else:
         contact = f"the formulation {formulation.type}, which is exact and as stiff as {share:.3g} E/h ({words})"
         softer = f'contact.formulation = "penalty" with contact.stiffness = {most:.3g}'

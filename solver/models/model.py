@@ -18,8 +18,6 @@ from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import (
     Default,
-    contact_damping,
-    contact_stiffness,
     rayleigh,
     seat_springs,
     slip_velocity,
@@ -33,6 +31,7 @@ from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.contact_scales import contact_duration
+from gapbeam.solver.models.contact_setting import contact_setting, friction_coefficients
 from gapbeam.solver.models.explicit_step import with_stable_step
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.reduction.rigid_body import rigid_body
@@ -199,7 +198,7 @@ def model_of(case: Case, body: Body) -> Model:
 
     Collective.
     """
-    setting = _setting(case, body)
+    setting = contact_setting(case, body)
     contact = body.contact.with_gaps_of(case.layout.faces)
     support = contact.support.with_stiffness(setting.face_stiffness)
     contact = replace(contact, support=support)
@@ -218,7 +217,7 @@ def model_of(case: Case, body: Body) -> Model:
     defaults = setting.defaults
     if case.contact.rubs is not None:
         creep = slip_velocity(case, case.contact.rubs)
-        law = replace(law, friction=CoulombFriction(case.contact.rubs.coefficient, creep.value))
+        law = replace(law, friction=CoulombFriction(friction_coefficients(case, body), creep.value))
         defaults = (*defaults, creep)
     dimension = body.meshed.space.mesh.geometry.dim
     system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
@@ -233,44 +232,3 @@ def model_of(case: Case, body: Body) -> Model:
         (*defaults, *computed),
         seat_springs(case, springs, body.meshed.facet_length, support.area),
     )
-
-
-@dataclass(frozen=True)
-class _Setting:
-    """What the law and K are made of.
-
-    Attributes:
-        stiffness: K of the law, or Nitsche's gamma at each point, (m,).
-        defaults: Values that were computed, with their reasons.
-        face_stiffness: K of all points of a face together, N/m^n.
-        damping: c of the law kelvin-voigt.
-        areas: What K and c are divided by, (m,), m^2; 1 where they are per area.
-    """
-
-    stiffness: float | Array
-    defaults: tuple[Default, ...]
-    face_stiffness: float
-    damping: float = 0.0
-    areas: float | Array = 1.0
-
-
-def _setting(case: Case, body: Body) -> _Setting:
-    """Return the values of the law."""
-    terms, face = case.contact.formulation.stress_terms, body.contact.support.face_area
-    if terms is not None:
-        assert body.gamma is not None
-        reason = f"{terms.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
-        consequence = "half: at the edge of stability for theta = 1; double: stiffer contact, the same answer to O(h)"
-        largest = float(body.gamma.max())
-        gamma = Default("Nitsche's gamma", largest, "Pa/m", reason, consequence)
-        return _Setting(body.gamma, (gamma,), face * largest)
-    chosen = contact_stiffness(case, body.meshed.facet_length, face)
-    computed = contact_damping(case, chosen.value)
-    defaults = (chosen,) if computed is None else (chosen, computed)
-    damping = case.contact.damping if computed is None else computed.value
-    places = case.contact.points
-    if places is None:
-        return _Setting(chosen.value, defaults, face * chosen.value, damping)
-    assert body.patch is not None
-    stiffness = len(places) * chosen.value
-    return _Setting(chosen.value, (*defaults, body.patch), stiffness, damping, body.contact.weights)

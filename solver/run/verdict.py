@@ -109,9 +109,10 @@ def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> li
         )
     driven = ledger.absolute_work > 0.0
     if driven and ledger.round_off > gates.limits.impact_growth * ledger.exchanged:
+        share = "more than all" if ledger.round_off > ledger.exchanged else f"{ledger.round_off / ledger.exchanged:.1%}"
         found.append(
             f"round-off hides {ledger.round_off:.2g} J from the energy balance, "
-            f"{ledger.round_off / ledger.exchanged:.1%} of the energy exchanged: less could be created unseen; "
+            f"{share} of the energy exchanged: less could be created unseen; "
             "try a smaller time.step"
         )
     if gates.failed(ledger) and model.case.gates.accept_energy_growth:

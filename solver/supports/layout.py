@@ -61,6 +61,14 @@ class Layout:
         """The faces of all supports, one support after the other."""
         return tuple(face for one in self.supports for face in one.faces)
 
+    def own(self, key: str) -> tuple[float | None, ...]:
+        """Return a figure of the contact that supports bring themselves, for each face; None: that of [contact].
+
+        Args:
+            key: One of `support_tables.OWN_CONTACT`.
+        """
+        return tuple(getattr(one, key) for one in self.supports for _ in one.faces)
+
     @property
     def start(self) -> float:
         """Where the first support begins, m."""

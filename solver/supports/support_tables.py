@@ -13,6 +13,9 @@ from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.table import FORMS, Name, NonNegative, Number, Positive, Table, named
 
+OWN_CONTACT = ("stiffness", "damping", "friction")
+"""Keys of a [[support]] that stand in the place of those of [contact]."""
+
 
 class BaseAndGland(Table):
     """The support region 0 <= x <= length between base and gland."""
@@ -26,6 +29,9 @@ class BaseAndGland(Table):
     name: ClassVar[str] = "support"
     start: ClassVar[float] = 0.0
     offset: ClassVar[float] = 0.0
+    stiffness: ClassVar[None] = None
+    damping: ClassVar[None] = None
+    friction: ClassVar[None] = None
 
     @property
     def end(self) -> float:
@@ -43,12 +49,12 @@ class BaseAndGland(Table):
         return tuple(Face(*plane) for plane in self.planes)
 
     def without_play(self) -> BaseAndGland:
-        """Return the support with everything taken out that changes its gaps alone."""
+        """Return the support with everything taken out that changes its gaps and its contact law alone."""
         return self.model_copy(update={"clearance": 0.0})
 
 
 class _OneOfSeveral(Table):
-    """What a [[support]] has besides its place."""
+    """What a [[support]] has besides its place: its play, and a contact of its own where it is of another material."""
 
     name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
     clearance: Number = Field(
@@ -59,6 +65,22 @@ class _OneOfSeveral(Table):
     offset: Number = Field(default=0.0, description="how far the support is moved upward from the axis of the beam, m")
     region: Annotated[RegionChoice, BeforeValidator(named)] = Field(
         default=Slot(type="slot"), description="what the support leaves to the beam: a name, or a table with the type"
+    )
+    stiffness: Positive | None = Field(
+        default=None,
+        description="contact stiffness K of this support per area, in the place of contact.stiffness (Pa/m^n in laws "
+        "with an exponent n), Pa/m",
+        examples=[2.0e9],
+    )
+    damping: NonNegative | None = Field(
+        default=None,
+        description="damping of the law kelvin-voigt at this support per area, in the place of contact.damping, Pa s/m",
+    )
+    friction: Number | None = Field(
+        default=None,
+        ge=0,
+        le=100,
+        description="coefficient of friction mu of this support, in the place of contact.friction.coefficient, no unit",
     )
 
     @property
@@ -87,8 +109,8 @@ class _OneOfSeveral(Table):
         return tuple(Face(f"{self.name}_{plane.word}", plane.side, plane.gap) for plane in self.planes)
 
     def without_play(self) -> _OneOfSeveral:
-        """Return the support with everything taken out that changes its gaps alone."""
-        return self.model_copy(update={"clearance": 0.0, "offset": 0.0})
+        """Return the support with everything taken out that changes its gaps and its contact law alone."""
+        return self.model_copy(update={"clearance": 0.0, "offset": 0.0, **dict.fromkeys(OWN_CONTACT)})
 
 
 _PLACE: dict[str, Any] = {  # "from" is a word of Python, which no attribute in the text of a class can be called
@@ -123,5 +145,5 @@ AnySupports = BaseAndGland | tuple[_OneOfSeveral, ...] | Mapping[int, _OneOfSeve
 
 
 def without_play(support: BaseAndGland | tuple[_OneOfSeveral, ...]) -> BaseAndGland | tuple[_OneOfSeveral, ...]:
-    """Return the supports of a case with everything taken out that changes their gaps alone."""
+    """Return the supports of a case with everything taken out that changes their gaps and their contact law alone."""
     return support.without_play() if isinstance(support, BaseAndGland) else tuple(one.without_play() for one in support)

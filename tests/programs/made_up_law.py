@@ -27,7 +27,7 @@ class GrowingLaw(ChosenLaw):
         """Whether there is damping."""
         return self.growth > 0.0
 
-    def damper(self, damping: float, areas: float | Array) -> Damper:
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
         """Return the damper with b."""
         del damping
         return Damper("growing", per_area(self.growth, areas))

@@ -39,6 +39,29 @@ BAD = {
         HEAD + (FRONT + BACK).replace("clearance", 'region = {type = "stop", side = "above"}\nclearance'),
         ["above the beam only, with gravity", "at least one plane below"],
     ),
+    "stiffness of a rigid support": (
+        GOOD.replace("offset", "stiffness = 1e9\noffset") + '[contact]\nformulation = "unilateral"\n',
+        ["back", "stiffness", "1e+09 Pa/m, with the formulation unilateral", "rigid supports", "leave stiffness out"],
+    ),
+    "damping beside a law that brings its own": (
+        GOOD.replace("offset", "damping = 10.0\noffset")
+        + '[contact]\nstiffness = 1e12\nlaw = {type = "hunt-crossley", restitution = 0.5}\n',
+        ["back", "damping", "10 Pa s/m", "the law hunt-crossley brings its own", "leave damping out"],
+    ),
+    "damping beside a restitution": (
+        GOOD.replace("offset", "damping = 10.0\noffset")
+        + '[contact]\nlaw = {type = "kelvin-voigt", restitution = 0.5}\n',
+        ["back", "damping", "one of the two", "leave damping out, or give every support its damping"],
+    ),
+    "friction of one alone": (
+        GOOD.replace("offset", "friction = 0.3\noffset"),
+        ["back", "friction", "0.3, without friction in [contact]", "coefficient above 0", "coefficient = 0.2"],
+    ),
+    "no stiffness": (GOOD.replace("offset", "stiffness = 0.0\noffset"), ["back", "stiffness", "0.0", "greater than 0"]),
+    "negative friction": (
+        GOOD.replace("offset", "friction = -0.1\noffset"),
+        ["back", "friction", "-0.1", "a number from 0 to 100"],
+    ),
     "unknown region": (GOOD.replace("offset", 'region = "slit"\noffset'), ['"slit"', '"slot" or "stop"', "slot"]),
     "unknown side": (
         GOOD.replace("offset", 'region = {type = "stop", side = "left"}\noffset'),

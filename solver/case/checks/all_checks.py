@@ -83,6 +83,7 @@ from gapbeam.solver.case.checks.place_checks import (
     probes_lie_in_the_beam,
 )
 from gapbeam.solver.case.checks.support_checks import (
+    own_contact_fits_the_case,
     something_carries_the_beam,
     support_names_differ,
     supports_keep_apart,
@@ -187,6 +188,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     support_names_differ,
     supports_lie_on_the_beam,
     supports_keep_apart,
+    own_contact_fits_the_case,
     something_carries_the_beam,
     clearance_is_small,
     damping_is_given_once,

@@ -8,6 +8,7 @@ from itertools import combinations
 from gapbeam.solver.attachments.joint_table import Joint, bending_rank
 from gapbeam.solver.case.case import Beam
 from gapbeam.solver.case.checks.place_checks import Loads, same_name
+from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
@@ -63,6 +64,46 @@ def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:
                 "supports that do not overlap on the same side: the nearer one hides the other",
                 f"from = {one.end:g}" if other.start >= one.start else f"to = {one.start:g}",
                 ((*key, "to"),),
+            )
+
+
+def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """A support brings stiffness, damping and friction of its own where those of [contact] could stand."""
+    formulation, law = contact.formulation, contact.law
+    for key, one in keyed(support):
+        if one.stiffness is not None and not formulation.follows_the_law:
+            yield Fault(
+                (*key, "stiffness"),
+                f"{one.stiffness:g} {contact.stiffness_unit}, with the formulation {formulation.type}",
+                "no stiffness: this formulation is for rigid supports",
+                'formulation = "penalty" in [contact], or leave stiffness out',
+                (("contact", "formulation"),),
+            )
+        if one.damping is not None and not (formulation.follows_the_law and law.takes_damping):
+            plain = formulation.follows_the_law
+            what = f"the law {law.type} brings its own" if plain else f"the formulation {formulation.type} has no"
+            yield Fault(
+                (*key, "damping"),
+                f"{one.damping:g} {contact.damping_unit}",
+                f"no damping here: {what} damping",
+                "leave damping out",
+                (("contact", "law" if plain else "formulation"),),
+            )
+        elif one.damping is not None and law.dissipates:
+            yield Fault(
+                (*key, "damping"),
+                f"{one.damping:g} {contact.damping_unit}, with a restitution in [contact]",
+                "one of the two: the damping is computed from the restitution",
+                "leave damping out, or give every support its damping and leave restitution out",
+                (("contact", "law", "restitution"),),
+            )
+        if one.friction is not None and contact.rubs is None:
+            yield Fault(
+                (*key, "friction"),
+                f"{one.friction:g}, without friction in [contact]",
+                "[contact.friction] with a coefficient above 0, which the other supports have",
+                "friction = {coefficient = 0.2} in [contact], and friction = 0.0 for supports without",
+                (("contact", "friction"),) if contact.friction is not None else (),
             )
 
 

@@ -33,7 +33,7 @@ class AdamsImpact(ChosenLaw):
         """Whether there is damping."""
         return self.damping > 0.0
 
-    def damper(self, damping: float, areas: float | Array) -> Damper:
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
         """Return the damper with c_max and d_max."""
         del damping
         return Damper("adams-impact", per_area(self.damping, areas), (self.full_depth,))

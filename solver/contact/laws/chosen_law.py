@@ -53,7 +53,7 @@ class ChosenLaw(Table):
         """The product of coefficient and speed at touch; None: the coefficient is given."""
         return None
 
-    def damper(self, damping: float, areas: float | Array) -> Damper:
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
         """Return the damper, per area.
 
         Args:

@@ -165,7 +165,7 @@ def make_law(
     chosen: ChosenLaw,
     stiffness: float | Array,
     touch_depth: float,
-    damping: float = 0.0,
+    damping: float | Array = 0.0,
     areas: float | Array = 1.0,
     adhesive: bool = False,
     augmented: float | None = None,
@@ -174,9 +174,9 @@ def make_law(
 
     Args:
         chosen: The table.
-        stiffness: K of the case or its computed value, or gamma of Nitsche's method at each point, (m,).
+        stiffness: K of the case or its computed value; or at each point, (m,), that of its support or Nitsche's gamma.
         touch_depth: Depth over which `ContactLaw.endpoint` switches a damper that jumps on, m.
-        damping: contact.damping, given or computed.
+        damping: contact.damping, given or computed, or that at each point, (m,).
         areas: Areas that resultants at points are spread over, (m,), m^2: K in N/m^n and c in N s/m are divided by
             them. 1: K and c are per area already.
         adhesive: Whether the damper may pull.

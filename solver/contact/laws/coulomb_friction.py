@@ -25,11 +25,11 @@ class CoulombFriction:
     """Coefficient and regularization.
 
     Attributes:
-        coefficient: mu >= 0, no unit.
+        coefficient: mu >= 0, one number or one of each point, (m,), no unit.
         slip_velocity: v0 > 0, m/s.
     """
 
-    coefficient: float
+    coefficient: float | Array
     slip_velocity: float
 
     def limit(self, normal: Array) -> Array:

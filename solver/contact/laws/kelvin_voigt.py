@@ -50,7 +50,7 @@ class KelvinVoigt(ChosenLaw):
         """Whether a restitution below 1 is asked for."""
         return self.restitution is not None and self.restitution < 1.0
 
-    def damper(self, damping: float, areas: float | Array) -> Damper:
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
         """Return the constant damper."""
         return Damper("kelvin-voigt", per_area(damping, areas))
 

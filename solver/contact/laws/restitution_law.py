@@ -30,7 +30,7 @@ class RestitutionLaw(ChosenLaw):
         """Whether the restitution is below 1."""
         return self.restitution < 1.0
 
-    def damper(self, damping: float, areas: float | Array) -> Damper:
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
         """Return the damper with chi = 0, until the speed at touch is known."""
         del damping, areas
         return Damper("hunt-crossley")

@@ -21,6 +21,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import StagePressure
+from gapbeam.solver.contact.laws.springs import at_points
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
 from gapbeam.solver.contact.solve.slip_problem import Sliding
 from gapbeam.solver.contact.solve.slip_solve import NEGLIGIBLE, law_compliance
@@ -134,7 +135,8 @@ def _update(sliding: Sliding, condensed: CondensedOperator, scale: float, trial:
     matrix[:normal] *= scale
     matrix[normal:] *= sliding.scale
     blocks = law_compliance(sliding.law, trial.limits[rubbing], trial.friction[rubbing], slip)
-    per_force = sliding.law.coefficient * np.einsum("mij,mj->mi", blocks, sliding.law.direction(slip))
+    coefficients = at_points(sliding.law.coefficient, count)[rubbing, None]
+    per_force = coefficients * np.einsum("mij,mj->mi", blocks, sliding.law.direction(slip))
     matrix[np.arange(normal), np.arange(normal)] += softness
     places = normal + np.arange(len(along)).reshape(-1, components)
     matrix[places[:, :, None], places[:, None, :]] += blocks

@@ -71,7 +71,8 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
 
 def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding]:
     """Yield the findings on penetration and on contacts that the step does not resolve."""
-    deepest, clearance = max(float(np.max(peaks.deepest)), 0.0), case.layout.clearance
+    shared = [own is None for own in case.layout.own("stiffness")]  # a support that gives way by design is no penalty
+    deepest, clearance = float(np.max(peaks.deepest[shared], initial=0.0)), case.layout.clearance
     yield Finding(SHALLOW, deepest / case.beam.thickness, detail=f"{deepest:.3g} m")
     if clearance != 0.0:
         name, unit, limit = BESIDE_CLEARANCE

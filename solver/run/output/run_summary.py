@@ -18,6 +18,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FORMAT_VERSION, SUMMARY_FILE
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.seat.static_seat import Seat
+from gapbeam.solver.supports.support_tables import OWN_CONTACT
 from gapbeam.solver.system.semi_discrete import VALUE
 
 
@@ -46,7 +47,7 @@ def describe_model(model: Model) -> dict[str, Any]:
 
 
 def _supports(model: Model) -> list[dict[str, Any]]:
-    """Return where the supports are and how far their planes stand from the undeformed beam, m."""
+    """Return where the supports are, how far their planes stand from the undeformed beam, m, and their own contact."""
     return [
         {
             "name": one.name,
@@ -57,6 +58,7 @@ def _supports(model: Model) -> list[dict[str, Any]]:
                 {"name": face.name, "side": "below" if face.side > 0.0 else "above", "gap": face.gap}
                 for face in one.faces
             ],
+            **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
         }
         for one in model.case.layout.supports
     ]

@@ -1,0 +1,89 @@
+"""Stiffness, damping and friction of the contact at every point: those of [contact], or a support's own."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import Default, contact_damping, contact_stiffness
+from gapbeam.solver.models.body import Body
+from gapbeam.solver.supports.support_tables import OneSupport
+from gapbeam.solver.system.operators import Array
+
+
+@dataclass(frozen=True)
+class ContactSetting:
+    """What the law and K are made of.
+
+    Attributes:
+        stiffness: K of the law: one number, or one of each point, (m,), as with Nitsche's gamma.
+        defaults: Values that were computed, with their reasons.
+        face_stiffness: K of all points of the stiffest face together, N/m^n.
+        damping: c of the law kelvin-voigt: one number, or one of each point, (m,).
+        areas: What K and c are divided by, (m,), m^2; 1 where they are per area.
+    """
+
+    stiffness: float | Array
+    defaults: tuple[Default, ...]
+    face_stiffness: float
+    damping: float | Array = 0.0
+    areas: float | Array = 1.0
+
+
+def contact_setting(case: Case, body: Body) -> ContactSetting:
+    """Return the values of the law of a case on a body."""
+    terms, face = case.contact.formulation.stress_terms, body.contact.support.face_area
+    if terms is not None:
+        assert body.gamma is not None
+        reason = f"{terms.factor:g} times the largest eigenvalue of the trace problem of the contact cells"
+        consequence = "half: at the edge of stability for theta = 1; double: stiffer contact, the same answer to O(h)"
+        largest = float(body.gamma.max())
+        gamma = Default("Nitsche's gamma", largest, "Pa/m", reason, consequence)
+        return ContactSetting(body.gamma, (gamma,), face * largest)
+    stiffness, damping, defaults = _law_of_faces(case, body, face)
+    points, places = _at_points(stiffness, body), case.contact.points
+    if places is None:
+        return ContactSetting(points, defaults, face * max(stiffness), _at_points(damping, body))
+    assert body.patch is not None
+    whole = len(places) * max(stiffness)
+    return ContactSetting(points, (*defaults, body.patch), whole, _at_points(damping, body), body.contact.weights)
+
+
+def friction_coefficients(case: Case, body: Body) -> float | Array:
+    """Return mu: one number, or one of each point, (m,)."""
+    friction = case.contact.friction
+    assert friction is not None
+    return _at_points([friction.coefficient if own is None else own for own in case.layout.own("friction")], body)
+
+
+def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], list[float], tuple[Default, ...]]:
+    """Return K and c of each face, and the values that were computed or that supports bring themselves."""
+    usual = contact_stiffness(case, body.meshed.facet_length, face)
+    stiffness = [usual.value if own is None else own for own in case.layout.own("stiffness")]
+    computed = {value: contact_damping(case, value) for value in stiffness}
+    damping = []
+    for value, own in zip(stiffness, case.layout.own("damping"), strict=True):
+        asked = computed[value]
+        damping.append(own if own is not None else case.contact.damping if asked is None else asked.value)
+    shared = (usual, computed.get(usual.value)) if None in case.layout.own("stiffness") else ()
+    brought = [default for one in case.layout.supports for default in _own(case, one, computed)]
+    return stiffness, damping, (*(default for default in shared if default is not None), *brought)
+
+
+def _own(case: Case, support: OneSupport, computed: Mapping[float, Default | None]) -> Iterator[Default]:
+    """Yield the stiffness that a support brings, and the damping that is computed from it."""
+    if support.stiffness is None:
+        return
+    key = f"support.{support.name}"
+    yield Default(f"{key}.stiffness", support.stiffness, case.contact.stiffness_unit, "given in the case")
+    damping = computed[support.stiffness]
+    if damping is not None and support.damping is None:
+        yield replace(damping, key=f"{key}.damping")
+
+
+def _at_points(values: list[float], body: Body) -> float | Array:
+    """Return a value of each face at the contact points, (m,); one number where all are the same."""
+    return values[0] if len(set(values)) == 1 else np.array(values)[body.contact.faces]

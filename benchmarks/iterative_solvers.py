@@ -29,7 +29,7 @@ from benchmarks.table import Cell, Table, gigabytes, machine_words, options, sec
 from benchmarks.textbook import shaken
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import IterativeFactor
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.models.model import Model, build_model
@@ -91,7 +91,7 @@ def _modes(model: Model, way: str) -> dict[str, float]:
     make, operators = _factor(model, OURS), model.system.operators
     base = _reset_peak()
     factor = make()
-    assert isinstance(factor, IterativeFactor)
+    assert isinstance(factor, ConjugateGradients)
 
     def multiply_mass(x: Array) -> Array:
         return np.stack([operators.apply_mass(np.ascontiguousarray(column)) for column in x.T], axis=1)
@@ -108,7 +108,7 @@ def _modes(model: Model, way: str) -> dict[str, float]:
     return {"dofs": float(model.dofs), "modes": spent, "error": float(errors.max()), "peak": peak - base}
 
 
-def _factor(model: Model, way: str) -> Callable[[], IterativeFactor | PetscMultigrid]:
+def _factor(model: Model, way: str) -> Callable[[], ConjugateGradients | PetscMultigrid]:
     """Return what makes the solver with K + sigma M; the matrix is assembled before."""
     operators, space = model.system.operators, model.space
     assert isinstance(operators, PetscOperators)
@@ -121,7 +121,7 @@ def _factor(model: Model, way: str) -> Callable[[], IterativeFactor | PetscMulti
         [shift * operators.apply_mass(mode) + operators.apply_restraint(mode) for mode in modes.T], axis=1
     )
     if way == OURS:
-        return lambda: IterativeFactor(matrix, space, modes, operators, "ours_", TOLERANCE, None, images)
+        return lambda: ConjugateGradients(matrix, space, modes, operators, "ours_", TOLERANCE, None, images)
     return lambda: PetscMultigrid(matrix, space, Deflation(modes, images, operators.sum), way, TOLERANCE)
 
 

@@ -1,4 +1,4 @@
-"""Conjugate gradients and multigrid of PETSc's own, for the operators that `IterativeFactor` solves with.
+"""Conjugate gradients and multigrid of PETSc's own, for the operators that `ConjugateGradients` solves with.
 
 KSPCG, preconditioned by PCMG on two levels: a smoother on the elements of degree 2, a Cholesky factor by MUMPS (beyond
 400 000 DOFs: GAMG) on those of degree 1. The matrix is stored in blocks (BAIJ). Products and preconditioner are exact

@@ -22,7 +22,7 @@ from benchmarks.marching import seated
 from benchmarks.table import Cell, Table, machine_words, options, seconds
 from benchmarks.textbook import CASE
 from benchmarks.textbook_newton import TextbookBeam
-from gapbeam.postprocess.comparison.run_comparison import Comparison, compare
+from gapbeam.postprocess.comparison.run_comparison import RunComparison, compare
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.run.run_case import run_case
@@ -151,7 +151,7 @@ def _second(path: Path, overrides: Sequence[str]) -> float:
     return float(summary["wall_time"]["march"]) / 0.1
 
 
-def _largest(compared: Comparison, quantity: str) -> float | None:
+def _largest(compared: RunComparison, quantity: str) -> float | None:
     found = [row.difference for row in compared.rows if quantity in row.name]
     return float(max(found)) if found else None
 

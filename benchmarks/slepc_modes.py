@@ -1,4 +1,4 @@
-"""The lowest modes by SLEPc's LOBPCG, with products and preconditioner of an `IterativeFactor` on blocks of columns."""
+"""The lowest modes by SLEPc's LOBPCG, with products and preconditioner of `ConjugateGradients` on blocks of columns."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ from mpi4py import MPI
 from petsc4py import PETSc
 from slepc4py import SLEPc
 
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import IterativeFactor
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.system.operators import Array
 
 GUARDS = 1.2  # size of the block over the number of modes, as in gapbeam
@@ -47,7 +47,7 @@ class _Blocks:
 
 
 def slepc_modes(
-    factor: IterativeFactor, multiply_mass: Callable[[Array], Array], count: int, residual: float
+    factor: ConjugateGradients, multiply_mass: Callable[[Array], Array], count: int, residual: float
 ) -> tuple[Array, Array]:
     """Return the lowest eigenvalues of A x = s M x, (count,), and shapes, (n, count), on one rank.
 

@@ -35,7 +35,7 @@ TANGENTS = {2: ("x",), 3: ("x", "y")}
 
 
 @dataclass(frozen=True)
-class Record:
+class HistoryVariable:
     """One variable of `history.h5`.
 
     Attributes:
@@ -55,39 +55,41 @@ _PROBE = ("time", "probe", "component")
 _FACE = ("time", "face")
 _ALONG_FACE = ("time", "face", "tangent")
 
-HISTORY: tuple[Record, ...] = (
-    Record("displacement", "m", _PROBE, "displacement relative to the support, from the undeformed body"),
-    Record("velocity", "m/s", _PROBE, "velocity relative to the support"),
-    Record(
+HISTORY: tuple[HistoryVariable, ...] = (
+    HistoryVariable("displacement", "m", _PROBE, "displacement relative to the support, from the undeformed body"),
+    HistoryVariable("velocity", "m/s", _PROBE, "velocity relative to the support"),
+    HistoryVariable(
         "acceleration_relative",
         "m/s^2",
         _PROBE,
         "acceleration relative to the support, mean over the interval that ends at t",
     ),
-    Record(
+    HistoryVariable(
         "acceleration_absolute",
         "m/s^2",
         _PROBE,
         "acceleration in the inertial frame, mean over the interval that ends at t",
     ),
-    Record("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),
-    Record("friction_force", "N", _ALONG_FACE, "friction force on the beam along the face; with friction only"),
-    Record("contact_moment", "N m", _FACE, "moment of the contact pressure about x = 0: integral of x p"),
-    Record("contact_area", "m^2", _FACE, "area with positive pressure"),
-    Record("penetration", "m", _FACE, "largest penetration; negative: smallest gap"),
-    Record("impulse", "N s", _FACE, "contact force integrated over time since t = 0"),
-    Record("kinetic_energy", "J", ("time",), "kinetic energy relative to the support"),
-    Record("strain_energy", "J", ("time",), "elastic energy, restraint excluded"),
-    Record("restraint_energy", "J", ("time",), "energy in the weak restraint"),
-    Record("contact_energy", "J", ("time",), "potential of the contact stiffness"),
-    Record("load_work", "J", ("time", "load"), "work of each load since t = 0"),
-    Record("structural_dissipation", "J", ("time",), "Rayleigh damping since t = 0"),
-    Record("contact_dissipation", "J", ("time",), "contact damping since t = 0"),
-    Record("friction_dissipation", "J", ("time",), "friction since t = 0"),
-    Record("algorithmic_dissipation", "J", ("time",), "loss by the scheme since t = 0; negative: created"),
-    Record("energy_residual", "J", ("time",), "what is left of the energy balance since t = 0"),
-    Record("iterations", "1", ("time",), "contact iterations in the interval that ends at t"),
-    Record("active_points", "1", _FACE, "contact points with positive pressure"),
+    HistoryVariable("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),
+    HistoryVariable(
+        "friction_force", "N", _ALONG_FACE, "friction force on the beam along the face; with friction only"
+    ),
+    HistoryVariable("contact_moment", "N m", _FACE, "moment of the contact pressure about x = 0: integral of x p"),
+    HistoryVariable("contact_area", "m^2", _FACE, "area with positive pressure"),
+    HistoryVariable("penetration", "m", _FACE, "largest penetration; negative: smallest gap"),
+    HistoryVariable("impulse", "N s", _FACE, "contact force integrated over time since t = 0"),
+    HistoryVariable("kinetic_energy", "J", ("time",), "kinetic energy relative to the support"),
+    HistoryVariable("strain_energy", "J", ("time",), "elastic energy, restraint excluded"),
+    HistoryVariable("restraint_energy", "J", ("time",), "energy in the weak restraint"),
+    HistoryVariable("contact_energy", "J", ("time",), "potential of the contact stiffness"),
+    HistoryVariable("load_work", "J", ("time", "load"), "work of each load since t = 0"),
+    HistoryVariable("structural_dissipation", "J", ("time",), "Rayleigh damping since t = 0"),
+    HistoryVariable("contact_dissipation", "J", ("time",), "contact damping since t = 0"),
+    HistoryVariable("friction_dissipation", "J", ("time",), "friction since t = 0"),
+    HistoryVariable("algorithmic_dissipation", "J", ("time",), "loss by the scheme since t = 0; negative: created"),
+    HistoryVariable("energy_residual", "J", ("time",), "what is left of the energy balance since t = 0"),
+    HistoryVariable("iterations", "1", ("time",), "contact iterations in the interval that ends at t"),
+    HistoryVariable("active_points", "1", _FACE, "contact points with positive pressure"),
 )
 
 FIELDS = {

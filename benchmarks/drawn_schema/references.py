@@ -15,7 +15,7 @@ from benchmarks.drawn_schema.ways import FINER, Way
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.solver.case.case import Case
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.trials.response import Response, respond
+from gapbeam.studies.trials.response import TrialResponse, respond
 from gapbeam.studies.trials.starts import seated
 
 PERIODS = 60  # of the forcing: a march that has settled, or does not settle
@@ -84,7 +84,7 @@ def long_march(way: Way, case: Case, step: float, computed: dict[str, float]) ->
     return last, float(change.max(initial=0.0))
 
 
-def _passed(response: Response) -> Response:
+def _passed(response: TrialResponse) -> TrialResponse:
     if response.verdict != "passed":
         raise NoReferenceError(f"{response.verdict}: {response.message}")
     return response

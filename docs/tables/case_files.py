@@ -14,7 +14,7 @@ from pydantic import BaseModel
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.reading.known_keys import Table, tables
+from gapbeam.solver.case.reading.known_keys import KeyTable, tables
 from gapbeam.solver.case.reading.value_words import in_words, options, toml_value
 from gapbeam.solver.table import models_in
 from gapbeam.solver.wording.short_words import either
@@ -28,20 +28,20 @@ HEAD = ("| key | value | default | meaning |", "|---|---|---|---|")
 
 def reference(root: type[BaseModel]) -> str:
     """Return a Markdown table for every table of a file, and one for the keys above them."""
-    above = Table("title", root, "")
+    above = KeyTable("title", root, "")
     loose = [key for key, field in root.model_fields.items() if not models_in(field.annotation)]
     rows = [_row(above, key) for key in loose]
     return "\n".join(["### Above all tables", "", *HEAD, *rows, "", *(_section(table) for table in tables(root))])
 
 
-def _section(table: Table) -> str:
+def _section(table: KeyTable) -> str:
     purpose = (inspect.getdoc(table.model) or "").split("\n")[0]
     kind = f' with `type = "{table.kind}"`' if table.kind else ""
     rows = [_row(table, key) for key in table.model.model_fields if key != "type"]
     return "\n".join([f"### `{table.header}`{kind}", "", purpose, *(["", *HEAD, *rows] if rows else []), ""])
 
 
-def _row(table: Table, key: str) -> str:
+def _row(table: KeyTable, key: str) -> str:
     field = table.model.model_fields[key]
     value = either(dict.fromkeys(in_words(option) for option in options(table.model, key)))
     meaning, _, derived = (field.description or "").partition("; default ")

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 import click
 import typer
 
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import screen
 
 if TYPE_CHECKING:
@@ -68,4 +68,4 @@ def _kind() -> Kind:
     return Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections)
 
 
-STUDY = Study(compare, _kind)
+STUDY = StudyCommand(compare, _kind)

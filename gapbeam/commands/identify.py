@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
 
 if TYPE_CHECKING:
@@ -65,4 +65,4 @@ def _kind() -> Kind:
     return Kind("identification", "Identification", (IDENTIFICATION_FILE,), identification_blocks)
 
 
-STUDY = Study(identify, _kind)
+STUDY = StudyCommand(identify, _kind)

@@ -10,7 +10,7 @@ from typing import Annotated
 import click
 import typer
 
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import screen
 
 COUNT = 4
@@ -91,4 +91,4 @@ def modes(
     return result.exit_status
 
 
-STUDY = Study(modes, collective=True)
+STUDY = StudyCommand(modes, collective=True)

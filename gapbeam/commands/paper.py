@@ -8,7 +8,7 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 
 FOLDER = Path("results/paper")
 LOG = logging.getLogger("gapbeam")
@@ -39,4 +39,4 @@ def paper(
     return result.exit_status
 
 
-STUDY = Study(paper)
+STUDY = StudyCommand(paper)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar
 
 if TYPE_CHECKING:
@@ -48,4 +48,4 @@ def _kind() -> Kind:
     return Kind("stability", "Stability", (STABILITY_FILE,), stability_sections)
 
 
-STUDY = Study(stability, _kind)
+STUDY = StudyCommand(stability, _kind)

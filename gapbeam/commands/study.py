@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True)
-class Study:
+class StudyCommand:
     """A study as the command line offers it.
 
     Attributes:

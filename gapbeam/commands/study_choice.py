@@ -5,12 +5,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 from gapbeam.commands import compare, identify, modes, paper, stability, sweep, tradeoff
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
 
-STUDIES: tuple[Study, ...] = (
+STUDIES: tuple[StudyCommand, ...] = (
     sweep.STUDY,
     stability.STUDY,
     tradeoff.STUDY,

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
 
 if TYPE_CHECKING:
@@ -75,4 +75,4 @@ def _kind() -> Kind:
     return Kind("sweep", "Sweep", (SWEEP_FILE,), sweep_sections)
 
 
-STUDY = Study(sweep, _kind)
+STUDY = StudyCommand(sweep, _kind)

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from gapbeam.commands.study import Study
+from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import screen
 
 if TYPE_CHECKING:
@@ -101,4 +101,4 @@ def _kind() -> Kind:
     return Kind("tradeoff", "Trade-off", (TRADEOFF_FILE,), tradeoff_sections)
 
 
-STUDY = Study(tradeoff, _kind)
+STUDY = StudyCommand(tradeoff, _kind)

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.postprocess.comparison.run_comparison import Comparison
+from gapbeam.postprocess.comparison.run_comparison import RunComparison
 from gapbeam.postprocess.comparison.waveform_overlay import is_raw
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, VERMILION, journal_style, limits_around, panels
@@ -18,7 +18,7 @@ from gapbeam.postprocess.signals.steady_figures import HARMONICS
 SHOWN_SIGNALS = 4
 
 
-def as_data(comparison: Comparison) -> dict[str, Any]:
+def as_data(comparison: RunComparison) -> dict[str, Any]:
     """The comparison in SI units as plain numbers, lists and strings that JSON can hold."""
     return {
         "a": str(comparison.a.folder),
@@ -61,7 +61,7 @@ def as_data(comparison: Comparison) -> dict[str, Any]:
     }
 
 
-def as_tables(comparison: Comparison) -> list[Table]:
+def as_tables(comparison: RunComparison) -> list[Table]:
     """The comparison as tables in mm, g and N."""
     figures = Table("", "A", "B", "difference", title="Figures over the windows", title_justify="left", box=None)
     for row in comparison.rows:
@@ -86,7 +86,7 @@ def as_tables(comparison: Comparison) -> list[Table]:
     return [runs, figures, *([waves] if comparison.overlays else []), costs]
 
 
-def draw_comparison(comparison: Comparison, path: Path) -> Path:
+def draw_comparison(comparison: RunComparison, path: Path) -> Path:
     """Draw waveforms over each other, and their harmonics.
 
     Args:

@@ -26,7 +26,7 @@ from gapbeam.postprocess.comparison.waveform_overlay import (
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.postprocess.signals.steady_figures import HARMONICS, Quantity, Steady, steady
+from gapbeam.postprocess.signals.steady_figures import HARMONICS, Steady, WindowFigure, steady
 
 FloatArray = np.ndarray
 
@@ -45,7 +45,7 @@ class ComparisonError(ValueError):
 
 
 @dataclass(frozen=True)
-class Row:
+class ComparedFigure:
     """One figure of both runs.
 
     Attributes:
@@ -70,7 +70,7 @@ class Row:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class RunComparison:
     """Two runs side by side.
 
     Attributes:
@@ -91,7 +91,7 @@ class Comparison:
     a: Results
     b: Results
     steady: tuple[Steady, Steady]
-    rows: tuple[Row, ...]
+    rows: tuple[ComparedFigure, ...]
     overlays: tuple[Overlay, ...]
     phases: dict[str, FloatArray]
     costs: tuple[tuple[str, Any, Any], ...]
@@ -102,7 +102,7 @@ class Comparison:
     notes: tuple[str, ...] = field(default=())
 
 
-def compare(a: Results, b: Results, tolerance: float = TOLERANCE, after: float | None = None) -> Comparison:
+def compare(a: Results, b: Results, tolerance: float = TOLERANCE, after: float | None = None) -> RunComparison:
     """Compare two runs.
 
     Args:
@@ -144,7 +144,7 @@ def compare(a: Results, b: Results, tolerance: float = TOLERANCE, after: float |
         overlays = times_overlaid(*runs, probes, frequency)
         deciding = [one for one in overlays if not is_raw(one.name)]
         if deciding and max(one.rms for one in deciding) <= tolerance:
-            rows = tuple(Row(**(vars(row) | {"allowed": 0.0})) for row in rows)
+            rows = tuple(ComparedFigure(**(vars(row) | {"allowed": 0.0})) for row in rows)
             way, (agree, verdict) = "same times", _verdict(rows, overlays, tolerance, "no cycle, but the same times")
         else:
             way, (agree, verdict) = "statistics", _statistics(rows, both, tolerance)
@@ -152,7 +152,7 @@ def compare(a: Results, b: Results, tolerance: float = TOLERANCE, after: float |
     phases = {
         probe: np.angle(np.exp(1j * (_angles(both[0], probe) - _angles(both[1], probe) + shift))) for probe in probes
     }
-    return Comparison(a, b, both, rows, overlays, phases, _costs(a, b), way, agree, verdict, tolerance, tuple(notes))
+    return RunComparison(a, b, both, rows, overlays, phases, _costs(a, b), way, agree, verdict, tolerance, tuple(notes))
 
 
 def _frequency(a: Results, b: Results) -> float:
@@ -202,7 +202,7 @@ def _span(both: tuple[Steady, Steady]) -> int:
     return min(lcm(*known) if len(known) == 2 else int(LONGEST) // 2, *(one.periods * one.windows for one in both))
 
 
-def _rows(both: tuple[Steady, Steady], probes: tuple[str, ...]) -> tuple[Row, ...]:
+def _rows(both: tuple[Steady, Steady], probes: tuple[str, ...]) -> tuple[ComparedFigure, ...]:
     shared = [name for name in both[0].quantities if name in both[1].quantities]
     rows = []
     for name in shared:
@@ -218,19 +218,23 @@ def _rows(both: tuple[Steady, Steady], probes: tuple[str, ...]) -> tuple[Row, ..
     return tuple(rows)
 
 
-def _row(name: str, one: Quantity, other: Quantity, scale: float) -> Row:
+def _row(name: str, one: WindowFigure, other: WindowFigure, scale: float) -> ComparedFigure:
     """Return a figure of both; differences are relative to a scale."""
     errors = float(np.hypot(one.uncertainty, other.uncertainty))
     relative = abs(one.mean - other.mean) / scale if scale > 0.0 else 0.0
     allowed = CONFIDENCE * errors / scale if scale > 0.0 else 0.0
-    return Row(name, one.unit, one.mean, other.mean, (one.scatter, other.scatter), relative, allowed, not is_raw(name))
+    return ComparedFigure(
+        name, one.unit, one.mean, other.mean, (one.scatter, other.scatter), relative, allowed, not is_raw(name)
+    )
 
 
 def _angles(one: Steady, probe: str) -> FloatArray:
     return np.asarray(np.angle(one.harmonics[probe].mean(axis=0)))
 
 
-def _verdict(rows: tuple[Row, ...], overlays: tuple[Overlay, ...], tolerance: float, word: str) -> tuple[bool, str]:
+def _verdict(
+    rows: tuple[ComparedFigure, ...], overlays: tuple[Overlay, ...], tolerance: float, word: str
+) -> tuple[bool, str]:
     worst, where = -inf, ""
     for row in rows:
         if row.decides and row.difference > worst:
@@ -245,7 +249,7 @@ def _verdict(rows: tuple[Row, ...], overlays: tuple[Overlay, ...], tolerance: fl
     return False, f"differ by {_percent(worst)} in {where}, above {_percent(tolerance)} ({word}){also}"
 
 
-def _statistics(rows: tuple[Row, ...], both: tuple[Steady, Steady], tolerance: float) -> tuple[bool, str]:
+def _statistics(rows: tuple[ComparedFigure, ...], both: tuple[Steady, Steady], tolerance: float) -> tuple[bool, str]:
     fewest = min(one.windows for one in both)
     if fewest < FEWEST_WINDOWS:
         return False, (

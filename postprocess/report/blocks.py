@@ -90,7 +90,7 @@ class Picture:
 
 
 @dataclass(frozen=True)
-class Table:
+class TableBlock:
     """Numbers and words in rows.
 
     Attributes:
@@ -148,7 +148,7 @@ class Compared:
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparisonBlock:
     """Numbers beside those of a paper or another reference, with the deviation of each.
 
     Attributes:
@@ -171,7 +171,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class Section:
+class ReportSection:
     """Blocks under a heading; a section in a section gets the smaller heading.
 
     Attributes:
@@ -192,7 +192,7 @@ class Section:
             raise BlockError(f"{self.title}: anchor {self.anchor!r}; expected lower-case letters, digits and hyphens")
 
 
-Block = Words | Verdict | Command | Listing | Picture | Table | Comparison | Chart | Surface | Section
+Block = Words | Verdict | Command | Listing | Picture | TableBlock | ComparisonBlock | Chart | Surface | ReportSection
 
 
 @dataclass(frozen=True)
@@ -211,7 +211,7 @@ class Report:
 
     title: str
     subtitle: str
-    sections: Sequence[Section]
+    sections: Sequence[ReportSection]
     meta: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -229,9 +229,9 @@ def warnings_of(texts: Sequence[str]) -> list[Verdict]:
     return [Verdict("warning", "\n".join(f"- {line}" for line in lines))]
 
 
-def sections_of(blocks: Sequence[Block]) -> Iterator[Section]:
+def sections_of(blocks: Sequence[Block]) -> Iterator[ReportSection]:
     """Yield every section among blocks, and those in them, in reading order."""
     for block in blocks:
-        if isinstance(block, Section):
+        if isinstance(block, ReportSection):
             yield block
             yield from sections_of(block.blocks)

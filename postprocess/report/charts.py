@@ -15,7 +15,7 @@ Mode = Literal["lines", "markers", "lines+markers", "stems", "bars"]
 
 
 @dataclass(frozen=True)
-class Curve:
+class ChartCurve:
     """One line, or one cloud of points, of a chart.
 
     Attributes:
@@ -75,7 +75,7 @@ class Chart:
     caption: str
     x: str
     y: str
-    curves: Sequence[Curve]
+    curves: Sequence[ChartCurve]
     command: str = ""
     log_x: bool = False
     log_y: bool = False

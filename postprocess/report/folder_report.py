@@ -6,7 +6,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from gapbeam.postprocess.report.blocks import Block, Report, Section
+from gapbeam.postprocess.report.blocks import Block, Report, ReportSection
 from gapbeam.postprocess.report.sections.run_section import meta_of, run_report
 from gapbeam.postprocess.report.sections.several_runs_section import names_of, several_sections
 from gapbeam.postprocess.results.results import open_results
@@ -41,7 +41,9 @@ def report_on(folders: Sequence[Path], command: str, kinds: Sequence[Kind]) -> R
         title = f"{found[0].title}: {folders[0].resolve().name}"
         return Report(title, f"In `{folders[0]}`", _as_sections(found[0].blocks(folders[0], command)), meta)
     parts = [
-        _renamed(Section(f"{kind.title}: {folder}", f"part-{number}", kind.blocks(folder, command)), f"part-{number}")
+        _renamed(
+            ReportSection(f"{kind.title}: {folder}", f"part-{number}", kind.blocks(folder, command)), f"part-{number}"
+        )
         for number, (kind, folder) in enumerate(zip(found, folders, strict=True), start=1)
     ]
     return Report("Results", ", ".join(f"`{folder}`" for folder in folders), parts, meta)
@@ -64,7 +66,7 @@ class Kind:
     blocks: Callable[[Path, str], Sequence[Block]]
 
 
-def _of_run(folder: Path, command: str) -> Sequence[Section]:
+def _of_run(folder: Path, command: str) -> Sequence[ReportSection]:
     return run_report(open_results(folder), command).sections
 
 
@@ -98,17 +100,19 @@ def _recognized(folders: Sequence[Path], kinds: Sequence[Kind]) -> list[Kind]:
     return found
 
 
-def _as_sections(blocks: Sequence[Block]) -> list[Section]:
+def _as_sections(blocks: Sequence[Block]) -> list[ReportSection]:
     """Return blocks as sections, those that are none under one heading."""
-    loose = [block for block in blocks if not isinstance(block, Section)]
-    sections = [block for block in blocks if isinstance(block, Section)]
-    return [*([Section("Findings", "findings", loose)] if loose else []), *sections]
+    loose = [block for block in blocks if not isinstance(block, ReportSection)]
+    sections = [block for block in blocks if isinstance(block, ReportSection)]
+    return [*([ReportSection("Findings", "findings", loose)] if loose else []), *sections]
 
 
-def _renamed(section: Section, prefix: str) -> Section:
+def _renamed(section: ReportSection, prefix: str) -> ReportSection:
     """Return a section with the anchors of those in it made unique."""
     inner = [
-        _renamed(replace(block, anchor=f"{prefix}-{block.anchor}"), prefix) if isinstance(block, Section) else block
+        _renamed(replace(block, anchor=f"{prefix}-{block.anchor}"), prefix)
+        if isinstance(block, ReportSection)
+        else block
         for block in section.blocks
     ]
     return replace(section, blocks=inner)

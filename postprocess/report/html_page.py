@@ -12,7 +12,7 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from gapbeam.postprocess.report.blocks import Block, Report, Section, Table
+from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock
 from gapbeam.postprocess.report.charts import Chart, Surface
 from gapbeam.postprocess.report.markdown_text import inline, paragraphs
 from gapbeam.postprocess.report.number_text import cell, percent
@@ -126,13 +126,13 @@ def _data(kind: str, content: bytes) -> str:
     return f"data:{kind};base64,{base64.b64encode(content).decode()}"
 
 
-def _is_numeric(table: Table, column: int) -> bool:
+def _is_numeric(table: TableBlock, column: int) -> bool:
     """Return whether a column holds numbers and nothing else."""
     there = [row[column] for row in table.rows if row[column] is not None]
     return bool(there) and not any(isinstance(value, str) for value in there)
 
 
-def _is_wordy(table: Table, column: int) -> bool:
+def _is_wordy(table: TableBlock, column: int) -> bool:
     """Return whether a column holds sentences, which would become towers on a phone."""
     return any(isinstance(row[column], str) and len(str(row[column])) > SENTENCE for row in table.rows)
 
@@ -145,8 +145,8 @@ def _text_alternative(block: Chart | Surface) -> str:
     return f"Chart: {block.y} over {block.x}, with {names}. {block.caption}"
 
 
-def _sections(blocks: Sequence[Block]) -> list[Section]:
-    return [block for block in blocks if isinstance(block, Section)]
+def _sections(blocks: Sequence[Block]) -> list[ReportSection]:
+    return [block for block in blocks if isinstance(block, ReportSection)]
 
 
 def _css_text(text: str) -> Markup:

@@ -10,7 +10,7 @@ import numpy as np
 import plotly.graph_objects as go
 
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, GRAY, GREEN, PURPLE, SKY, VERMILION
-from gapbeam.postprocess.report.charts import Chart, Curve, Surface
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, Surface
 
 FloatArray = np.ndarray
 
@@ -59,7 +59,7 @@ def surface_figure(surface: Surface) -> go.Figure:
     return figure.update_layout(template={}, scene={**axes, "camera": camera}, margin={"l": 0, "r": 0, "t": 0, "b": 0})
 
 
-def _traces(curve: Curve, place: int, chart: Chart) -> list[go.Scatter | go.Bar]:
+def _traces(curve: ChartCurve, place: int, chart: Chart) -> list[go.Scatter | go.Bar]:
     color, x, y = COLORS[place % len(COLORS)], _single(curve.x), _single(curve.y)
     name = html.escape(curve.name, quote=False)
     shared: dict[str, Any] = {"name": name, "legendgroup": f"{name} {curve.dashed}"}

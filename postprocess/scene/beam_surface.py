@@ -11,7 +11,7 @@ import pyvista as pv
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
 from gapbeam.postprocess.results.field_reader import Fields
-from gapbeam.postprocess.scene.support_surface import Support
+from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 PRESSURE = "contact pressure"
 
@@ -46,7 +46,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Body:
+class BeamSurface:
     """The beam.
 
     Attributes:
@@ -67,7 +67,7 @@ class Body:
         return self.skin, self.edges, self.faces
 
 
-def body_of(fields: Fields, support: Support) -> Body:
+def body_of(fields: Fields, support: SupportBoxes) -> BeamSurface:
     """Take the surfaces of the mesh.
 
     Args:
@@ -104,7 +104,7 @@ def body_of(fields: Fields, support: Support) -> Body:
         faces, skin = _pick(skin, facing), _pick(skin, ~facing)
         numbers = corners
     touching = {face: np.unique(numbers[which]) for face, which in held.items()}
-    return Body(_part(skin, fields), _part(edges, fields), _part(faces, fields), touching)
+    return BeamSurface(_part(skin, fields), _part(edges, fields), _part(faces, fields), touching)
 
 
 def _part(mesh: pv.PolyData, fields: Fields) -> Part:
@@ -117,7 +117,9 @@ def _part(mesh: pv.PolyData, fields: Fields) -> Part:
     return Part(copy, numbers, rest)
 
 
-def _facing(facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support: Support) -> dict[str, np.ndarray]:
+def _facing(
+    facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support: SupportBoxes
+) -> dict[str, np.ndarray]:
     """Which facets of the surface face each plane of the supports, (facets,) by face: flat and curved ones alike.
 
     These are the facets along the block whose outward normal points at it, on its side of the middle of the section.
@@ -140,7 +142,7 @@ def _facing(facets: np.ndarray, normals: np.ndarray, points: np.ndarray, support
     }
 
 
-def _lines_normals(lines: np.ndarray, support: Support) -> np.ndarray:
+def _lines_normals(lines: np.ndarray, support: SupportBoxes) -> np.ndarray:
     """Component in the bending direction of the normals of the outline, away from the middle of the beam, (lines,).
 
     Args:

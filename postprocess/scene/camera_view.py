@@ -10,9 +10,9 @@ from matplotlib.colors import LinearSegmentedColormap
 from vtkmodules.vtkRenderingCore import vtkMapper
 
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.scene.beam_surface import PRESSURE, Body
+from gapbeam.postprocess.scene.beam_surface import PRESSURE, BeamSurface
 from gapbeam.postprocess.scene.camera_window import Window
-from gapbeam.postprocess.scene.support_surface import Support
+from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 BEAM = "#C9D3DC"
 BELOW = "#808080"
@@ -37,8 +37,8 @@ class View:
 
     def __init__(
         self,
-        body: Body,
-        support: Support,
+        body: BeamSurface,
+        support: SupportBoxes,
         window: Window,
         size: tuple[int, int],
         scale: float,
@@ -116,7 +116,7 @@ def _colors(largest_pressure: float, flat: bool) -> pv.LookupTable:
     return table
 
 
-def _add_blocks(plotter: pv.Plotter, support: Support, scale: float, line: float) -> None:
+def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: float) -> None:
     flat = support.dimension == 2
     for piece in support.blocks:
         box, color = support.box(piece, scale), BELOW if piece.below else ABOVE
@@ -138,7 +138,7 @@ def _look_flat(plotter: Any, window: Window) -> None:
 
 
 def _look_from(
-    plotter: pv.Plotter, window: Window, support: Support, size: tuple[int, int], direction: np.ndarray
+    plotter: pv.Plotter, window: Window, support: SupportBoxes, size: tuple[int, int], direction: np.ndarray
 ) -> None:
     """Put the camera where the corners of the window, drawn through the width of the beam, just fit."""
     toward = direction / np.linalg.norm(direction)

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gapbeam.postprocess.scene.motion_range import Motion
-from gapbeam.postprocess.scene.support_surface import Support
+from gapbeam.postprocess.scene.motion_range import MotionRange
+from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 Span = tuple[float, float]
 
@@ -34,7 +34,7 @@ class Window:
         return 0.5 * (self.x[0] + self.x[1]), 0.5 * (self.height[0] + self.height[1])
 
 
-def scale_of_whole(motion: Motion, support: Support, size: tuple[int, int]) -> float:
+def scale_of_whole(motion: MotionRange, support: SupportBoxes, size: tuple[int, int]) -> float:
     """Choose a round factor with which the motion of the beam fills a picture; 1 where nothing moves.
 
     Args:
@@ -47,7 +47,7 @@ def scale_of_whole(motion: Motion, support: Support, size: tuple[int, int]) -> f
     return _rounded(max(height, 2.0 * support.thickness) / moved) if moved > 0.0 else 1.0
 
 
-def scale_of_support(motion: Motion, support: Support) -> float:
+def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
     """Choose a round factor that shows the clearance at nearly half the thickness; 1 where nothing moves.
 
     Smaller where the beam in the support would be drawn farther than 1.2 times its thickness away.
@@ -64,14 +64,14 @@ def scale_of_support(motion: Motion, support: Support) -> float:
     return _rounded(min(limits)) if limits else 1.0
 
 
-def window_of_whole(motion: Motion, support: Support, scale: float, size: tuple[int, int]) -> Window:
+def window_of_whole(motion: MotionRange, support: SupportBoxes, scale: float, size: tuple[int, int]) -> Window:
     """The whole beam at all times, with the aspect of its picture."""
     low, high = support.heights(support.blocks, scale)
     low, high = min(support.bottom + scale * motion.lowest, low), max(support.top + scale * motion.highest, high)
     return _fitted((support.start, support.end), (low, high), size, 0.02, 0.04)
 
 
-def window_of_support(support: Support, scale: float, size: tuple[int, int]) -> Window:
+def window_of_support(support: SupportBoxes, scale: float, size: tuple[int, int]) -> Window:
     """The support and a little of the beam beyond it."""
     first, last = support.shown_near
     if first == support.near[0]:

@@ -10,7 +10,7 @@ from gapbeam.postprocess.results.field_reader import Fields
 
 
 @dataclass(frozen=True)
-class Motion:
+class MotionRange:
     """Extremes over all times.
 
     Attributes:
@@ -33,7 +33,7 @@ class Motion:
     strongest: int
 
 
-def motion_of(fields: Fields, near: tuple[float, float]) -> Motion:
+def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
     """Go through all frames once.
 
     Args:
@@ -56,7 +56,7 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> Motion:
             )
         )
     times, tip, low, high, near_support, pressure = np.array(rows, dtype=float).T
-    return Motion(
+    return MotionRange(
         times=times,
         tip=tip,
         lowest=min(0.0, float(low.min())),

@@ -12,7 +12,7 @@ from matplotlib.tri import Triangulation
 
 from gapbeam.postprocess.figures.figure_style import BASE_AND_GLAND, face_style
 from gapbeam.postprocess.scene.camera_view import PRESSURES
-from gapbeam.postprocess.scene.support_surface import Support
+from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 _MEGA = 1.0e-6
 
@@ -24,7 +24,7 @@ class PressurePanel:
         self,
         figure: Figure,
         place: tuple[float, float, float, float],
-        support: Support,
+        support: SupportBoxes,
         points: np.ndarray,
         faces: dict[str, np.ndarray],
         largest: float,
@@ -66,7 +66,7 @@ class PressurePanel:
                 artist.set_array(values)
 
     def _curves(
-        self, figure: Figure, place: tuple[float, float, float, float], support: Support, points: np.ndarray,
+        self, figure: Figure, place: tuple[float, float, float, float], support: SupportBoxes, points: np.ndarray,
         faces: dict[str, np.ndarray],
     ) -> None:  # fmt: skip
         panel = figure.add_axes(place)
@@ -91,7 +91,7 @@ class PressurePanel:
         )
 
     def _maps(
-        self, figure: Figure, place: tuple[float, float, float, float], support: Support, points: np.ndarray,
+        self, figure: Figure, place: tuple[float, float, float, float], support: SupportBoxes, points: np.ndarray,
         faces: dict[str, np.ndarray],
     ) -> None:  # fmt: skip
         left, bottom, width, height = place

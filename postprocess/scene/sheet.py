@@ -19,7 +19,7 @@ from gapbeam.postprocess.scene.attached_marks import Mark
 from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.caption import Caption
 from gapbeam.postprocess.scene.pressure_panel import PressurePanel
-from gapbeam.postprocess.scene.support_surface import Support
+from gapbeam.postprocess.scene.support_surface import SupportBoxes
 from gapbeam.postprocess.scene.traces import Traces
 
 Place = tuple[float, float, float, float]
@@ -71,7 +71,7 @@ class Sheet:
     def __init__(
         self,
         size: tuple[int, int],
-        support: Support,
+        support: SupportBoxes,
         pressures: tuple[np.ndarray, dict[str, np.ndarray], float],
         traces: Traces,
         caption: Caption,
@@ -136,7 +136,7 @@ class Sheet:
         pixels_now = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
         return np.asarray(pixels_now)[..., :3].copy()
 
-    def _picture(self, place: Place, window: Window, support: Support, most: int) -> AxesImage:
+    def _picture(self, place: Place, window: Window, support: SupportBoxes, most: int) -> AxesImage:
         panel = self.figure.add_axes(place)
         width, height = pixels(place, self._size)
         extent = (1e3 * window.x[0], 1e3 * window.x[1], 1e3 * window.height[0], 1e3 * window.height[1])
@@ -158,7 +158,7 @@ class Sheet:
             panel.spines["bottom"].set_bounds(first, last)
         return image
 
-    def _mark(self, marks: Sequence[Mark], support: Support) -> None:
+    def _mark(self, marks: Sequence[Mark], support: SupportBoxes) -> None:
         """Mark joints and masses on the axis of the undeformed beam, with their names above the beam."""
         panel, axis = self._whole.axes, 0.5e3 * (support.bottom + support.top)
         for mark in marks:

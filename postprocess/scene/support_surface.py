@@ -18,7 +18,7 @@ _BEYOND = 0.3
 
 
 @dataclass(frozen=True)
-class Block:
+class PlaneBox:
     """One plane of a support.
 
     Attributes:
@@ -35,7 +35,7 @@ class Block:
 
 
 @dataclass(frozen=True)
-class Support:
+class SupportBoxes:
     """Beam and supports as boxes, m.
 
     Attributes:
@@ -52,7 +52,7 @@ class Support:
     """
 
     dimension: int
-    blocks: tuple[Block, ...]
+    blocks: tuple[PlaneBox, ...]
     near: Span
     clearance: float
     start: float
@@ -73,11 +73,11 @@ class Support:
         beyond = _BEYOND * (self.near[1] - self.near[0])
         return max(self.start, self.near[0] - beyond), min(self.end, self.near[1] + beyond)
 
-    def near_blocks(self) -> tuple[Block, ...]:
+    def near_blocks(self) -> tuple[PlaneBox, ...]:
         """The planes of the support that is shown from near."""
         return tuple(block for block in self.blocks if block.along == self.near)
 
-    def box(self, block: Block, scale: float) -> Box:
+    def box(self, block: PlaneBox, scale: float) -> Box:
         """The limits in x, y, z of a block, its plane `scale` times the gap away from the undeformed beam.
 
         A point of the beam displaced by u is drawn at its place + scale u: it touches this plane where u is the gap,
@@ -95,7 +95,7 @@ class Support:
             return (first, last, low, high, 0.0, 0.0)
         return (first, last, self.front, self.back + _BEHIND * (self.back - self.front), low, high)
 
-    def heights(self, blocks: tuple[Block, ...], scale: float) -> Span:
+    def heights(self, blocks: tuple[PlaneBox, ...], scale: float) -> Span:
         """The limits of blocks and beam in the bending direction, m."""
         bending = self.dimension - 1
         boxes = [self.box(block, scale)[2 * bending : 2 * bending + 2] for block in blocks]
@@ -104,7 +104,7 @@ class Support:
 
 def support_of(
     points: np.ndarray, dimension: int, supports: Sequence[RunSupport], loudest: str | None = None
-) -> Support:
+) -> SupportBoxes:
     """Return beam and supports in the frame of the mesh.
 
     Args:
@@ -116,12 +116,12 @@ def support_of(
     low, high = points.min(axis=0), points.max(axis=0)
     bending, first = dimension - 1, float(low[0])
     blocks = tuple(
-        Block(plane.face, plane.below, (first + one.start, first + one.end), plane.gap)
+        PlaneBox(plane.face, plane.below, (first + one.start, first + one.end), plane.gap)
         for one in supports
         for plane in one.planes
     )
     shown = next((one for one in supports if loudest in [plane.face for plane in one.planes]), supports[0])
-    return Support(
+    return SupportBoxes(
         dimension=dimension,
         blocks=blocks,
         near=(first + shown.start, first + shown.end),

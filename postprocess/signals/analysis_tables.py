@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.signals.harmonics import Harmonic, distortion
+from gapbeam.postprocess.signals.harmonics import HarmonicLine, distortion
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
 
 
@@ -104,7 +104,7 @@ def _harmonic_rows(analysis: Analysis) -> list[str]:
     return [*rows, f"  spans: {spans}"]
 
 
-def _cell(row: Harmonic | None, factor: float) -> str:
+def _cell(row: HarmonicLine | None, factor: float) -> str:
     return "-" if row is None else f"{factor * row.amplitude:.5g}"
 
 

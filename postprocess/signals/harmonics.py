@@ -14,7 +14,7 @@ SUBHARMONICS = (Fraction(1, 3), Fraction(1, 2))
 
 
 @dataclass(frozen=True)
-class Harmonic:
+class HarmonicLine:
     """One line of the table.
 
     Attributes:
@@ -30,7 +30,7 @@ class Harmonic:
     phase: float
 
 
-def harmonics(spectrum: Spectrum, highest: int = 10) -> tuple[Harmonic, ...]:
+def harmonics(spectrum: Spectrum, highest: int = 10) -> tuple[HarmonicLine, ...]:
     """Read the subharmonics 1/3 and 1/2 and the harmonics 1 to n of the forcing.
 
     Orders that fall between the lines of the spectrum or above half the sampling rate are left out.
@@ -50,7 +50,7 @@ def harmonics(spectrum: Spectrum, highest: int = 10) -> tuple[Harmonic, ...]:
         if line.denominator == 1 and line < spectrum.frequency.size:
             k = int(line)
             rows.append(
-                Harmonic(
+                HarmonicLine(
                     order,
                     float(spectrum.frequency[k]),
                     float(spectrum.amplitude[k]),
@@ -60,7 +60,7 @@ def harmonics(spectrum: Spectrum, highest: int = 10) -> tuple[Harmonic, ...]:
     return tuple(rows)
 
 
-def distortion(table: tuple[Harmonic, ...]) -> float:
+def distortion(table: tuple[HarmonicLine, ...]) -> float:
     """Root of the sum of squares of the higher harmonics over the first; inf where the first is 0."""
     first = sum(row.amplitude for row in table if row.order == 1)
     higher = float(np.sqrt(sum(row.amplitude**2 for row in table if row.order > 1)))

@@ -76,7 +76,7 @@ class Periodicity:
 
 
 @dataclass(frozen=True)
-class Section:
+class PoincareSection:
     """States at every forcing period.
 
     Attributes:
@@ -90,7 +90,9 @@ class Section:
     velocity: FloatArray
 
 
-def poincare_section(displacement: Signal, velocity: Signal, forcing_frequency: float, phase: float = 0.0) -> Section:
+def poincare_section(
+    displacement: Signal, velocity: Signal, forcing_frequency: float, phase: float = 0.0
+) -> PoincareSection:
     """Take the state once per forcing period, at t = (j + phase)/f.
 
     Args:
@@ -106,7 +108,7 @@ def poincare_section(displacement: Signal, velocity: Signal, forcing_frequency: 
     time = (np.arange(np.ceil(start - phase - 1e-6), np.floor(end - phase + 1e-6) + 1) + phase) / forcing_frequency
     if time.size == 0:
         raise SignalError(f"{displacement.name}: the record is shorter than a forcing period")
-    return Section(time, _at(displacement, time), _at(velocity, time))
+    return PoincareSection(time, _at(displacement, time), _at(velocity, time))
 
 
 def periodicity(

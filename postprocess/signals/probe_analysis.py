@@ -10,8 +10,14 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.results.results import Results
-from gapbeam.postprocess.signals.harmonics import Harmonic, harmonics
-from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, Section, periodicity, poincare_section
+from gapbeam.postprocess.signals.harmonics import HarmonicLine, harmonics
+from gapbeam.postprocess.signals.periodicity import (
+    TOLERANCE,
+    Periodicity,
+    PoincareSection,
+    periodicity,
+    poincare_section,
+)
 from gapbeam.postprocess.signals.signal import (
     Signal,
     SignalError,
@@ -20,7 +26,7 @@ from gapbeam.postprocess.signals.signal import (
     probe_name,
     probe_signal,
 )
-from gapbeam.postprocess.signals.signal_peaks import Peaks, PeriodPeaks, peaks, peaks_per_period
+from gapbeam.postprocess.signals.signal_peaks import PeriodPeaks, SignalPeaks, peaks, peaks_per_period
 from gapbeam.postprocess.signals.smoothing import POINTS, RATE, Sampling, smooth
 from gapbeam.postprocess.signals.spectra import Spectrum, Window, default_periods, spectrum
 
@@ -61,10 +67,10 @@ class SignalAnalysis:
     """One signal and what was found in it; None where the record or the forcing does not allow it."""
 
     signal: Signal
-    peaks: Peaks
+    peaks: SignalPeaks
     per_period: PeriodPeaks | None
     spectrum: Spectrum | None
-    harmonics: tuple[Harmonic, ...]
+    harmonics: tuple[HarmonicLine, ...]
 
 
 @dataclass(frozen=True)
@@ -92,7 +98,7 @@ class Analysis:
     acceleration: SignalAnalysis | None = None
     smoothed: SignalAnalysis | None = None
     periodicity: Periodicity | None = None
-    section: Section | None = None
+    section: PoincareSection | None = None
     warnings: tuple[str, ...] = field(default=())
 
     def settled_since(self, periods: int = 12) -> float:
@@ -206,7 +212,7 @@ def _analyzed(
 ) -> SignalAnalysis:
     per_period: PeriodPeaks | None = None
     lines: Spectrum | None = None
-    table: tuple[Harmonic, ...] = ()
+    table: tuple[HarmonicLine, ...] = ()
     if frequency is not None:
         try:
             per_period = peaks_per_period(signal, frequency)

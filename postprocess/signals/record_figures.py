@@ -7,12 +7,12 @@ import xarray as xr
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth
-from gapbeam.postprocess.signals.steady_figures import Quantity
+from gapbeam.postprocess.signals.steady_figures import WindowFigure
 
 WORD = "no period"
 
 
-def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[dict[str, Quantity], list[str]]:
+def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[dict[str, WindowFigure], list[str]]:
     """Return figures, named as in `gapbeam.postprocess.signals.steady_figures.steady`, and notes.
 
     For every probe, in the bending direction: peak to peak of displacement, acceleration and smoothed acceleration.
@@ -28,7 +28,7 @@ def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[
     probes = [str(name) for name in history["probe"].values] if "probe" in history.coords else []
     if not probes:
         raise SignalError("the run recorded no probe; add [[probe]] to the case")
-    quantities: dict[str, Quantity] = {}
+    quantities: dict[str, WindowFigure] = {}
     notes: list[str] = []
     for probe in probes:
         acceleration = probe_signal(history, "acceleration_absolute", probe)
@@ -40,13 +40,13 @@ def figures_of_record(history: xr.Dataset, after: float | None = None) -> tuple[
             notes.append(f"not smoothed: {fault}")
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
         force, impulse = (_later(face_signal(history, name, face), after) for name in ("contact_force", "impulse"))
-        quantities[f"{face} peak force"] = Quantity("N", np.array([force.max()]))
-        quantities[f"{face} whole impulse"] = Quantity("N s", np.array([impulse[-1] - impulse[0]]))
+        quantities[f"{face} peak force"] = WindowFigure("N", np.array([force.max()]))
+        quantities[f"{face} whole impulse"] = WindowFigure("N s", np.array([impulse[-1] - impulse[0]]))
     return quantities, list(dict.fromkeys(notes))
 
 
-def _range(signal: Signal, after: float | None) -> Quantity:
-    return Quantity(signal.unit, np.array([np.ptp(_later(signal, after))]))
+def _range(signal: Signal, after: float | None) -> WindowFigure:
+    return WindowFigure(signal.unit, np.array([np.ptp(_later(signal, after))]))
 
 
 def _later(signal: Signal, after: float | None) -> np.ndarray:

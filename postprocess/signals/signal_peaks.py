@@ -14,7 +14,7 @@ _PHASE_SLACK = 1.0e-6
 
 
 @dataclass(frozen=True)
-class Peaks:
+class SignalPeaks:
     """Extremes of a signal over one span.
 
     Attributes:
@@ -61,13 +61,13 @@ class PeriodPeaks:
         return np.asarray(self.maximum - self.minimum)
 
 
-def peaks(signal: Signal) -> Peaks:
+def peaks(signal: Signal) -> SignalPeaks:
     """Find the extremes of a signal over its whole span.
 
     Sampled values as they are: nothing is interpolated between them.
     """
     high, low = int(np.argmax(signal.values)), int(np.argmin(signal.values))
-    return Peaks(
+    return SignalPeaks(
         maximum=float(signal.values[high]),
         minimum=float(signal.values[low]),
         time_of_maximum=float(signal.time[high]),

@@ -24,7 +24,7 @@ HARMONICS = 5
 
 
 @dataclass(frozen=True)
-class Quantity:
+class WindowFigure:
     """One figure of a response, window by window.
 
     Attributes:
@@ -76,7 +76,7 @@ class Steady:
     windows: int
     start: float
     end: float
-    quantities: dict[str, Quantity]
+    quantities: dict[str, WindowFigure]
     harmonics: dict[str, FloatArray]
     notes: tuple[str, ...] = ()
 
@@ -141,7 +141,7 @@ def _amplitude_signals(history: xr.Dataset, names: Iterable[str]) -> Iterator[tu
 
 def figures_over(
     history: xr.Dataset, frequency: float, periods: int, count: int = 1
-) -> tuple[dict[str, Quantity], dict[str, FloatArray], list[str]]:
+) -> tuple[dict[str, WindowFigure], dict[str, FloatArray], list[str]]:
     """Return figures, harmonics and notes, as in `Steady`, over the last windows of a record, settled or not.
 
     Args:
@@ -154,23 +154,23 @@ def figures_over(
         SignalError: A window without values, or fewer values in a forcing period than the harmonics need.
     """
     probes = [str(name) for name in history["probe"].values]
-    quantities: dict[str, Quantity] = {}
+    quantities: dict[str, WindowFigure] = {}
     amplitudes: dict[str, FloatArray] = {}
     notes: list[str] = []
     span = Windows(frequency, periods, count, float(history["time"].values[-1]))
     for probe in probes:
         displacement = probe_signal(history, "displacement", probe)
         acceleration = probe_signal(history, "acceleration_absolute", probe)
-        quantities[f"{probe} displacement"] = Quantity("m", span.ranges(displacement))
-        quantities[f"{probe} acceleration"] = Quantity("m/s^2", span.ranges(acceleration))
+        quantities[f"{probe} displacement"] = WindowFigure("m", span.ranges(displacement))
+        quantities[f"{probe} acceleration"] = WindowFigure("m/s^2", span.ranges(acceleration))
         try:
-            quantities[f"{probe} smoothed acceleration"] = Quantity("m/s^2", span.ranges(smooth(acceleration)))
+            quantities[f"{probe} smoothed acceleration"] = WindowFigure("m/s^2", span.ranges(smooth(acceleration)))
         except SignalError as fault:
             notes.append(f"not smoothed: {fault}")
         amplitudes[probe] = span.harmonics(displacement, HARMONICS)
         for order in range(1, HARMONICS + 1):
-            quantities[f"{probe} harmonic {order}"] = Quantity("m", np.abs(amplitudes[probe][:, order - 1]))
+            quantities[f"{probe} harmonic {order}"] = WindowFigure("m", np.abs(amplitudes[probe][:, order - 1]))
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
-        quantities[f"{face} peak force"] = Quantity("N", span.largest(face_signal(history, "contact_force", face)))
-        quantities[f"{face} impulse"] = Quantity("N s", span.increments(face_signal(history, "impulse", face)))
+        quantities[f"{face} peak force"] = WindowFigure("N", span.largest(face_signal(history, "contact_force", face)))
+        quantities[f"{face} impulse"] = WindowFigure("N s", span.increments(face_signal(history, "impulse", face)))
     return quantities, amplitudes, notes

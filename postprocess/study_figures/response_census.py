@@ -64,7 +64,7 @@ class Branch:
 
 
 @dataclass(frozen=True)
-class Point:
+class SweepPoint:
     """Result of one point of a sweep.
 
     Attributes:
@@ -88,7 +88,7 @@ class Point:
         return sum(branch.count for branch in self.branches if branch.word == CREEPING)
 
 
-def census_words(points: Sequence[Point]) -> list[str]:
+def census_words(points: Sequence[SweepPoint]) -> list[str]:
     """Return at how many points responses coexist, and how many responses cannot tell, a clause each."""
     several, unsettled = sum(point.coexisting > 1 for point in points), sum(point.unsettled for point in points)
     words = [f"{several} of {len(points)} points have more than one response"]
@@ -97,7 +97,7 @@ def census_words(points: Sequence[Point]) -> list[str]:
     return words
 
 
-def census(records: Sequence[Record], tolerance: float) -> list[Point]:
+def census(records: Sequence[Record], tolerance: float) -> list[SweepPoint]:
     """Sort the records of a sweep into points, and those of a point into responses.
 
     Args:
@@ -119,7 +119,7 @@ def census(records: Sequence[Record], tolerance: float) -> list[Point]:
         groups += _grouped(creeping, tolerance)
         groups.sort(key=len, reverse=True)
         branches = tuple(Branch(dict(values), _word(group, tolerance), tuple(group)) for group in groups)
-        points.append(Point(dict(values), branches, tuple(record for record in there if record not in good)))
+        points.append(SweepPoint(dict(values), branches, tuple(record for record in there if record not in good)))
     return points
 
 

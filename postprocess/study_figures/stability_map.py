@@ -19,7 +19,7 @@ RESOLVED, MOST = 1e-6, 1e1  # of the energy exchanged
 
 
 @dataclass(frozen=True)
-class Quantity:
+class MapQuantity:
     """What a map shows.
 
     Attributes:
@@ -36,12 +36,12 @@ class Quantity:
 
 
 QUANTITIES = {
-    "energy": Quantity(
+    "energy": MapQuantity(
         "created", "energy created / exchanged", SymLogNorm(RESOLVED, vmin=-MOST, vmax=MOST, base=10), "RdBu_r"
     ),
-    "residual": Quantity("residual", "residual of the balance / exchanged", LogNorm(1e-16, 1e-4)),
-    "penetration": Quantity("relative_penetration", "largest penetration / clearance", LogNorm(1e-6, 1e1)),
-    "iterations": Quantity("iterations", "contact iterations of a step, mean", LogNorm(1.0, 64.0)),
+    "residual": MapQuantity("residual", "residual of the balance / exchanged", LogNorm(1e-16, 1e-4)),
+    "penetration": MapQuantity("relative_penetration", "largest penetration / clearance", LogNorm(1e-6, 1e1)),
+    "iterations": MapQuantity("iterations", "contact iterations of a step, mean", LogNorm(1.0, 64.0)),
 }
 LABELS = {"contact.stiffness": "contact stiffness (Pa/m)", "time.step": "step (s)"}
 MOST_TICKS = 8
@@ -54,7 +54,7 @@ def draw_stability_map(
     along: str = "contact.stiffness",
     up: str = "time.step",
     panels: str = "time.scheme",
-    shown: Quantity = QUANTITIES["energy"],
+    shown: MapQuantity = QUANTITIES["energy"],
 ) -> Path:
     """Draw a quantity, by default the energy created (red) or lost (blue), over two keys, a panel a value of a third.
 
@@ -108,7 +108,7 @@ def draw_stability_map(
     return path
 
 
-def _value(record: Mapping[str, Any] | None, shown: Quantity) -> float:
+def _value(record: Mapping[str, Any] | None, shown: MapQuantity) -> float:
     """Return what is drawn: within the range of the colors, nothing where nothing was run."""
     if record is None or record["verdict"] == "refused" or record.get(shown.key) is None:
         return float("nan")

@@ -22,7 +22,7 @@ from gapbeam.postprocess.figures.figure_style import (
     journal_style,
     panels,
 )
-from gapbeam.postprocess.study_figures.response_census import Point
+from gapbeam.postprocess.study_figures.response_census import SweepPoint
 from gapbeam.postprocess.study_figures.sweep_columns import columns_of, key_along
 
 COLORS = {
@@ -39,7 +39,7 @@ ABREAST = 4
 SMALLEST, LARGEST = 16.0, 64.0  # areas of the marks, points^2
 
 
-def draw_branches(points: Sequence[Point], path: Path, quantities: Sequence[str] | None = None) -> Path:
+def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence[str] | None = None) -> Path:
     """Draw figures of all responses over the last key of a sweep; what failed is marked at the foot.
 
     Marks point up or down where a state was carried, are larger the more starts led there, and are colored by period;
@@ -54,7 +54,7 @@ def draw_branches(points: Sequence[Point], path: Path, quantities: Sequence[str]
     """
     values = [point.values for point in points]
     along = key_along(values)
-    groups: dict[str, list[Point]] = {}
+    groups: dict[str, list[SweepPoint]] = {}
     for point, column_title in zip(points, columns_of(values), strict=True):
         groups.setdefault(column_title, []).append(point)
     names = list(quantities) if quantities else _quantities(points)
@@ -102,7 +102,7 @@ def _columns(rows: int, count: int) -> tuple[Figure, np.ndarray]:
     return figure, columns
 
 
-def _axis_words(points: Sequence[Point], along: str) -> str:
+def _axis_words(points: Sequence[SweepPoint], along: str) -> str:
     """Return the name of the axis, and what varies with it: from the first point to the last."""
     if len(set(columns_of([point.values for point in points]))) > 1:
         return along
@@ -111,7 +111,7 @@ def _axis_words(points: Sequence[Point], along: str) -> str:
     return "\n".join([along, *(f"with {words}" for words in beside)])
 
 
-def _quantities(points: Sequence[Point]) -> list[str]:
+def _quantities(points: Sequence[SweepPoint]) -> list[str]:
     names = list(dict.fromkeys(name for point in points for branch in point.branches for name in branch.figures))
     for ending in (" smoothed acceleration", " acceleration", " displacement"):
         found = [name for name in names if name.endswith(ending)]
@@ -120,7 +120,7 @@ def _quantities(points: Sequence[Point]) -> list[str]:
     return names[:1]
 
 
-def _draw_point(panel: Axes, point: Point, name: str, x: float) -> set[str]:
+def _draw_point(panel: Axes, point: SweepPoint, name: str, x: float) -> set[str]:
     most = max((branch.count for branch in point.branches), default=1)
     for branch in point.branches:
         if name not in branch.figures:
@@ -141,7 +141,7 @@ def _color(word: str) -> str:
     return (COLORS | OTHER).get(word, GREEN)
 
 
-def _legend(points: Sequence[Point], words: set[str]) -> list[Line2D]:
+def _legend(points: Sequence[SweepPoint], words: set[str]) -> list[Line2D]:
     marks = [
         Line2D([], [], color=_color(word), marker="o", linestyle="", markersize=4, label=word) for word in sorted(words)
     ]

@@ -17,7 +17,7 @@ import numpy as np
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.ledger_update import (
     Energies,
-    Measured,
+    StepEnergies,
     after_measuring,
     after_step,
     created_energy,
@@ -129,7 +129,7 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
     works = stage.load_factors * np.array(load_work)
     driven = np.array([not load.static for load in system.loads], dtype=bool)
     weights, deeper = system.contact.weights, system.contact.closing(old, new, system.operators)
-    measured = Measured(
+    measured = StepEnergies(
         kinetic=0.5 * float(kinetic),
         strain=0.5 * float(strain),
         contact=_contact_energy(system, law, new),

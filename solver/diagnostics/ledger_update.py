@@ -35,7 +35,7 @@ class Energies(NamedTuple):
     friction_loss: float
 
 
-class Measured(NamedTuple):
+class StepEnergies(NamedTuple):
     """What a loop measures of a step, J.
 
     Attributes:
@@ -64,7 +64,7 @@ class Measured(NamedTuple):
 
 
 @shared
-def after_step(before: Energies, step: Measured) -> Energies:
+def after_step(before: Energies, step: StepEnergies) -> Energies:
     """Return the ledger after a step."""
     taken = (step.inner - (step.kinetic - before.kinetic) - (step.strain - before.strain)) + step.elastic_work
     return Energies(

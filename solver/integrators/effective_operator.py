@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.contact.solve.condensation import Response
+from gapbeam.solver.contact.solve.condensation import ForceResponse
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Imaged, SemiDiscreteSystem
@@ -29,7 +29,7 @@ def image_of_solution(
     right_side: Array,
     forces: Array,
     friction: Array | None = None,
-    response: Response | None = None,
+    response: ForceResponse | None = None,
 ) -> Imaged:
     """Return x = A^-1 (r + H^T f + T^T h) with its images M x and K x, (3, n).
 

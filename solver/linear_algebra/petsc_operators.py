@@ -23,7 +23,7 @@ from gapbeam.solver.linear_algebra.deflation.deflated_factor import DeflatedFact
 from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
 from gapbeam.solver.linear_algebra.deflation.smooth_modes import smooth_modes
 from gapbeam.solver.linear_algebra.interface_springs import add_springs
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import IterativeFactor
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.linear_algebra.shell_matrix import as_matrix
 from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
@@ -230,8 +230,8 @@ class PetscOperators:
         tolerance: float,
         added: RankOnes | None = None,
         images: Array | None = None,
-    ) -> IterativeFactor:
-        return IterativeFactor(matrix, self._space, self._rigid, self, prefix, tolerance, added, images)
+    ) -> ConjugateGradients:
+        return ConjugateGradients(matrix, self._space, self._rigid, self, prefix, tolerance, added, images)
 
     def _images(
         self,

@@ -7,7 +7,7 @@ from dataclasses import replace
 from math import ceil
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.record_curve import Curve, curve_of
+from gapbeam.solver.loads.record_curve import RecordCurve, curve_of
 from gapbeam.solver.loads.record_file import GREATEST, RecordError
 from gapbeam.solver.loads.recorded_function import ROUNDING, signal_of
 from gapbeam.solver.loads.recorded_table import RecordedTable
@@ -50,7 +50,9 @@ def run_faults(load: RecordedTable, key: Key, end: float, step: float | None) ->
     yield from _span_faults(load, key, curve, end, step)
 
 
-def _span_faults(load: RecordedTable, key: Key, curve: Curve, given: float, step: float | None) -> Iterator[Fault]:
+def _span_faults(
+    load: RecordedTable, key: Key, curve: RecordCurve, given: float, step: float | None
+) -> Iterator[Fault]:
     shift = 0.0 if load.start is None else load.start - curve.first
     end = given if step is None else max(given, round(given / step) * step)
     first, last = curve.first, curve.first + curve.span
@@ -95,7 +97,7 @@ def _span_faults(load: RecordedTable, key: Key, curve: Curve, given: float, step
         )
 
 
-def _remedy(load: RecordedTable, curve: Curve, end: float, shift: float) -> str:
+def _remedy(load: RecordedTable, curve: RecordCurve, end: float, shift: float) -> str:
     remedies = f'end = {float(f"{curve.span - shift:.9g}")!r}, or beyond = "zero" or "repeat" in [[load]] {load.name}'
     if (shift + end) > 500.0 * curve.span:
         return f"are the times in another unit than s? Else {remedies}"

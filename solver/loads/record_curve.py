@@ -17,7 +17,7 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.loads.record_file import FILE, TIME, Record, RecordError, read_record
+from gapbeam.solver.loads.record_file import FILE, TIME, RecordedRows, RecordError, read_record
 from gapbeam.solver.loads.recorded_table import RecordedTable
 from gapbeam.solver.system.operators import Array
 
@@ -50,7 +50,7 @@ class Content:
 
 
 @dataclass(frozen=True, eq=False)
-class Curve:
+class RecordCurve:
     """A curve through the rows of a record.
 
     Attributes:
@@ -96,7 +96,7 @@ class Curve:
         return np.asarray(0.5 * (self.knots[1:] + self.knots[:-1]))
 
 
-def curve_of(load: RecordedTable) -> Curve:
+def curve_of(load: RecordedTable) -> RecordCurve:
     """Return the curve of a recorded load, before scaling; the same one as long as its file does not change.
 
     Raises:
@@ -111,7 +111,7 @@ def curve_of(load: RecordedTable) -> Curve:
 
 
 @lru_cache(maxsize=32)
-def extremes(curve: Curve, derivative: int) -> tuple[float, float]:
+def extremes(curve: RecordCurve, derivative: int) -> tuple[float, float]:
     """Return the least and the largest value of a derivative of a curve, at and between its rows."""
     places = np.concatenate([curve.knots, curve.middles])
     values = curve.pieces(places, nu=derivative)
@@ -119,7 +119,7 @@ def extremes(curve: Curve, derivative: int) -> tuple[float, float]:
 
 
 @lru_cache(maxsize=32)
-def content(curve: Curve, derivative: int) -> Content:
+def content(curve: RecordCurve, derivative: int) -> Content:
     """Return how the power of a derivative of a curve is spread up to half its mean sampling rate; without its mean."""
     rows = len(curve.knots)
     values = curve.pieces(np.linspace(0.0, curve.span, rows), nu=derivative)
@@ -130,7 +130,9 @@ def content(curve: Curve, derivative: int) -> Content:
 
 
 @lru_cache(maxsize=8)
-def _curve(record: Record, time_scale: float, interpolation: Literal["cubic", "monotone"], closed: bool) -> Curve:
+def _curve(
+    record: RecordedRows, time_scale: float, interpolation: Literal["cubic", "monotone"], closed: bool
+) -> RecordCurve:
     times = (record.times - record.times[0]) * time_scale
     values = record.values
     if closed:
@@ -148,7 +150,7 @@ def _curve(record: Record, time_scale: float, interpolation: Literal["cubic", "m
         raise RecordError([_too_close(times)]) from error
     if not np.all(np.isfinite(pieces.c)):
         raise RecordError([_too_close(times)])
-    return Curve(pieces, float(record.times[0] * time_scale), record.checksum)
+    return RecordCurve(pieces, float(record.times[0] * time_scale), record.checksum)
 
 
 def _too_close(times: Array) -> Fault:

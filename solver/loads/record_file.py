@@ -18,7 +18,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.record_layout import Layout, NoRows, layout_of, plain, without_unit
+from gapbeam.solver.loads.record_layout import NoRows, RecordLayout, layout_of, plain, without_unit
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.wording.near_names import near
 from gapbeam.solver.wording.short_words import either, printable
@@ -46,7 +46,7 @@ class RecordError(UserError):
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class RecordedRows:
     """The rows of a file.
 
     Attributes:
@@ -60,7 +60,7 @@ class Record:
     checksum: str
 
 
-def read_record(file: str, time_column: Column, value_column: Column) -> Record:
+def read_record(file: str, time_column: Column, value_column: Column) -> RecordedRows:
     """Read a record; one that was read before and has not changed since is not read again.
 
     Args:
@@ -91,7 +91,7 @@ def read_record(file: str, time_column: Column, value_column: Column) -> Record:
 
 
 @lru_cache(maxsize=8)
-def _read(path: Path, _stamp: tuple[int, ...], time_column: Column, value_column: Column) -> Record:
+def _read(path: Path, _stamp: tuple[int, ...], time_column: Column, value_column: Column) -> RecordedRows:
     with path.open("rb") as file:
         content = file.read(LARGEST + 1)
     layout = _layout(content[:HEAD], len(content) > HEAD, time_column, value_column)
@@ -105,10 +105,10 @@ def _read(path: Path, _stamp: tuple[int, ...], time_column: Column, value_column
     faults = list(_faults(times, values))
     if faults:
         raise RecordError(faults)
-    return Record(times, values, hashlib.sha256(content).hexdigest())
+    return RecordedRows(times, values, hashlib.sha256(content).hexdigest())
 
 
-def _layout(head: bytes, goes_on: bool, time_column: Column, value_column: Column) -> Layout:
+def _layout(head: bytes, goes_on: bool, time_column: Column, value_column: Column) -> RecordLayout:
     """Return how the rows are written, from the first bytes of a file."""
     if b"\0" in head:
         hint = "export it as text; UTF-16 text has to be saved as UTF-8"
@@ -122,7 +122,7 @@ def _layout(head: bytes, goes_on: bool, time_column: Column, value_column: Colum
         raise _fault(FILE, found, EXPECTED, str(error)) from error
 
 
-def _place(key: Key, column: Column, layout: Layout) -> int | Fault:
+def _place(key: Key, column: Column, layout: RecordLayout) -> int | Fault:
     """Return the number of a column, from 0."""
     place = layout.place(column)
     if place is not None:
@@ -138,10 +138,10 @@ def _place(key: Key, column: Column, layout: Layout) -> int | Fault:
     return Fault(key, f'"{printable(column)}"', either(map(printable, known[:20])), hint)
 
 
-def _numbers(content: bytes, layout: Layout, columns: list[int]) -> tuple[Array, Array]:
+def _numbers(content: bytes, layout: RecordLayout, columns: list[int]) -> tuple[Array, Array]:
     """Return two columns."""
     text = io.TextIOWrapper(io.BytesIO(content), encoding="utf-8-sig", errors="replace")
-    rows = Rows(text, layout)
+    rows = RowReader(text, layout)
     try:
         read = np.loadtxt(iter(rows), delimiter=layout.delimiter, usecols=columns, comments=None, ndmin=2)
     except ValueError as error:
@@ -153,7 +153,7 @@ def _numbers(content: bytes, layout: Layout, columns: list[int]) -> tuple[Array,
 
 
 @dataclass
-class Rows:
+class RowReader:
     """The rows of a file, one after the other, each with as many columns as the first.
 
     Attributes:
@@ -164,7 +164,7 @@ class Rows:
     """
 
     file: io.TextIOWrapper
-    layout: Layout
+    layout: RecordLayout
     line: int = 0
     text: str = ""
 

@@ -22,7 +22,7 @@ class NoRows(Exception):  # noqa: N818 - what was found
 
 
 @dataclass(frozen=True)
-class Layout:
+class RecordLayout:
     """How the rows of a file are written.
 
     Attributes:
@@ -61,7 +61,7 @@ class Layout:
         return _entries(row, self.delimiter)
 
 
-def layout_of(lines: Sequence[str], wanted: Sequence[int | str]) -> Layout:
+def layout_of(lines: Sequence[str], wanted: Sequence[int | str]) -> RecordLayout:
     """Return how the rows are written, by the first line that has numbers where they are wanted.
 
     Args:
@@ -87,7 +87,7 @@ def layout_of(lines: Sequence[str], wanted: Sequence[int | str]) -> Layout:
             if key not in names:
                 named = [_names(heading, delimiter, len(entries)) for heading in reversed(above[-MOST_ABOVE:])]
                 names[key] = tuple(filter(None, named))
-            layout = Layout(number, delimiter, len(entries), names[key])
+            layout = RecordLayout(number, delimiter, len(entries), names[key])
             is_row = True
             places = [layout.place(column) for column in wanted]
             if all(place is None or numeric[place] for place in places):

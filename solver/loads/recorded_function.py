@@ -18,7 +18,7 @@ import numpy as np
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.ramp import ramped
-from gapbeam.solver.loads.record_curve import Content, Curve, content, curve_of, extremes
+from gapbeam.solver.loads.record_curve import Content, RecordCurve, content, curve_of, extremes
 from gapbeam.solver.loads.recorded_table import RecordedTable
 from gapbeam.solver.system.operators import Array
 
@@ -45,7 +45,7 @@ class RecordedSignal:
     """
 
     name: str
-    curve: Curve
+    curve: RecordCurve
     shift: float
     scale: float
     constant: float

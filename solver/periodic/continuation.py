@@ -90,7 +90,7 @@ class CurvePoint:
 
 
 @dataclass(frozen=True)
-class Curve:
+class ResponseCurve:
     """Points from one end to the other.
 
     Attributes:
@@ -107,7 +107,7 @@ class Curve:
         return [point for point in self.points if point.event]
 
 
-def follow(map_at: Callable[[float], PeriodMap], value: float, start: Array, settings: CurveSettings) -> Curve:
+def follow(map_at: Callable[[float], PeriodMap], value: float, start: Array, settings: CurveSettings) -> ResponseCurve:
     """Follow the curve through a periodic response in both directions.
 
     Args:
@@ -125,7 +125,7 @@ def follow(map_at: Callable[[float], PeriodMap], value: float, start: Array, set
     up, upper = walk.along(walk.first(first, orbit.monodromy, 1.0))
     down, lower = walk.along(walk.first(first, orbit.monodromy, -1.0))
     between = replace(first, direction=up[0].direction if up else 1.0)
-    return Curve((*_turned(down), between, *up), (lower, upper))
+    return ResponseCurve((*_turned(down), between, *up), (lower, upper))
 
 
 def _turned(points: list[CurvePoint]) -> Iterator[CurvePoint]:

@@ -22,7 +22,7 @@ HARMONICS_REPORTED = 5
 
 
 @dataclass(frozen=True)
-class Stage:
+class HarmonicStage:
     """Result of one number of harmonics.
 
     Attributes:
@@ -55,7 +55,7 @@ class Climb:
     """
 
     solution: HarmonicSolution
-    stages: tuple[Stage, ...]
+    stages: tuple[HarmonicStage, ...]
     change: float | None
     before: HarmonicSolution | None = None
 
@@ -104,7 +104,7 @@ def climb(
     """
     stages = stages_up_to(harmonics)[-2 if near else 0 :]
     HarmonicBalance(modal, law, Fourier(harmonics, samples_per_harmonic * harmonics, omega)).refuse_large()
-    tried_stages: list[Stage] = []
+    tried_stages: list[HarmonicStage] = []
     found: list[HarmonicSolution] = []
     for stage in stages:
         series = Fourier(stage, samples_per_harmonic * stage, omega)
@@ -114,12 +114,14 @@ def climb(
             solution, iterations, softened = _solve(balance, guesses, tolerance, max_iterations)
         except NotConverged as failure:
             tried = len(failure.residuals)
-            tried_stages.append(Stage(stage, balance.unknowns, min(failure.residuals, default=np.inf), tried, 0, False))
+            tried_stages.append(
+                HarmonicStage(stage, balance.unknowns, min(failure.residuals, default=np.inf), tried, 0, False)
+            )
             if stage == stages[-1]:
                 raise
             continue
         found.append(solution)
-        tried_stages.append(Stage(stage, balance.unknowns, solution.residual, iterations, softened, True))
+        tried_stages.append(HarmonicStage(stage, balance.unknowns, solution.residual, iterations, softened, True))
     return Climb(found[-1], tuple(tried_stages), _change(found), found[-2] if len(found) > 1 else None)
 
 

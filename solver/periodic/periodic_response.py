@@ -37,7 +37,7 @@ NOTABLE_CHANGE = 0.01
 
 
 @dataclass(frozen=True)
-class Response:
+class PeriodicResponse:
     """A periodic response.
 
     Attributes:
@@ -59,7 +59,7 @@ class Response:
 
 def find_response(
     model: Model, seat: State, analysis: Periodic, asked: Callable[[], bool], talk: Callable[[float, int], None]
-) -> Response:
+) -> PeriodicResponse:
     """Find the periodic response of a model.
 
     Args:
@@ -151,7 +151,7 @@ def _states(plan: March, seat: State) -> Iterator[tuple[State, int]]:
 
 def _shot(
     held: SteadyModel, period_map: ModalMap, begin: State, analysis: Periodic, pause: Callable[[], None]
-) -> Response:
+) -> PeriodicResponse:
     orbit = shoot(period_map, period_map.coordinates(begin), analysis.tolerance, analysis.max_iterations, pause)
     start = period_map.state(orbit.x)
     figures = {
@@ -161,10 +161,10 @@ def _shot(
         **stability_figures(Judgment(orbit.stability, 0.0)),
     }
     remarks = _stability_remarks(Judgment(orbit.stability, 0.0))
-    return Response(held, start, march(held.plan, start), figures, remarks, orbit.x)
+    return PeriodicResponse(held, start, march(held.plan, start), figures, remarks, orbit.x)
 
 
-def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, pause: Callable[[], None]) -> Response:
+def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, pause: Callable[[], None]) -> PeriodicResponse:
     def report(iteration: int, residual: float) -> None:
         LOG.info("shooting, iteration %d: the state changes by %.2e over a period", iteration, residual)
         pause()
@@ -181,7 +181,7 @@ def _shot_by_krylov(held: SteadyModel, begin: State, analysis: Periodic, pause: 
         **stability_figures(judgment),
     }
     remarks = _stability_remarks(judgment, 'type = "reduced" in [model], which finds all multipliers')
-    return Response(held, orbit.state, march(plan, orbit.state), figures, remarks)
+    return PeriodicResponse(held, orbit.state, march(plan, orbit.state), figures, remarks)
 
 
 def _balanced(
@@ -191,7 +191,7 @@ def _balanced(
     analysis: Periodic,
     near: bool,
     pause: Callable[[], None],
-) -> Response:
+) -> PeriodicResponse:
     x, n = period_map.coordinates(begin), len(period_map.modal.squares)
     if near:
         places, _ = period_map.history(x)
@@ -235,7 +235,7 @@ def _balanced(
     remarks = [*_stability_remarks(judgment, advice), *_harmonic_remarks(found)]
     accepting = held.model.case.gates.model_copy(update={"accept_energy_growth": True})
     model = replace(held.model, case=held.model.case.model_copy(update={"gates": accepting}))
-    return Response(replace(held, model=model), begin, steps, figures, remarks, x)
+    return PeriodicResponse(replace(held, model=model), begin, steps, figures, remarks, x)
 
 
 def stability_figures(judgment: Judgment) -> dict[str, Any]:

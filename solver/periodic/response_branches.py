@@ -10,7 +10,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 from gapbeam.solver.errors import NotConverged
-from gapbeam.solver.periodic.continuation import END_OF_RANGE, Curve, CurveSettings, follow
+from gapbeam.solver.periodic.continuation import END_OF_RANGE, CurveSettings, ResponseCurve, follow
 from gapbeam.solver.periodic.shooting import PeriodMap
 from gapbeam.solver.system.operators import Array
 
@@ -26,7 +26,7 @@ class Branches:
         missing: Intervals of the range where no branch was found, and why, in the order of the parameter.
     """
 
-    curves: tuple[Curve, ...]
+    curves: tuple[ResponseCurve, ...]
     missing: tuple[tuple[float, float, str], ...]
 
 
@@ -67,7 +67,7 @@ def follow_branches(
     return Branches(tuple(curves), tuple(missing))
 
 
-def _not_reached(curve: Curve, settings: CurveSettings) -> list[tuple[float, float, str]]:
+def _not_reached(curve: ResponseCurve, settings: CurveSettings) -> list[tuple[float, float, str]]:
     """Return the intervals at the ends of the range that a curve ends before; none where it turns back at a fold."""
     stopped = [ending for ending in curve.endings if ending != END_OF_RANGE]
     if not stopped:

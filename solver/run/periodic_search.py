@@ -17,9 +17,9 @@ from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.periodic.continuation import Curve, CurvePoint, CurveSettings
+from gapbeam.solver.periodic.continuation import CurvePoint, CurveSettings, ResponseCurve
 from gapbeam.solver.periodic.modal_period_map import ModalMap
-from gapbeam.solver.periodic.periodic_response import Response, end_of_march, find_response
+from gapbeam.solver.periodic.periodic_response import PeriodicResponse, end_of_march, find_response
 from gapbeam.solver.periodic.response_branches import follow_branches
 from gapbeam.solver.periodic.steady_forcing import SteadyModel, varied
 from gapbeam.solver.run.interruption import Interruption
@@ -39,7 +39,7 @@ def search(
     comm: MPI.Comm,
     summary: dict[str, Any],
     interruption: Interruption,
-) -> Response:
+) -> PeriodicResponse:
     """Find the response of a case, and the curve through it where one is asked for.
 
     Args:
@@ -84,7 +84,7 @@ def search(
 
 def _found(
     model: Model, seat: State, analysis: Periodic, comm: MPI.Comm, period: float | None, interruption: Interruption
-) -> Response:
+) -> PeriodicResponse:
     """Find the response, with a line of progress."""
     with ProgressLine(model.case.time.end, period, quiet=comm.rank != 0) as progress:
 
@@ -106,7 +106,7 @@ def stability_words(found: dict[str, Any]) -> str:
 
 
 def _follow_curve(
-    response: Response,
+    response: PeriodicResponse,
     analysis: Periodic,
     asked: Continuation,
     seat: State,
@@ -169,13 +169,13 @@ def _follow_curve(
         _log_curve(asked.key, unit, curve)
 
 
-def _log_curve(key: str, unit: str, curve: Curve) -> None:
+def _log_curve(key: str, unit: str, curve: ResponseCurve) -> None:
     LOG.info("curve in %s: %d points from %s to %s", key, len(curve.points), *map(_end, _ends(curve), curve.endings))
     for point in curve.events:
         LOG.info("%s at %s = %.6g %s", point.event, key, point.value, unit)
 
 
-def _ends(curve: Curve) -> tuple[CurvePoint, CurvePoint]:
+def _ends(curve: ResponseCurve) -> tuple[CurvePoint, CurvePoint]:
     return curve.points[0], curve.points[-1]
 
 

@@ -9,7 +9,7 @@ from pathlib import Path
 from rich.table import Table
 
 from gapbeam.postprocess.comparison.comparison_report import as_data, as_tables, draw_comparison
-from gapbeam.postprocess.comparison.run_comparison import DISAGREE, TOLERANCE, Comparison, compare
+from gapbeam.postprocess.comparison.run_comparison import DISAGREE, TOLERANCE, RunComparison, compare
 from gapbeam.postprocess.results.damaged_files import as_written
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.studies.printed_results import PrintedResult
@@ -28,7 +28,7 @@ class ComparisonResult(PrintedResult):
     """
 
     folder: Path
-    comparison: Comparison
+    comparison: RunComparison
     data: Path
     picture: Path
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gapbeam.postprocess.signals.steady_figures import Quantity
+from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
@@ -57,7 +57,7 @@ class Span:
 
 
 @dataclass(frozen=True)
-class KeyFigure(Quantity):
+class KeyFigure(WindowFigure):
     """One figure, window by window.
 
     Attributes:

@@ -26,7 +26,7 @@ LEFT_OUT_STEPS = 2  # of a fit without one measurement, from the best of all eva
 
 
 @dataclass(frozen=True)
-class Row:
+class MeasurementRow:
     """Result of a measurement.
 
     Attributes:
@@ -76,7 +76,7 @@ class Conclusion:
     values: Values
     cost: float
     bound: float
-    rows: tuple[Row, ...]
+    rows: tuple[MeasurementRow, ...]
     known: Identifiability
     drowned: tuple[str, ...]
     sensitivity: FloatArray
@@ -173,7 +173,7 @@ def _refit(misfit: Misfit, z: FloatArray) -> None:
 
 def _rows(
     problem: Problem, evaluations: Evaluations, values: Values, around: Neighborhood, left_out: Mapping[int, float]
-) -> list[Row]:
+) -> list[MeasurementRow]:
     numbers = problem.everything
     starts = range(1 + problem.file.search.coexisting)
     by_start = [evaluations.of([values], numbers, start)[0] for start in starts]
@@ -189,7 +189,7 @@ def _rows(
         ratio = computed / one.value if one.value else math.nan
         variance = float(around.slopes[number] @ around.known.covariance @ around.slopes[number])
         rows.append(
-            Row(
+            MeasurementRow(
                 number,
                 computed,
                 scatter,

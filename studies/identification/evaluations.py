@@ -17,7 +17,7 @@ from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.wording.short_words import printable
-from gapbeam.studies.identification.experiment_trial import Job, Piece, Record, compute
+from gapbeam.studies.identification.experiment_trial import Piece, Record, TrialJob, compute
 from gapbeam.studies.identification.identification_problem import Problem, Values
 from gapbeam.studies.stored_records import REMEDY, StoredPiece, checked, differing, refuse_links
 from gapbeam.studies.trials.worker_processes import SideBySide
@@ -65,7 +65,7 @@ class Evaluations:
     def _compute(self, missing: Sequence[Piece]) -> None:
         """Compute pieces and put them on disk one by one, in whatever order they end."""
         case = self.folder / CASE_FILE
-        jobs = [Job(self.problem, case, pieces) for pieces in _shares(missing, self._processes.jobs)]
+        jobs = [TrialJob(self.problem, case, pieces) for pieces in _shares(missing, self._processes.jobs)]
         with (self.folder / LOG_FILE).open("a", encoding="utf-8") as log:
             for _, records in self._processes.done(compute, jobs):
                 for record in records:

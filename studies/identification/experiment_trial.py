@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.period_windows import settled_windows
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.postprocess.signals.steady_figures import Quantity
+from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
@@ -25,7 +25,7 @@ from gapbeam.studies.identification.measured_figures import (
 )
 from gapbeam.studies.sweep.sweep_point import span
 from gapbeam.studies.trials.kept_body import KeptBody
-from gapbeam.studies.trials.response import VERDICTS, Response, respond
+from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
 from gapbeam.studies.trials.starts import Start, kicked, seated
 
 BODY = KeptBody()  # of this process
@@ -51,7 +51,7 @@ class Piece(NamedTuple):
     start: int = 0
 
 
-class Job(NamedTuple):
+class TrialJob(NamedTuple):
     """Pieces that one process computes one after the other."""
 
     problem: Problem
@@ -59,12 +59,12 @@ class Job(NamedTuple):
     pieces: tuple[Piece, ...]
 
 
-def compute(job: Job) -> list[Record]:
+def compute(job: TrialJob) -> list[Record]:
     """Return the record of each piece: its verdict and, where it passed, its figures with their scatter."""
     return [finite(_record(job, piece)) for piece in job.pieces]
 
 
-def _record(job: Job, piece: Piece) -> Record:
+def _record(job: TrialJob, piece: Piece) -> Record:
     clock, problem = time.perf_counter(), job.problem
     experiment = problem.experiments[piece.experiment]
     record: Record = {
@@ -112,12 +112,12 @@ def _frequencies(model: Model, figures: tuple[Figure, ...]) -> dict[str, Record]
     }
 
 
-def _as_data(one: Quantity) -> Record:
+def _as_data(one: WindowFigure) -> Record:
     return {"mean": one.mean, "scatter": one.scatter, "error": one.uncertainty, "unit": one.unit}
 
 
 def _figures(
-    response: Response, figures: tuple[MotionFigure | ForceFigure, ...], frequency: float, transient: float | None
+    response: TrialResponse, figures: tuple[MotionFigure | ForceFigure, ...], frequency: float, transient: float | None
 ) -> Record:
     """Return kind of response and figures; the records that they do not need are not read."""
     probes = [figure.probe for figure in figures if isinstance(figure, MotionFigure)]

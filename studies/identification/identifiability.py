@@ -42,7 +42,7 @@ class Spread:
 
 
 @dataclass(frozen=True)
-class Finding:
+class ParameterFinding:
     """What is known of one unknown.
 
     Attributes:
@@ -78,7 +78,7 @@ class Identifiability:
     widths: FloatArray
     covariance: FloatArray
     correlation: FloatArray
-    findings: tuple[Finding, ...]
+    findings: tuple[ParameterFinding, ...]
 
 
 def spread_of(
@@ -149,23 +149,25 @@ def identifiability(jacobian: FloatArray, spread: Spread, names: list[str]) -> I
 
 def _finding(
     number: int, names: list[str], half_width: float, alone: float, directions: FloatArray, widths: FloatArray
-) -> Finding:
+) -> ParameterFinding:
     if alone >= WIDE:
         reason = "no fitted figure determines it, even with all others fixed"
-        return Finding("not identifiable", reason, half_width, alone)
+        return ParameterFinding("not identifiable", reason, half_width, alone)
     if half_width < WIDE:
-        return Finding(
+        return ParameterFinding(
             "identifiable", "its interval spans less than half of the way between its bounds", half_width, alone
         )
     weak = [direction for direction, width in zip(directions, widths, strict=True)
             if width >= WIDE and abs(direction[number]) > SHARE]  # fmt: skip
     partners = {other for direction in weak for other in np.flatnonzero(np.abs(direction) > SHARE)} - {number}
     if not partners:
-        return Finding(
+        return ParameterFinding(
             "not identifiable", "its interval spans half of the way between its bounds or more", half_width, alone
         )
     sentence = ", ".join(names[other] for other in sorted(partners))
-    return Finding("only in combination", f"identifiable only in combination with {sentence}", half_width, alone)
+    return ParameterFinding(
+        "only in combination", f"identifiable only in combination with {sentence}", half_width, alone
+    )
 
 
 def combination_words(direction: FloatArray, powers: FloatArray, names: list[str]) -> str:

@@ -11,7 +11,7 @@ import xarray as xr
 from gapbeam.postprocess.signals.period_windows import Windows
 from gapbeam.postprocess.signals.signal import face_signal, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth
-from gapbeam.postprocess.signals.steady_figures import Quantity
+from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.modes.contact_modes import FREE, RIGID, held_modes
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
@@ -75,7 +75,7 @@ def steps_between_records(figures: Iterable[MotionFigure | ForceFigure], step: f
     return math.gcd(*found) if found else usual
 
 
-def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows: Windows) -> Quantity:
+def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows: Windows) -> WindowFigure:
     """Return a figure of a response, window by window.
 
     Args:
@@ -88,10 +88,10 @@ def read_figure(figure: MotionFigure | ForceFigure, history: xr.Dataset, windows
     """
     if figure.window is not None:
         windows = windows.of(figure.window)
-    return Quantity(unit_of(figure), _values(figure, history, windows))
+    return WindowFigure(unit_of(figure), _values(figure, history, windows))
 
 
-def natural_frequency(figure: FrequencyFigure, model: Model) -> Quantity:
+def natural_frequency(figure: FrequencyFigure, model: Model) -> WindowFigure:
     """Return a natural frequency of a model.
 
     Raises:
@@ -100,7 +100,7 @@ def natural_frequency(figure: FrequencyFigure, model: Model) -> Quantity:
     rigid = RIGID if figure.held == FREE else 0
     for held in held_modes(model, figure.mode):
         if held.name == figure.held:
-            return Quantity("Hz", held.bending()[0][rigid + figure.mode - 1 :][:1])
+            return WindowFigure("Hz", held.bending()[0][rigid + figure.mode - 1 :][:1])
     raise AssertionError(figure.held)
 
 

@@ -11,7 +11,7 @@ from rich.table import Table
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.study_figures.response_census import CREEPING
-from gapbeam.studies.identification.conclusion import Conclusion, Row
+from gapbeam.studies.identification.conclusion import Conclusion, MeasurementRow
 from gapbeam.studies.identification.identifiability import WIDE, combination_words
 from gapbeam.studies.identification.measured_figures import unit_of
 
@@ -48,7 +48,7 @@ def _measurements(found: Conclusion) -> Table:
     return table
 
 
-def _computed(row: Row, factor: float) -> str:
+def _computed(row: MeasurementRow, factor: float) -> str:
     if not math.isfinite(row.computed):
         return "failed"
     scatter = f" ± {factor * row.scatter:.2g}" if row.scatter > 5e-4 * abs(row.computed) else ""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from itertools import product
 
-from gapbeam.postprocess.report.blocks import Cell, Table
+from gapbeam.postprocess.report.blocks import Cell, TableBlock
 from gapbeam.studies.paper.adams_plan import (
     COMMAND,
     ELASTIC,
@@ -30,7 +30,7 @@ STEPS = {
 """From the simulation to the experiment, one after the other."""
 
 
-def factors(runs: Runs) -> Table:
+def factors(runs: Runs) -> TableBlock:
     """Return what each of four differences does, after those before it and alone."""
     rows: list[list[Cell]] = [["their simulation: rigid, bare force, start, as recorded"]]
     flags = dict.fromkeys(STEPS, False)
@@ -45,7 +45,7 @@ def factors(runs: Runs) -> Table:
         rows.append(row)
     rows.append(["the experiment, Table 4", *[geometric_mean([measured(one) for one in clearances()]), None, None] * 2])
     heads = [head for depth in reversed(depths()) for head in (f"{depth:g} mm: (g)", "factor", "in any order")]
-    return Table(
+    return TableBlock(
         "From their simulation to the experiment: peak to peak, geometric mean of the four clearances, with full "
         "damping at 0.01 mm as in the text and at 1e-3 mm as in Table 2; the factor of each step, and the least and "
         "the most that it does with the other steps taken or not",
@@ -61,7 +61,7 @@ def factors(runs: Runs) -> Table:
     )
 
 
-def settled_responses(runs: Runs) -> Table:
+def settled_responses(runs: Runs) -> TableBlock:
     """Return the settled responses, clearance by clearance."""
     rows: list[list[Cell]] = []
     for suspended, elastic in product((False, True), repeat=2):
@@ -70,7 +70,7 @@ def settled_responses(runs: Runs) -> Table:
             found = [runs[main_run(clearance, depth, elastic, suspended)] for clearance in clearances()]
             rows.append([name, f"{depth:g}", *(_settled(words) for words in found)])
     rows.append(["experiment, Table 4", None, *(f"{measured(clearance):.3g}" for clearance in clearances())])
-    return Table(
+    return TableBlock(
         f"Settled peak to peak, smoothed, in g, at {FORCE:g} N after {LONG} periods, with the kind of response: a "
         "cycle of so many forcing periods, or none, with the scatter of windows of 12 periods",
         ("beam and load", "full damping at (mm)", *(f"{clearance:g} mm" for clearance in clearances())),
@@ -79,7 +79,7 @@ def settled_responses(runs: Runs) -> Table:
     )
 
 
-def sensitivities(runs: Runs) -> Table:
+def sensitivities(runs: Runs) -> TableBlock:
     """Return what the figures owe to what is not printed."""
     rows: list[list[Cell]] = []
     for name, each in variants().items():
@@ -97,7 +97,7 @@ def sensitivities(runs: Runs) -> Table:
         rows.append(row)
     least, most = ends()
     heads = ("start over Table 4", "growth", "settled (g)", "response")
-    return Table(
+    return TableBlock(
         "What is not printed, and what it does: peak to peak of the start over Table 4, its growth from "
         f"{least:g} to {most:g} mm, settled smoothed peak to peak, and the kind of response; full damping at 0.01 mm "
         "where nothing else is said",

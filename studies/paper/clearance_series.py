@@ -32,7 +32,7 @@ BODY = KeptBody()  # of this process
 
 
 @dataclass(frozen=True)
-class Motion:
+class ClearanceResponse:
     """A steady response at one clearance.
 
     Attributes:
@@ -88,7 +88,7 @@ class _Job:
     settings: Mapping[str, object]
 
 
-def motions(case: Path, clearances: Sequence[float], settings: Mapping[str, object]) -> list[Motion]:
+def motions(case: Path, clearances: Sequence[float], settings: Mapping[str, object]) -> list[ClearanceResponse]:
     """March the case of the experiment at several clearances from its seat, side by side.
 
     Args:
@@ -114,6 +114,6 @@ def _march(job: _Job) -> xr.Dataset:
     return as_history({name: response.history[name] for name in WANTED}, response.labels)
 
 
-def _motion(clearance: float, history: xr.Dataset) -> Motion:
+def _motion(clearance: float, history: xr.Dataset) -> ClearanceResponse:
     cycle, windows, _ = settled_windows(history, printed()["beam"]["frequency"])
-    return Motion(clearance, history, cycle, windows)
+    return ClearanceResponse(clearance, history, cycle, windows)

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, Section, Words
+from gapbeam.postprocess.report.blocks import Block, ReportSection, Words
 from gapbeam.postprocess.report.sections.sweep_section import sweep_sections
 from gapbeam.postprocess.study_figures.response_census import census
 from gapbeam.solver.record_table import STANDARD_GRAVITY
@@ -97,7 +97,7 @@ def _rattling(records: Records) -> str:
 def _sections(folder: Path, name: str) -> list[Block]:
     """Return the sections of a sweep with anchors of their own."""
     return [
-        Section(f"{section.title}, {name}", f"section-4-{name}-{section.anchor}", section.blocks)
+        ReportSection(f"{section.title}, {name}", f"section-4-{name}-{section.anchor}", section.blocks)
         for section in sweep_sections(folder, COMMAND)
         if section.anchor in SHOWN
     ]

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gapbeam.meshes.versions.installed_versions import versions
-from gapbeam.postprocess.report.blocks import Block, Report, Section, Verdict
+from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, Verdict
 from gapbeam.postprocess.report.html_page import write_html
 from gapbeam.solver.run.output.results_folder import check_folder
 from gapbeam.studies.paper.printed_figures import PAPER
@@ -57,7 +57,7 @@ def run_paper(folder: Path, overwrite: bool = False) -> PaperResult:
         if overwrite:
             for number in SECTIONS:
                 shutil.rmtree(folder / f"section-{number}", ignore_errors=True)
-        clock, sections, seconds = time.perf_counter(), list[Section](), dict[str, float]()
+        clock, sections, seconds = time.perf_counter(), list[ReportSection](), dict[str, float]()
         for number, make in SECTIONS.items():
             began = time.perf_counter()
             LOG.info("section %d", number)
@@ -85,7 +85,7 @@ def _errors(blocks: Sequence[Block]) -> list[str]:
     """Return the texts of verdicts that are errors, in all sections."""
     found: list[str] = []
     for block in blocks:
-        if isinstance(block, Section):
+        if isinstance(block, ReportSection):
             found += _errors(block.blocks)
         elif isinstance(block, Verdict) and block.level == "error":
             found.append(block.text)

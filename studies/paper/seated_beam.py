@@ -9,8 +9,8 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from gapbeam.postprocess.report.blocks import Block, Cell, Table, Words
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Cell, TableBlock, Words
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.modes.contact_modes import SEATED, held_modes
@@ -73,7 +73,7 @@ def seated_blocks(folder: Path) -> list[Block]:
     ]
 
 
-def _frequencies(found: dict[str, ModesComparison], stiffness: float) -> Table:
+def _frequencies(found: dict[str, ModesComparison], stiffness: float) -> TableBlock:
     overhang = beams_of(paper_case(0.0))[OVERHANG]
     modes = np.arange(1, COUNT + 1)
     columns: list[tuple[str, Sequence[float] | Array]] = [
@@ -88,7 +88,7 @@ def _frequencies(found: dict[str, ModesComparison], stiffness: float) -> Table:
         assert best is not None
         columns.append((f"{name}, finite elements (Hz)", one.states[SEATED].bending()[0][:COUNT]))
         columns.append((f"{name}, on identified springs (Hz)", [mode.frequency for mode in best.modes]))
-    return Table(
+    return TableBlock(
         "Bending frequencies of the seated beam",
         ("mode", *(heading for heading, _ in columns)),
         tuple((int(mode), *(float(values[row]) for _, values in columns)) for row, mode in enumerate(modes)),
@@ -102,7 +102,7 @@ def _frequencies(found: dict[str, ModesComparison], stiffness: float) -> Table:
     )
 
 
-def _springs(found: dict[str, ModesComparison]) -> Table:
+def _springs(found: dict[str, ModesComparison]) -> TableBlock:
     rows: list[tuple[Cell, ...]] = []
     for name, one in found.items():
         for each in one.fits:
@@ -112,7 +112,7 @@ def _springs(found: dict[str, ModesComparison]) -> Table:
             if not fit.reproduces:
                 cells = ["none", "", "none", ""]
             rows.append((name, each.choice, fit.beam.length, *cells, round(100.0 * fit.misfit, 6)))
-    return Table(
+    return TableBlock(
         "End springs that reproduce the first three frequencies, intervals of 95 %",
         ("state", "length is", "l (m)", "k1 (N/m)", "k1 is", "k2 (N m/rad)", "k2 is", "misfit (%)"),
         rows,
@@ -143,8 +143,8 @@ def _shapes(found: dict[str, ModesComparison]) -> Chart:
         motion = seated.bending()[1][number]
         shape = beam.shape(number + 1, *springs)
         scale = float(shape(np.array((seated.places[-1] - start) / beam.length))) / motion[-1]
-        curves.append(Curve("finite elements", seated.places, scale * motion, "markers", choice))
-        curves.append(Curve("beam on identified springs", start + beam.length * xi, shape(xi), "lines", choice))
+        curves.append(ChartCurve("finite elements", seated.places, scale * motion, "markers", choice))
+        curves.append(ChartCurve("beam on identified springs", start + beam.length * xi, shape(xi), "lines", choice))
     return Chart(
         f"Mode shapes of the seated beam, {name}, and of the overhang on the springs identified",
         "x (m)", "deflection (1)", curves, COMMAND, choices=choices, choice="mode",

@@ -8,9 +8,9 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table, Verdict, Words
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, Words
 from gapbeam.postprocess.report.sections.identification_section import identification_blocks
-from gapbeam.studies.paper.clearance_series import SAMPLING, Motion, motions
+from gapbeam.studies.paper.clearance_series import SAMPLING, ClearanceResponse, motions
 from gapbeam.studies.paper.experiment_figures import (
     extremes,
     figure_seventeen,
@@ -36,7 +36,7 @@ MODELS: Mapping[str, Mapping[str, object]] = {
 }
 
 
-def section_four(folder: Path) -> Section:
+def section_four(folder: Path) -> ReportSection:
     """Compute section 4 of the paper: identification from Table 4, Figs. 15 to 20, other responses.
 
     Args:
@@ -75,26 +75,30 @@ def section_four(folder: Path) -> Section:
         *harmonics(moved, COMMAND),
         *sampling(moved, COMMAND),
         _pads(),
-        Section(
+        ReportSection(
             "Three unknowns from four clearances, three predicted",
             "section-4-fitted",
             (Words(f"`{identify.format(FITTED)}`"), *identification_blocks(folder / FITTED)),
         ),
-        Section(
+        ReportSection(
             "The same from all seven clearances, each predicted from the other six",
             "section-4-all",
             (Words(f"`{identify.format(ALL)} --leave-one-out`"), *identification_blocks(folder / ALL)),
         ),
-        Section(
+        ReportSection(
             "Six unknowns: what the table does not determine",
             "section-4-unknowns",
             (Words(f"`{identify.format(WIDE)}`"), *identification_blocks(folder / WIDE)),
         ),
-        Section("The place of the exciter", "section-4-place", _places(folder, found[ALL])),
-        Section("How much model it needs", "section-4-models", _models(folder / CASE, moved, clearances, settings)),
-        Section("Other responses of the same beam", "section-4-others", other_responses(folder, clearances, settings)),
+        ReportSection("The place of the exciter", "section-4-place", _places(folder, found[ALL])),
+        ReportSection(
+            "How much model it needs", "section-4-models", _models(folder / CASE, moved, clearances, settings)
+        ),
+        ReportSection(
+            "Other responses of the same beam", "section-4-others", other_responses(folder, clearances, settings)
+        ),
     ]
-    return Section("Section 4: the experiment", "section-4", tuple(blocks))
+    return ReportSection("Section 4: the experiment", "section-4", tuple(blocks))
 
 
 def _verdict(found: Mapping[str, dict[str, Any]]) -> Verdict:
@@ -119,7 +123,7 @@ def _percent(rms: float | None) -> str:
     return "-" if rms is None else f"{100.0 * (10.0**rms - 1.0):.1f} %"
 
 
-def _pads() -> Table:
+def _pads() -> TableBlock:
     experiment, thickness = printed()["experiment"], 1e3 * printed()["beam"]["thickness"]
     rows: list[tuple[Cell, ...]] = [
         (number, pad, clearance, pad - thickness)
@@ -128,7 +132,7 @@ def _pads() -> Table:
         )
     ]
     heads = ("group", "pad, paper (mm)", "clearance, paper (mm)", "pad less 12 mm (mm)")
-    return Table("Table 3: pads and clearances", heads, rows, digits=5)
+    return TableBlock("Table 3: pads and clearances", heads, rows, digits=5)
 
 
 def _places(folder: Path, found: dict[str, Any]) -> list[Block]:
@@ -146,12 +150,12 @@ def _places(folder: Path, found: dict[str, Any]) -> list[Block]:
         "give the table, each with another force and another mass: "
     )
     answer = "the table does not determine the place." if len(good) > 1 else "the table determines the place."
-    table = Table("Refitted for several places of the exciter", heads, rows, (), 4, COMMAND)
+    table = TableBlock("Refitted for several places of the exciter", heads, rows, (), 4, COMMAND)
     return [Verdict("note" if len(good) == len(pairs) else "warning", words + answer), table]
 
 
 def _models(
-    case: Path, moved: Sequence[Motion], clearances: Sequence[float], settings: Mapping[str, object]
+    case: Path, moved: Sequence[ClearanceResponse], clearances: Sequence[float], settings: Mapping[str, object]
 ) -> list[Block]:
     found = {name: moved if not changes else motions(case, clearances, {**settings, **FINE, **changes})
              for name, changes in MODELS.items()}  # fmt: skip
@@ -162,4 +166,4 @@ def _models(
         for name, values in peaks.items()
     ]
     heads = ("model", *(f"{1e3 * one:g} mm (g)" for one in clearances), "farthest from the solid (%)")
-    return [Table("Peak to peak of the identified beam in several models", heads, rows, (), 4, COMMAND)]
+    return [TableBlock("Peak to peak of the identified beam in several models", heads, rows, (), 4, COMMAND)]

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.postprocess.report.blocks import Block, Compared, Comparison, Section, Verdict, Words
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Compared, ComparisonBlock, ReportSection, Verdict, Words
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.run_summary import finite
 from gapbeam.studies.paper.adams_plan import (
@@ -36,7 +36,7 @@ HARDER = 20.0  # N
 MOST_OF_IT = 3.0  # a factor that is most of ten: its square root
 
 
-def section_three(folder: Path) -> Section:
+def section_three(folder: Path) -> ReportSection:
     """Compute section 3 of the paper: its rigid beam, the elastic one beside it, and what divides it from section 4.
 
     Args:
@@ -48,7 +48,7 @@ def section_three(folder: Path) -> Section:
     return section_of(runs)
 
 
-def section_of(runs: Runs) -> Section:
+def section_of(runs: Runs) -> ReportSection:
     """Return the section that the runs of `adams_plan` make."""
     blocks: list[Block] = [Words(_set_up())]
     failed = [words for words in runs.values() if words.verdict != "passed"]
@@ -66,7 +66,7 @@ def section_of(runs: Runs) -> Section:
         settled_responses(runs),
         sensitivities(runs),
     ]
-    return Section("Section 3: the ADAMS simulation", "section-3", tuple(blocks))
+    return ReportSection("Section 3: the ADAMS simulation", "section-3", tuple(blocks))
 
 
 def _set_up() -> str:
@@ -124,7 +124,7 @@ def _histories(runs: Runs) -> Chart:
     for name, elastic in (("elastic beam", True), ("rigid beam", False)):
         for clearance in clearances():
             words = runs[main_run(clearance, depths()[1], elastic)]
-            curves.append(Curve(name, words.times, words.curve, choice=f"{clearance:g}"))
+            curves.append(ChartCurve(name, words.times, words.curve, choice=f"{clearance:g}"))
     return Chart(
         "Figs. 11 and 12: acceleration at 370 mm, full damping at 0.01 mm; of every interval the smallest and the "
         "largest value are drawn",
@@ -149,12 +149,12 @@ def _peaks(runs: Runs) -> Chart:
         ("elastic, at 1e-3 mm", table, True),
     ):
         values = [runs[main_run(clearance, depth, elastic)].start for clearance in places]
-        curves.append(Curve(name, places, values, "lines+markers"))
+        curves.append(ChartCurve(name, places, values, "lines+markers"))
     settled = [runs[main_run(clearance, text)].settled for clearance in places]
     curves += [
-        Curve("rigid, settled", places, settled, "lines+markers"),
-        Curve("ten times the experiment", places, 10.0 * experiment, "lines+markers", dashed=True),
-        Curve("experiment, Table 4", places, experiment, "lines+markers", dashed=True),
+        ChartCurve("rigid, settled", places, settled, "lines+markers"),
+        ChartCurve("ten times the experiment", places, 10.0 * experiment, "lines+markers", dashed=True),
+        ChartCurve("experiment, Table 4", places, experiment, "lines+markers", dashed=True),
     ]
     return Chart(
         "Fig. 13: peak to peak of the acceleration at 370 mm over the first 0.2 s, and settled",
@@ -166,10 +166,10 @@ def _peaks(runs: Runs) -> Chart:
     )
 
 
-def _ratios(runs: Runs) -> Comparison:
+def _ratios(runs: Runs) -> ComparisonBlock:
     table, text = depths()
     printed_ratio = 10.0 ** printed()["adams"]["orders_above_experiment"]
-    return Comparison(
+    return ComparisonBlock(
         "Peak to peak of the rigid simulation over that of the experiment, geometric mean of the four clearances",
         [
             Compared("start, full damping at 0.01 mm", printed_ratio, over_experiment(runs, text, "start")),

@@ -8,8 +8,17 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.postprocess.report.blocks import Block, Cell, Compared, Comparison, Section, Table, Verdict, Words
-from gapbeam.postprocess.report.charts import Chart, Curve, Surface
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Cell,
+    Compared,
+    ComparisonBlock,
+    ReportSection,
+    TableBlock,
+    Verdict,
+    Words,
+)
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, Surface
 from gapbeam.solver.beam_theory.spring_beam import SpringBeam
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.paper.plateaus import Plateau, printed_plateaus
@@ -27,7 +36,7 @@ SMALLEST, WITHIN = 0.3, 1e-9  # roots that double precision resolves in Eq. 9 as
 HALF_UNIT = 0.5e-3  # of the last digit printed, and as much for how it was rounded
 
 
-def section_two(folder: Path) -> Section:
+def section_two(folder: Path) -> ReportSection:
     """Compute section 2 of the paper: roots, plateaus, surfaces, errata, and the finite element model beside them.
 
     Args:
@@ -49,7 +58,7 @@ def section_two(folder: Path) -> Section:
         *_figures(whole),
         *seated_blocks(folder),
     ]
-    return Section("Section 2: the beam on end springs", "section-2", tuple(blocks))
+    return ReportSection("Section 2: the beam on end springs", "section-2", tuple(blocks))
 
 
 def paper_beams() -> tuple[SpringBeam, SpringBeam]:
@@ -62,13 +71,13 @@ def paper_beams() -> tuple[SpringBeam, SpringBeam]:
     return whole, overhang
 
 
-def _roots(beam: SpringBeam) -> Comparison:
+def _roots(beam: SpringBeam) -> ComparisonBlock:
     rows = []
     for name, springs, text in (("clamped_free", np.inf, "k1, k2 to infinity"), ("free_free", 0.0, "k1, k2 to 0")):
         for mode, value in enumerate(_numbered(name), start=1):
             if value is not None:
                 rows.append(Compared(f"λ{mode}, {text}", value, float(beam.roots(mode, springs, springs))))
-    return Comparison(
+    return ComparisonBlock(
         "Roots of Eqs. 10 and 11",
         rows,
         notes=(
@@ -87,7 +96,7 @@ def _numbered(name: str) -> Sequence[float | None]:
     return [values[0], None, *values[1:]] if name == "free_free" else values
 
 
-def _plateaus(beam: SpringBeam) -> Comparison:
+def _plateaus(beam: SpringBeam) -> ComparisonBlock:
     rows = []
     for plateau in printed_plateaus():
         value = plateau.value(beam)
@@ -103,7 +112,7 @@ def _plateaus(beam: SpringBeam) -> Comparison:
                 note=f"not as printed; {note}" if wrong else note,
             )
         )
-    return Comparison("Plateaus that the paper reads off Figs. 4 to 6", rows, digits=5, command=COMMAND)
+    return ComparisonBlock("Plateaus that the paper reads off Figs. 4 to 6", rows, digits=5, command=COMMAND)
 
 
 def _errata(beam: SpringBeam) -> str:
@@ -126,7 +135,7 @@ def _errata(beam: SpringBeam) -> str:
     )
 
 
-def _thresholds(whole: SpringBeam, overhang: SpringBeam) -> Table:
+def _thresholds(whole: SpringBeam, overhang: SpringBeam) -> TableBlock:
     rows: list[tuple[Cell, ...]] = []
     for plateau in printed_plateaus():
         for beam in (whole, overhang):
@@ -134,7 +143,7 @@ def _thresholds(whole: SpringBeam, overhang: SpringBeam) -> Table:
             cells = [each for share in (CLOSE, CLOSER) for each in plateau.reached(beam, share)]
             rows.append((f"λ{plateau.mode}, {plateau.name}", beam.length, _springs(plateau), off, *cells))
     shares = [f"{100 * share:g} %" for share in (CLOSE, CLOSER)]
-    return Table(
+    return TableBlock(
         "From which springs on the plateaus are reached",
         (
             "root", "l (m)", "printed thresholds", "off the plateau there (%)",
@@ -168,7 +177,7 @@ def _figures(beam: SpringBeam) -> list[Block]:
     for mode in (1, 2, 3):
         for spring in SLICES:
             name = f"k2 = {spring:g} N m/rad" if np.isfinite(spring) else "k2 infinite"
-            curves.append(Curve(name, draught, beam.roots(mode, draught, spring), choice=f"λ{mode}"))
+            curves.append(ChartCurve(name, draught, beam.roots(mode, draught, spring), choice=f"λ{mode}"))
     chart = Chart(
         f"Figs. 4 to 6 cut at some k2, with the limits 0 and infinity; {heights.size} roots of the surfaces took "
         f"{seconds:.1f} s",

@@ -12,7 +12,7 @@ from typing import Any
 from rich.table import Table
 
 from gapbeam.postprocess.results.damaged_files import as_written
-from gapbeam.postprocess.study_figures.response_census import Point, census, census_words
+from gapbeam.postprocess.study_figures.response_census import SweepPoint, census, census_words
 from gapbeam.solver.case.case import Case
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
@@ -38,7 +38,7 @@ class SweepResult(PrintedResult):
 
     folder: Path
     records: Sequence[dict[str, Any]]
-    points: Sequence[Point]
+    points: Sequence[SweepPoint]
     paths: Sequence[Path]
 
     @property

@@ -17,7 +17,7 @@ from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
 from gapbeam.postprocess.signals.record_figures import WORD, figures_of_record
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.postprocess.signals.steady_figures import Quantity, Steady, steady
+from gapbeam.postprocess.signals.steady_figures import Steady, WindowFigure, steady
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
@@ -31,7 +31,7 @@ from gapbeam.solver.run.output.run_summary import finite
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
 from gapbeam.studies.trials.kept_body import KeptBody
-from gapbeam.studies.trials.response import VERDICTS, Response, respond
+from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
 from gapbeam.studies.trials.starts import Start, carried, kicked, seated
 
 SAME = 1e-6  # of the range of the gaps: the same basis gives the same gaps
@@ -113,7 +113,7 @@ def _watched(findings: Sequence[Finding], notes: list[str]) -> dict[str, Any]:
 
 def _classified(
     model: Model,
-    response: Response,
+    response: TrialResponse,
     frequency: float | None,
     begin: Start,
     transient: float | None,
@@ -178,7 +178,7 @@ def _without_period(history: xr.Dataset, after: float | None, notes: list[str]) 
     return {"response": WORD, "windows": 1, "figures": _as_data(quantities)}
 
 
-def _as_data(quantities: Mapping[str, Quantity]) -> dict[str, Any]:
+def _as_data(quantities: Mapping[str, WindowFigure]) -> dict[str, Any]:
     return {
         name: {"unit": one.unit, "mean": one.mean, "scatter": one.scatter, "unsettled": one.unsettled}
         | ({"mean_in_g": one.mean * shown(one.unit)[1]} if one.unit == "m/s^2" else {})

@@ -11,7 +11,7 @@ from typing import Any
 from rich.table import Table
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.study_figures.response_census import Branch, Point
+from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
 from gapbeam.solver.run.output.results_folder import write_beside
 
@@ -19,7 +19,7 @@ PLAIN = ("direction", "start", "verdict", "response", "period", "repeats_within"
 FIGURES = ("periods_in_a_window", "created", "residual", "penetration", "peak_force")
 
 
-def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Sequence[Point]) -> list[Path]:
+def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Sequence[SweepPoint]) -> list[Path]:
     """Write sweep.csv (a row a response), sweep.json (all that is known of it), census.json and sweep.png.
 
     Returns:
@@ -53,7 +53,7 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
     return row | {"message": record["message"], "notes": "; ".join(record["notes"])}
 
 
-def _as_data(point: Point) -> dict[str, Any]:
+def _as_data(point: SweepPoint) -> dict[str, Any]:
     return {
         "values": point.values,
         "responses": [
@@ -75,7 +75,7 @@ def _as_data(point: Point) -> dict[str, Any]:
     }
 
 
-def census_table(points: Sequence[Point]) -> Table:
+def census_table(points: Sequence[SweepPoint]) -> Table:
     """Return the census for the terminal: a row a response of a point."""
     names = _amplitudes(branch for point in points for branch in point.branches)
     heads = [f"{name}, {shown(unit)[0]}" for name, unit in names.items()]

@@ -17,7 +17,7 @@ import numpy as np
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
 from gapbeam.postprocess.study_figures.response_census import CREEPING
 from gapbeam.studies.tradeoff.fidelity_levels import REFINEMENT, Level, LevelPlan
-from gapbeam.studies.tradeoff.level_measurement import Measured
+from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel
 
 GROUPS = ("acceleration", "displacement", "harmonics", "peak force", "impulse")
 TOGETHER = 0.01  # rms difference of waveforms over their range, up to which motions can be predicted
@@ -48,7 +48,7 @@ class Judged:
     """
 
     level: Level
-    measured: Measured
+    measured: MeasuredLevel
     errors: dict[str, float]
     statistics: float | None
     seconds: float
@@ -65,7 +65,7 @@ class Judged:
         return self.measured.verdict == "passed" and max(self.error, self.statistics or 0.0) <= tolerance
 
 
-def judged(level: Level, measured: Measured, reference: Measured, periods: int, end: float) -> Judged:
+def judged(level: Level, measured: MeasuredLevel, reference: MeasuredLevel, periods: int, end: float) -> Judged:
     """Compare a fidelity level with the reference.
 
     Args:
@@ -107,7 +107,7 @@ def window_differences(one: Windows, other: Windows) -> dict[str, float]:
     return {group: found[group] for group in GROUPS if group in found}
 
 
-def predictable_periods(family: Sequence[Measured], most: int) -> int:
+def predictable_periods(family: Sequence[MeasuredLevel], most: int) -> int:
     """Return for how many forcing periods from the seat all motions stay with the first one."""
     first = family[0]
     for periods in range(1, most + 1):
@@ -122,7 +122,7 @@ def predictable_periods(family: Sequence[Measured], most: int) -> int:
     return most
 
 
-def uncertainty(plan: LevelPlan, found: Mapping[str, Measured], periods: int) -> dict[str, float]:
+def uncertainty(plan: LevelPlan, found: Mapping[str, MeasuredLevel], periods: int) -> dict[str, float]:
     """Return what the reference itself may be off by: mesh, step and basis, each relative, summed by group.
 
     The largest of any window over the span counts; without windows, the figures are those of so many forcing periods.
@@ -211,7 +211,7 @@ def _scales(figures: Figures) -> dict[str, float]:
     return {name: scale or 1.0 for name, scale in scales.items()}
 
 
-def _long_means(one: Measured, other: Measured) -> tuple[float | None, float | None]:
+def _long_means(one: MeasuredLevel, other: MeasuredLevel) -> tuple[float | None, float | None]:
     """Return by what long means differ: beyond 2 standard errors, and at most, with 2 standard errors added.
 
     Both are infinite for other cycles, and None without long marches.

@@ -18,7 +18,7 @@ from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth
 from gapbeam.postprocess.signals.spectra import CYCLE
-from gapbeam.postprocess.signals.steady_figures import Quantity, figures_over, steady
+from gapbeam.postprocess.signals.steady_figures import WindowFigure, figures_over, steady
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
@@ -26,7 +26,7 @@ from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.studies.trials.kept_body import KeptBody
-from gapbeam.studies.trials.response import VERDICTS, Response, respond
+from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
 from gapbeam.studies.trials.starts import kicked, seated
 
 WARM_UP = 20  # steps that are not timed: code is loaded and memory touched
@@ -34,7 +34,7 @@ KEPT = ("displacement", "velocity", "acceleration_absolute", "contact_force", "i
 _SAME = 1e-6
 
 
-class Job(NamedTuple):
+class LevelJob(NamedTuple):
     """What to measure.
 
     Attributes:
@@ -59,7 +59,7 @@ class Job(NamedTuple):
 
 
 @dataclass
-class Measured:
+class MeasuredLevel:
     """Cost and answers of a fidelity level.
 
     Attributes:
@@ -73,7 +73,7 @@ class Measured:
         memory: Largest resident memory of the process up to then, bytes.
         residual: Residual of the energy balance relative to the energy exchanged.
         frequency: Of the forcing, Hz.
-        records: Of the motion from the seat over the periods followed, as in `response.Response`.
+        records: Of the motion from the seat over the periods followed, as in `response.TrialResponse`.
         labels: Names along their labeled dimensions.
         span: Time from the seat that `windows` cover, s; 0 without them.
         windows: Figures from the seat on, window by window as in `windows_over`, by name.
@@ -96,7 +96,7 @@ class Measured:
     span: float = 0.0
     windows: dict[str, np.ndarray] = field(default_factory=dict)
     words: list[str] = field(default_factory=list)
-    long: dict[str, Quantity] = field(default_factory=dict)
+    long: dict[str, WindowFigure] = field(default_factory=dict)
 
     def figures(self, periods: int) -> dict[str, float]:
         """The figures of the first forcing periods, by name as in `steady_figures.steady`."""
@@ -136,15 +136,15 @@ def windows_over(history: xr.Dataset, frequency: float, span: float) -> dict[str
     return {name: np.concatenate([first[name].values, one.values]) for name, one in later.items()}
 
 
-def measure(jobs: Sequence[Job]) -> list[Measured]:
+def measure(jobs: Sequence[LevelJob]) -> list[MeasuredLevel]:
     """Measure fidelity levels in turn; those of one body set it up once, and its time counts for each of them."""
     kept = KeptBody()
     return [_measure(job, kept) for job in jobs]
 
 
-def _measure(job: Job, kept: KeptBody) -> Measured:
+def _measure(job: LevelJob, kept: KeptBody) -> MeasuredLevel:
     """Measure a fidelity level; one that fails says so."""
-    found = Measured()
+    found = MeasuredLevel()
     try:
         case = read_case(job.case, job.changes)
         model = kept.model(case)
@@ -172,7 +172,7 @@ def _up_to(records: Mapping[str, np.ndarray], end: float, frequency: float) -> d
     return {name: values[inside] for name, values in records.items()}
 
 
-def _march(model: Model, start: State, seconds: float, found: Measured) -> Response:
+def _march(model: Model, start: State, seconds: float, found: MeasuredLevel) -> TrialResponse:
     interval = model.case.output.history_interval or model.step
     interval = max(interval, model.step)
     steps = ceil(seconds / model.step - _SAME)
@@ -182,7 +182,7 @@ def _march(model: Model, start: State, seconds: float, found: Measured) -> Respo
     return response
 
 
-def _follow(job: Job, model: Model, seat: State, found: Measured) -> None:
+def _follow(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> None:
     """Follow the motion from the seat, over the forcing periods and over the span."""
     (frequency,) = forcing_frequencies(model.case.load)
     followed = job.periods / frequency
@@ -200,7 +200,7 @@ def _follow(job: Job, model: Model, seat: State, found: Measured) -> None:
         found.windows = windows_over(history, frequency, job.span)
 
 
-def _settle(job: Job, model: Model, seat: State, found: Measured) -> None:
+def _settle(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> None:
     """March for long from every start, and take figures over windows after the transient."""
     (frequency,) = forcing_frequencies(model.case.load)
     pooled: dict[str, list[np.ndarray]] = {}
@@ -216,4 +216,4 @@ def _settle(job: Job, model: Model, seat: State, found: Measured) -> None:
         for name, one in settled.quantities.items():
             pooled.setdefault(name, []).append(one.values)
             units[name] = one.unit
-    found.long = {name: Quantity(units[name], np.concatenate(values)) for name, values in pooled.items()}
+    found.long = {name: WindowFigure(units[name], np.concatenate(values)) for name, values in pooled.items()}

@@ -17,7 +17,7 @@ from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 from gapbeam.studies.tradeoff.stored_tradeoff import Taken, stored_choice, study_key
 from gapbeam.studies.tradeoff.tradeoff_report import as_table, verdict, write_study
-from gapbeam.studies.tradeoff.tradeoff_study import Study, run_study
+from gapbeam.studies.tradeoff.tradeoff_study import TradeoffStudy, run_study
 
 LOG = logging.getLogger("gapbeam")
 MINUTES, TOLERANCE = 12.0, 0.02
@@ -35,7 +35,7 @@ class TradeoffResult(PrintedResult):
     """
 
     folder: Path
-    study: Study
+    study: TradeoffStudy
     paths: tuple[Path, ...]
 
     @property

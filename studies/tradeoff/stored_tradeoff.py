@@ -14,7 +14,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.tradeoff.fidelity_levels import Level
 from gapbeam.studies.tradeoff.level_errors import Judged
-from gapbeam.studies.tradeoff.level_measurement import Measured
+from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel
 from gapbeam.studies.tradeoff.promise import WHOLE, Grounds, choice, doubts, nearest
 from gapbeam.studies.tradeoff.tradeoff_report import DATA_FILE
 
@@ -97,7 +97,7 @@ def _cheapest(path: Path, case: Case, tolerance: float) -> Taken | None:
 def _level(row: Mapping[str, Any]) -> Judged:
     """Return a fidelity level as the study judged it; one in another cycle is infinitely far."""
     failed = row["verdict"] != "passed"
-    level, measured = Level("", {}), Measured(verdict=row["verdict"])
+    level, measured = Level("", {}), MeasuredLevel(verdict=row["verdict"])
     if failed:
         return Judged(level, measured, {}, None, inf)
     level = Level(row["name"], row["changes"])

@@ -14,13 +14,13 @@ from gapbeam.postprocess.study_figures.tradeoff_figure import Place, draw_pareto
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.tradeoff.level_errors import GROUPS, Judged
 from gapbeam.studies.tradeoff.promise import percent
-from gapbeam.studies.tradeoff.tradeoff_study import Study
+from gapbeam.studies.tradeoff.tradeoff_study import TradeoffStudy
 
 DATA_FILE = "tradeoff.json"
 PICTURE = "tradeoff.png"
 
 
-def write_study(folder: Path, study: Study, key: Mapping[str, Any]) -> list[Path]:
+def write_study(folder: Path, study: TradeoffStudy, key: Mapping[str, Any]) -> list[Path]:
     """Write tradeoff.json and tradeoff.png.
 
     Args:
@@ -43,7 +43,7 @@ def write_study(folder: Path, study: Study, key: Mapping[str, Any]) -> list[Path
     return [folder / DATA_FILE, picture]
 
 
-def as_data(study: Study, key: Mapping[str, Any]) -> dict[str, Any]:
+def as_data(study: TradeoffStudy, key: Mapping[str, Any]) -> dict[str, Any]:
     """Return a trade-off as plain data in SI units."""
     return {
         "key": dict(key),
@@ -68,7 +68,7 @@ def as_data(study: Study, key: Mapping[str, Any]) -> dict[str, Any]:
     }
 
 
-def _row(one: Judged, study: Study) -> dict[str, Any]:
+def _row(one: Judged, study: TradeoffStudy) -> dict[str, Any]:
     measured = one.measured
     return {
         "name": one.level.name,
@@ -100,7 +100,7 @@ def _row(one: Judged, study: Study) -> dict[str, Any]:
     }
 
 
-def as_table(study: Study) -> Table:
+def as_table(study: TradeoffStudy) -> Table:
     """Return a trade-off for the terminal, fidelity levels from cheap to dear."""
     table = Table(
         "", "DOFs", "set-up, s", "s per simulated s", "case, s", "memory, GB", "errors up to, s",
@@ -120,7 +120,7 @@ def as_table(study: Study) -> Table:
     return table
 
 
-def verdict(study: Study) -> str:
+def verdict(study: TradeoffStudy) -> str:
     """Return what a trade-off found in a sentence or two: the level to take, the span, and every doubt."""
     asked, grounds = f"{100 * study.tolerance:.3g} %", study.grounds
     doubt = f" The tolerance is not promised: {'; '.join(study.doubts)}." if study.doubts else ""
@@ -145,7 +145,7 @@ def _costs(one: Judged) -> list[str]:
     ]
 
 
-def _error(one: Judged, name: str, study: Study) -> str:
+def _error(one: Judged, name: str, study: TradeoffStudy) -> str:
     error = one.errors.get(name)
     if error is None:
         return "-"

@@ -24,7 +24,7 @@ from gapbeam.studies.tradeoff.level_errors import (
     predictable_periods,
     uncertainty,
 )
-from gapbeam.studies.tradeoff.level_measurement import Job, Measured, measure
+from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
 from gapbeam.studies.tradeoff.promise import WHOLE, Grounds, choice, doubts, nearest, percent
 from gapbeam.studies.trials.worker_processes import side_by_side
 
@@ -39,7 +39,7 @@ Report = Callable[[str], None]
 
 
 @dataclass(frozen=True)
-class Study:
+class TradeoffStudy:
     """A trade-off.
 
     Attributes:
@@ -61,7 +61,7 @@ class Study:
 
     case: Case
     plan: LevelPlan
-    found: dict[str, Measured]
+    found: dict[str, MeasuredLevel]
     levels: tuple[Judged, ...]
     reference: Judged
     full_check: dict[str, float] | None
@@ -96,7 +96,7 @@ def overrides_as_mapping(texts: list[str]) -> dict[str, Any]:
     return {name.strip(): parse_value(value.strip()) for name, _, value in pairs}
 
 
-def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: float, report: Report) -> Study:
+def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: float, report: Report) -> TradeoffStudy:
     """Run the fidelity levels of a case.
 
     Args:
@@ -121,10 +121,12 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     ramp = ceil(max(ramps, default=0.0) * frequency - 1e-9)
     most = ramp + FOLLOWED
 
-    def run(levels: Sequence[Level], periods: int, long: Callable[[Level], bool], span: float = 0.0) -> list[Measured]:
-        def job(level: Level) -> Job:
+    def run(
+        levels: Sequence[Level], periods: int, long: Callable[[Level], bool], span: float = 0.0
+    ) -> list[MeasuredLevel]:
+        def job(level: Level) -> LevelJob:
             changes, cycles = {**fixed, **plan.fixed, **level.changes}, CYCLES if long(level) else 0
-            return Job(case, changes, periods, cycles, ramp + TRANSIENT, STARTS, span=0.0 if level.full else span)
+            return LevelJob(case, changes, periods, cycles, ramp + TRANSIENT, STARTS, span=0.0 if level.full else span)
 
         ((_, results),) = side_by_side(measure, [[job(level) for level in levels]], 1)
         return results
@@ -143,7 +145,7 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
         "uncertainty is made of"
     )
     report(notes[-1])
-    found: dict[str, Measured] = {}
+    found: dict[str, MeasuredLevel] = {}
     for group in together(plan.family):
         for level, result in zip(group, run(group, most, lambda level: level is finest, span), strict=True):
             _must_pass(level, result)
@@ -161,7 +163,7 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     report(notes[-1])
     levels: list[Judged] = []
     skipped: list[tuple[Level, float]] = []
-    last: dict[int, tuple[Level, Measured]] = {}  # the last full fidelity level of each dimension
+    last: dict[int, tuple[Level, MeasuredLevel]] = {}  # the last full fidelity level of each dimension
     for group in together(plan.levels):
         left = budget - (time.perf_counter() - started)
         wanted = _predicted(group[0], last, periods / frequency)
@@ -180,7 +182,7 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
     own, full = (_named(levels, f"{model} {read.mesh.dimension}D") for model in ("reduced", "full"))
     check = _full_check(own, full, periods)
     grounds = Grounds(read.time.end, uncertainty(plan, found, periods), chaotic, cut)
-    return Study(
+    return TradeoffStudy(
         read, plan, found, tuple(levels), judged(finest, truth, truth, periods, read.time.end), check, grounds, periods,
         tolerance, choice(levels, tolerance, grounds), tuple(skipped), time.perf_counter() - started, tuple(notes),
     )  # fmt: skip
@@ -205,17 +207,17 @@ def _frequency(case: Case) -> float:
     return frequencies[0]
 
 
-def _must_pass(level: Level, measured: Measured) -> None:
+def _must_pass(level: Level, measured: MeasuredLevel) -> None:
     if measured.verdict != "passed":
         raise UserError(f"the reference of the trade-off, {level.name}, {measured.verdict}: {measured.message}")
 
 
-def _seconds(first: Measured, size: float, simulated: float, parts: float = 1.0) -> float:
+def _seconds(first: MeasuredLevel, size: float, simulated: float, parts: float = 1.0) -> float:
     """Return the predicted time of a level whose mesh has size times the DOFs, with parts times the steps, s."""
     return float(first.set_up * size**GROWTH + simulated * first.per_second * parts)
 
 
-def _family_seconds(first: Measured, plan: LevelPlan, coarsest: Level, periods: int, frequency: float) -> float:
+def _family_seconds(first: MeasuredLevel, plan: LevelPlan, coarsest: Level, periods: int, frequency: float) -> float:
     """Return the predicted time of the reference family, whose steps are all the shortest but two, s."""
     short, long = periods / frequency, STARTS * (CYCLES + TRANSIENT) / frequency
     total = long * first.per_second
@@ -224,7 +226,7 @@ def _family_seconds(first: Measured, plan: LevelPlan, coarsest: Level, periods: 
     return total
 
 
-def _span(end: float, frequency: float, plan: LevelPlan, first: Measured, budget: float) -> tuple[float, str]:
+def _span(end: float, frequency: float, plan: LevelPlan, first: MeasuredLevel, budget: float) -> tuple[float, str]:
     """Return the time from the seat over which figures are compared, s, and why it is not the whole case, or "".
 
     All levels but the full ones march over it, each in about the time of the coarsest mesh of the reference: reduced
@@ -256,7 +258,7 @@ def _comparison_words(end: float, span: float, periods: int, frequency: float, c
 
 
 def _affordable(
-    case: Case, plan: LevelPlan, first: Measured, periods: int, frequency: float, budget: float
+    case: Case, plan: LevelPlan, first: MeasuredLevel, periods: int, frequency: float, budget: float
 ) -> LevelPlan:
     """Return the plan with the finest reference that is affordable."""
     coarsest, coarser = plan.meshes[1], 1.0
@@ -266,7 +268,7 @@ def _affordable(
     return plan
 
 
-def _predicted(level: Level, last: dict[int, tuple[Level, Measured]], simulated: float) -> float:
+def _predicted(level: Level, last: dict[int, tuple[Level, MeasuredLevel]], simulated: float) -> float:
     """Return the predicted time of a full level from the last one of its dimension, s; 0 where nothing is known."""
     if not level.full or level.dimension not in last:
         return 0.0

@@ -13,7 +13,7 @@ from gapbeam.studies.trials.trial import Trial, try_case
 from gapbeam.studies.trials.worker_processes import side_by_side
 
 
-class Row(NamedTuple):
+class GridRow(NamedTuple):
     """One point of the grid: its values in the order of the axes, and its result."""
 
     values: tuple[str, ...]
@@ -26,7 +26,7 @@ def run_grid(
     axes: Sequence[Axis],
     jobs: int | None = None,
     progress: Callable[[int, int], None] | None = None,
-) -> list[Row]:
+) -> list[GridRow]:
     """Try a case at every point of a grid, in several processes.
 
     Args:
@@ -46,9 +46,9 @@ def run_grid(
     """
     points = points_of(axes)
     works = [(case, overrides_of(axes, point, fixed)) for point in points]
-    rows: list[Row | None] = [None] * len(points)
+    rows: list[GridRow | None] = [None] * len(points)
     for done, (place, trial) in enumerate(side_by_side(_try_point, works, jobs), 1):
-        rows[place] = Row(points[place], trial)
+        rows[place] = GridRow(points[place], trial)
         if progress is not None:
             progress(done, len(points))
     finished = [row for row in rows if row is not None]
@@ -65,7 +65,7 @@ def _try_point(work: tuple[Path, list[str]]) -> Trial:
     return try_case(read)
 
 
-def table(rows: Sequence[Row], axes: Sequence[Axis]) -> list[dict[str, Any]]:
+def table(rows: Sequence[GridRow], axes: Sequence[Axis]) -> list[dict[str, Any]]:
     """Return the grid as one flat record a point."""
     keys = [axis.key for axis in axes]
     return [dict(zip(keys, row.values, strict=True)) | row.trial.as_dict() for row in rows]

@@ -41,7 +41,7 @@ VERDICTS: dict[type[RunError], str] = {
 
 
 @dataclass
-class Response:
+class TrialResponse:
     """What a model does from a start.
 
     Attributes:
@@ -97,7 +97,7 @@ def respond(
     longest: float | None = None,
     watched: bool = False,
     rings: bool = False,
-) -> Response:
+) -> TrialResponse:
     """March a model from a start.
 
     Args:
@@ -115,7 +115,7 @@ def respond(
 
     Collective.
     """
-    response, clock = Response(), time.perf_counter()
+    response, clock = TrialResponse(), time.perf_counter()
     try:
         _march(model, start, steps, interval, response, None if longest is None else clock + longest, watched, rings)
     except RunError as error:
@@ -129,7 +129,7 @@ def _march(
     start: State,
     steps: int,
     interval: float | None,
-    response: Response,
+    response: TrialResponse,
     deadline: float | None,
     watched: bool,
     rings: bool,
@@ -162,7 +162,7 @@ def _march(
     judge_run(model, accounts, response.findings)
 
 
-def _figures(response: Response, accounts: Accounts) -> None:
+def _figures(response: TrialResponse, accounts: Accounts) -> None:
     ledger, tally = accounts.ledger, accounts.tally
     scale = ledger.exchanged if ledger.exchanged > 0.0 else np.nan
     response.reached = accounts.time

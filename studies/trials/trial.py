@@ -11,7 +11,7 @@ from mpi4py import MPI
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.march.simulation import Simulation
-from gapbeam.studies.trials.response import Response, respond
+from gapbeam.studies.trials.response import TrialResponse, respond
 
 
 @dataclass
@@ -54,7 +54,7 @@ class Trial:
 def try_case(case: Case) -> Trial:
     """Run a case on this process alone and judge it; a run that fails is a result, not an error."""
     started = time.perf_counter()
-    response = Response()
+    response = TrialResponse()
     try:
         simulation = Simulation.of_case(case, MPI.COMM_SELF)
         response = respond(simulation.model, simulation.start(simulation.seat()), simulation.steps)

@@ -152,6 +152,17 @@ def test_no_basename_repeats() -> None:
     assert sorted(name for name in set(names) if names.count(name) > 1) == []
 
 
+def test_no_class_name_repeats() -> None:
+    """Two classes of the package never share a name, but for those that one file keeps to itself."""
+    found = [
+        node.name
+        for path in FILES
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
+    ]
+    assert sorted(name for name in set(found) if found.count(name) > 1) == []
+
+
 def test_records_stand_alone() -> None:
     """What postprocess reads of solver brings nothing of ours, and nothing but the standard library."""
     path = PROJECT / (RECORDS.removeprefix("gapbeam.").replace(".", "/") + ".py")

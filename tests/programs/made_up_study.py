@@ -9,8 +9,8 @@ from typing import Annotated
 
 import typer
 
-from gapbeam.commands.study import Study
-from gapbeam.postprocess.report.blocks import Table
+from gapbeam.commands.study import StudyCommand
+from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.folder_report import Kind
 
 STEPS_FILE = "step-halving.json"
@@ -34,11 +34,13 @@ def halve_step(
     return 0
 
 
-def _tables(folder: Path, command: str) -> Sequence[Table]:
+def _tables(folder: Path, command: str) -> Sequence[TableBlock]:
     rows = json.loads((folder / STEPS_FILE).read_text(encoding="utf-8"))
     cells = [(row["step"], row["peak_force"], row["verdict"]) for row in rows]
     return [
-        Table("Peak contact force over the step", ("step (s)", "peak force (N)", "verdict"), cells, command=command)
+        TableBlock(
+            "Peak contact force over the step", ("step (s)", "peak force (N)", "verdict"), cells, command=command
+        )
     ]
 
 
@@ -46,4 +48,4 @@ def _kind() -> Kind:
     return Kind("step halving", "Step halving", (STEPS_FILE,), _tables)
 
 
-STUDY = Study(halve_step, _kind)
+STUDY = StudyCommand(halve_step, _kind)

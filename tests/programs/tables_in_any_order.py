@@ -13,10 +13,10 @@ from mpi4py import MPI
 
 import gapbeam.solver.run.checkpoint.checkpoint_files as files
 import gapbeam.solver.run.output.parallel_tables as spread
-from gapbeam.solver.run.output.parallel_tables import Table, found_rows, on_rank_zero_with, rank_by_rank, taken
+from gapbeam.solver.run.output.parallel_tables import ParallelTable, found_rows, on_rank_zero_with, rank_by_rank, taken
 
 comm, folder = MPI.COMM_WORLD, Path(sys.argv[1])
-large = {"u": Table(rank_by_rank(comm, 70_000), np.zeros((3, 70_000, 3)), layered=True)}
+large = {"u": ParallelTable(rank_by_rank(comm, 70_000), np.zeros((3, 70_000, 3)), layered=True)}
 (folder / "large").mkdir(exist_ok=True)
 tracemalloc.start()
 path = on_rank_zero_with(comm, large, lambda pieces: files.write_checkpoint(folder / "large", 3, {}, large, pieces))
@@ -37,9 +37,9 @@ natural = rank_by_rank(comm, len(mine))
 assert natural.in_order
 assert natural.count == count
 tables = {
-    "nodes": Table(natural, places[mine]),
-    "u": Table(natural, u[:, mine], layered=True),
-    "lagged": Table(natural, w[mine]),
+    "nodes": ParallelTable(natural, places[mine]),
+    "u": ParallelTable(natural, u[:, mine], layered=True),
+    "lagged": ParallelTable(natural, w[mine]),
 }
 arrays: dict[str, Any] = {**tables, "few": np.arange(5.0)}
 path = on_rank_zero_with(comm, tables, lambda pieces: files.write_checkpoint(folder, 3, {"a": 1}, arrays, pieces))
@@ -56,7 +56,7 @@ np.testing.assert_array_equal(rows.places, other)
 assert not rows.in_order
 np.testing.assert_array_equal(taken(rows, u.shape, lambda: contents.pieces("u", True), True), u[:, other])
 np.testing.assert_array_equal(taken(rows, w.shape, lambda: contents.pieces("lagged")), w[other])
-stored = {"w": Table(rows, w[other])}
+stored = {"w": ParallelTable(rows, w[other])}
 whole = on_rank_zero_with(comm, stored, lambda pieces: np.concatenate(list(pieces("w"))))
 np.testing.assert_array_equal(whole, w)
 

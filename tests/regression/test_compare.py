@@ -10,7 +10,7 @@ import pytest
 from PIL import Image
 
 from gapbeam.postprocess.comparison.comparison_report import as_data
-from gapbeam.postprocess.comparison.run_comparison import Comparison, ComparisonError, compare
+from gapbeam.postprocess.comparison.run_comparison import ComparisonError, RunComparison, compare
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.signals.steady_figures import steady
 from tests.shared.command import alone, called
@@ -50,7 +50,7 @@ def motion(
     return time, records | {"contact_force": force, "impulse": impulse}
 
 
-def laid(tmp_path: Path, one: tuple, other: tuple, tolerance: float = 0.01) -> Comparison:
+def laid(tmp_path: Path, one: tuple, other: tuple, tolerance: float = 0.01) -> RunComparison:
     """Compare two motions."""
     folders = [write_results(tmp_path / name, *given) for name, given in (("a", one), ("b", other))]
     return compare(open_results(folders[0]), open_results(folders[1]), tolerance)

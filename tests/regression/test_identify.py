@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 import pytest
 from PIL import Image
 
-from gapbeam.postprocess.report.blocks import Comparison, Table
+from gapbeam.postprocess.report.blocks import ComparisonBlock, TableBlock
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
@@ -252,10 +252,10 @@ def test_what_fails_is_reported_and_never_taken(done: dict[str, Done]) -> None:
 def test_a_report_shows_what_was_found(done: dict[str, Done]) -> None:
     """`gapbeam report` knows the folder; its blocks hold every measurement, unknown and evaluation."""
     blocks = report_on([done["known"].folder], "gapbeam report").sections[0].blocks
-    comparisons = [block for block in blocks if isinstance(block, Comparison)]
+    comparisons = [block for block in blocks if isinstance(block, ComparisonBlock)]
     assert [len(block.rows) for block in comparisons] == [3, 3]
     assert all(abs(row.deviation or 0.0) < 0.01 for block in comparisons for row in block.rows)
-    unknowns = next(block for block in blocks if isinstance(block, Table) and "unknowns" in block.caption)
+    unknowns = next(block for block in blocks if isinstance(block, TableBlock) and "unknowns" in block.caption)
     assert [row[0] for row in unknowns.rows] == ["contact.stiffness", "load.shaker.amplitude", "damping.ratios"]
     misfit = next(block for block in blocks if isinstance(block, Chart) and len(block.choices) == 3)
     assert all(len(curve.x) > 20 for curve in misfit.curves if curve.mode == "markers")

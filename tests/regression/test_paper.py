@@ -10,13 +10,13 @@ import numpy as np
 import pytest
 from playwright.sync_api import sync_playwright
 
-from gapbeam.postprocess.report.blocks import Chart, Report, Section, Table, Verdict
+from gapbeam.postprocess.report.blocks import Chart, Report, ReportSection, TableBlock, Verdict
 from gapbeam.postprocess.report.html_page import write_html
 from gapbeam.postprocess.report.pdf_page import OPTIONS, find_browser
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.record_table import STANDARD_GRAVITY as G
 from gapbeam.studies.identification.identification_file import read_identification
-from gapbeam.studies.paper.clearance_series import Motion, motions
+from gapbeam.studies.paper.clearance_series import ClearanceResponse, motions
 from gapbeam.studies.paper.experiment_figures import (
     extremes,
     figure_seventeen,
@@ -45,7 +45,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 
 @pytest.fixture(scope="module")
-def moved(folder: Path) -> list[Motion]:
+def moved(folder: Path) -> list[ClearanceResponse]:
     """Return the experiment at its seven clearances, with the values in its case."""
     return motions(folder / CASE, [1e-3 * value for value in printed()["experiment"]["clearance_mm"]], {})
 
@@ -58,7 +58,7 @@ def test_pads_less_the_beam_are_the_clearances():
     assert ranges == pytest.approx(experiment["peak_to_peak_g"], abs=1.1e-3)
 
 
-def test_the_case_of_the_experiment_gives_table_4(moved: list[Motion]):
+def test_the_case_of_the_experiment_gives_table_4(moved: list[ClearanceResponse]):
     """Within 15 % rms, growing monotonically with the sharpest relative rise at the smallest clearance."""
     here = np.array([motion.peak_to_peak(motion.smoothed()) for motion in moved])
     measured = np.array(printed()["experiment"]["peak_to_peak_g"])
@@ -68,16 +68,16 @@ def test_the_case_of_the_experiment_gives_table_4(moved: list[Motion]):
     assert [motion.word for motion in moved] == ["period 1"] * 7
 
 
-def test_rises_that_are_none_are_reported(moved: list[Motion]):
+def test_rises_that_are_none_are_reported(moved: list[ClearanceResponse]):
     verdict = rises([*moved[:3], moved[5], moved[4], moved[3], moved[6]])
     assert verdict.level == "error"
     assert "does **not** grow" in verdict.text
 
 
-def test_harmonics_grow_with_the_clearance(moved: list[Motion]):
+def test_harmonics_grow_with_the_clearance(moved: list[ClearanceResponse]):
     """40 and 60 Hz of the smoothed signal, from the smallest play to the largest, as in Fig. 16."""
     table, chart, verdict = harmonics(moved, COMMAND)
-    assert isinstance(table, Table)
+    assert isinstance(table, TableBlock)
     assert isinstance(chart, Chart)
     assert isinstance(verdict, Verdict)
     rows = np.array([row[1:] for row in table.rows], dtype=float)
@@ -86,7 +86,7 @@ def test_harmonics_grow_with_the_clearance(moved: list[Motion]):
     assert verdict.level == "passed"
 
 
-def test_smoothed_sine_keeps_its_amplitude_as_the_average_says(moved: list[Motion]):
+def test_smoothed_sine_keeps_its_amplitude_as_the_average_says(moved: list[ClearanceResponse]):
     """The first harmonic of the smoothed signal is that of the raw one times sin(pi f 2.5 ms) / (pi f 2.5 ms)."""
     motion = moved[3]
     raw = np.abs(motion.windows.harmonics(motion.raw, 1)).mean() / G
@@ -111,13 +111,13 @@ def test_identifications_of_table_4_are_read_and_hold_the_table(folder: Path, st
     assert placed(folder / CASE) == 0.28
 
 
-def test_a_reader_clicks_a_clearance_and_sees_its_curve(moved: list[Motion], tmp_path: Path):
+def test_a_reader_clicks_a_clearance_and_sees_its_curve(moved: list[ClearanceResponse], tmp_path: Path):
     chart = waveforms(moved, COMMAND)
     blocks = [
         table_four(moved, [0.04e-3], COMMAND), *figure_seventeen(moved, [0.04e-3], COMMAND), extremes(moved, COMMAND),
         chart, spectra(moved, COMMAND), *harmonics(moved, COMMAND),
     ]  # fmt: skip
-    page_file = write_html(Report("Paper", "", [Section("Four", "four", blocks)], {}), tmp_path / "report.html")
+    page_file = write_html(Report("Paper", "", [ReportSection("Four", "four", blocks)], {}), tmp_path / "report.html")
     number = 1 + [block for block in blocks if isinstance(block, Chart)].index(chart)
     words: list[str] = []
     with sync_playwright() as driver:

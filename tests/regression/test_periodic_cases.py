@@ -23,7 +23,7 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.checks.periodic_checks import value_of
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import Interrupted
-from gapbeam.solver.periodic.periodic_response import Response, find_response
+from gapbeam.solver.periodic.periodic_response import PeriodicResponse, find_response
 from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE, HISTORY
 from gapbeam.solver.run import periodic_search
 from gapbeam.solver.run.run_case import Outcome, run_case
@@ -73,7 +73,7 @@ def test_shooting_agrees_with_a_march(shot: Outcome, tmp_path: Path) -> None:
 def test_a_curve_stops_where_it_is_asked_to(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Neither a signal nor the wall-time limit ended a run that followed a curve."""
 
-    def found(*arguments: Any) -> Response:
+    def found(*arguments: Any) -> PeriodicResponse:
         response = find_response(*arguments)
         signal.raise_signal(signal.SIGTERM)
         return response

@@ -12,7 +12,7 @@ import pytest
 from pypdf import PdfReader
 
 from gapbeam.commands.report import report
-from gapbeam.postprocess.report.blocks import Block, Report, Section, Table, Verdict
+from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, Verdict
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.report.envelope import envelope, thinning_words
 from gapbeam.postprocess.report.html_page import html_of
@@ -29,15 +29,15 @@ from tests.unit.test_postprocess_synthetic import write_results
 def blocks_of(blocks: Sequence[Block]) -> Iterator[Block]:
     """Yield every block of sections and of those in them."""
     for block in blocks:
-        if isinstance(block, Section):
+        if isinstance(block, ReportSection):
             yield from blocks_of(block.blocks)
         else:
             yield block
 
 
-def tables(made: Report) -> dict[str, Table]:
+def tables(made: Report) -> dict[str, TableBlock]:
     """Return the tables of a report by caption."""
-    return {block.caption: block for block in blocks_of(made.sections) if isinstance(block, Table)}
+    return {block.caption: block for block in blocks_of(made.sections) if isinstance(block, TableBlock)}
 
 
 def charts(made: Report) -> list[Chart]:
@@ -278,9 +278,9 @@ def test_studies(tmp_path: Path) -> None:
     assert page.count('id="part-') == sum(1 for _ in _sections(made.sections))
 
 
-def _sections(blocks: Sequence[Block]) -> Iterator[Section]:
+def _sections(blocks: Sequence[Block]) -> Iterator[ReportSection]:
     for block in blocks:
-        if isinstance(block, Section):
+        if isinstance(block, ReportSection):
             yield block
             yield from _sections(block.blocks)
 

@@ -14,16 +14,16 @@ from pypdf import PdfReader
 from gapbeam.postprocess.report.blocks import (
     Command,
     Compared,
-    Comparison,
+    ComparisonBlock,
     Listing,
     Picture,
     Report,
-    Section,
-    Table,
+    ReportSection,
+    TableBlock,
     Verdict,
     Words,
 )
-from gapbeam.postprocess.report.charts import Chart, Curve, Surface
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, Surface
 from gapbeam.postprocess.report.html_page import html_of, write_html
 from gapbeam.postprocess.report.pdf_page import OPTIONS, BrowserError, find_browser, write_pdf
 from gapbeam.postprocess.results_errors import ResultsError
@@ -43,12 +43,14 @@ def points(choice: str) -> int:
 def sample() -> Report:
     """Return a report with every kind of block, and texts that would break a page."""
     curves = [
-        Curve("smoothed <mean>", np.arange(points(name)), np.arange(points(name)) ** 2.0, "lines+markers", choice=name)
+        ChartCurve(
+            "smoothed <mean>", np.arange(points(name)), np.arange(points(name)) ** 2.0, "lines+markers", choice=name
+        )
         for name in CLEARANCES
     ]
-    curves.append(Curve("paper", [0.0, 10.0], [1.0, 50.0], "lines", dashed=True))
+    curves.append(ChartCurve("paper", [0.0, 10.0], [1.0, 50.0], "lines", dashed=True))
     stems = Chart(
-        "Spectrum", "frequency (Hz)", "amplitude (g)", [Curve("a", [20, 40], [1.0, 0.1], "stems")], log_y=True
+        "Spectrum", "frequency (Hz)", "amplitude (g)", [ChartCurve("a", [20, 40], [1.0, 0.1], "stems")], log_y=True
     )
     wide = [[name, *(1.0 / (n + 3) for n in range(9))] for name in CLEARANCES]
     stiffness = np.logspace(2.0, 8.0, 21)
@@ -57,19 +59,21 @@ def sample() -> Report:
         "Beam & support <test>",
         "four clearances",
         [
-            Section("Summary", "summary", [
+            ReportSection("Summary", "summary", [
                 Verdict("error", "**The scheme created 2.3 J.**"),
                 Words("Set `time.step`; <script>window.broken = true</script> ![x](https://example.org/x.png)"),
-                Comparison("Roots", [Compared("first", 47.38, 47.18, "Hz", "compliant"), Compared("no", None, 2.0)]),
+                ComparisonBlock(
+                    "Roots", [Compared("first", 47.38, 47.18, "Hz", "compliant"), Compared("no", None, 2.0)]
+                ),
                 Command("gapbeam run cases/demo.toml"),
             ]),
-            Section("Motion", "motion", [
+            ReportSection("Motion", "motion", [
                 Chart("Acceleration", "time (ms)", "acceleration (g)", curves, "gapbeam sweep", choices=CLEARANCES,
                       choice="clearance (mm)"),
-                Section("Spectrum", "spectrum", [stems]),
-                Table("Wide", ["clearance", *(f"harmonic {n} of a long name (mm)" for n in range(1, 10))], wide),
+                ReportSection("Spectrum", "spectrum", [stems]),
+                TableBlock("Wide", ["clearance", *(f"harmonic {n} of a long name (mm)" for n in range(1, 10))], wide),
             ]),
-            Section("Roots", "roots", [
+            ReportSection("Roots", "roots", [
                 Surface("Root", "k1 (N/m)", "k2 (N m)", "root", stiffness, stiffness, heights, log_x=True, log_y=True),
                 Listing("The case", "[beam]\nlength = 0.51 # </pre><b>\n" + "x = 1\n" * 150),
             ]),
@@ -289,6 +293,6 @@ def test_pictures_that_are_not_there(tmp_path: Path) -> None:
     """A missing picture, or one of another kind, is reported with its place."""
     (tmp_path / "film.mp4").write_bytes(b"")
     for name, found in (("none.png", "no such file"), ("film.mp4", "a picture of the kind .mp4")):
-        report = Report("r", "", [Section("s", "s", [Picture(tmp_path / name, "a picture")])])
+        report = Report("r", "", [ReportSection("s", "s", [Picture(tmp_path / name, "a picture")])])
         with pytest.raises(ResultsError, match=found):
             html_of(report)

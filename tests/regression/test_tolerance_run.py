@@ -12,7 +12,7 @@ import gapbeam
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.studies.tradeoff.fidelity_levels import Level
 from gapbeam.studies.tradeoff.level_errors import Judged, window_differences
-from gapbeam.studies.tradeoff.level_measurement import Job, Measured, measure
+from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
 from gapbeam.studies.tradeoff.promise import Grounds, percent
 from gapbeam.studies.tradeoff.run_promise import with_promise
 from gapbeam.studies.tradeoff.stored_tradeoff import Taken
@@ -44,7 +44,7 @@ def test_a_run_keeps_the_doubts_of_its_tolerance(tmp_path: Path, monkeypatch: py
     """A reference uncertain by 5.8 %: 2 % is not promised, status 5 and results; 10 % is promised, status 0."""
     folder = tmp_path / "study"
     monkeypatch.setattr("gapbeam.studies.tradeoff.run_tradeoff.tradeoff_folder", lambda _: folder)
-    level = Judged(Level("beam, 24 elements", {"model": {"type": "beam", "elements": 24}}), Measured(),
+    level = Judged(Level("beam, 24 elements", {"model": {"type": "beam", "elements": 24}}), MeasuredLevel(),
                    {"displacement": 0.01}, None, 1.0, END)  # fmt: skip
     write_stored(folder, read_case(DEMO, QUIET), [level], Grounds(END, {"displacement": 0.058}))
     doubt = "a tolerance of 2 % is not promised for this run: the reference itself is uncertain by 5.8 % (displacement)"
@@ -74,7 +74,7 @@ def test_a_run_keeps_the_doubts_of_its_tolerance(tmp_path: Path, monkeypatch: py
 @alone
 def test_a_run_compares_its_own_estimate_with_its_tolerance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A promised tolerance of 0.01 % that the run's own estimate does not reach: status 0, and a warning."""
-    level = Judged(Level("beam, 24 elements", {}), Measured(), {"displacement": 1e-6}, None, 1.0, END)
+    level = Judged(Level("beam, 24 elements", {}), MeasuredLevel(), {"displacement": 1e-6}, None, 1.0, END)
     monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
     outcome = gapbeam.run(DEMO, (*QUIET, "model={type='beam', elements=24}"), output=tmp_path / "out")
     assert outcome.exit_status == 0
@@ -95,7 +95,9 @@ def test_a_resonance_leaves_a_tolerance_that_its_first_periods_keep(tmp_path: Pa
     case.write_text(RESONANCE, encoding="utf-8")
     fixed = {"output.history_interval": 4e-4, "output.fields_interval": None}
     scheme = {"time.scheme": {"type": "generalized-alpha", "rho_inf": 0.5}}
-    level, fine = measure([Job(case, fixed | scheme, 8, span=6.0), Job(case, fixed | {"time.step": 1e-4}, 8, span=6.0)])
+    level, fine = measure(
+        [LevelJob(case, fixed | scheme, 8, span=6.0), LevelJob(case, fixed | {"time.step": 1e-4}, 8, span=6.0)]
+    )
     assert level.verdict == fine.verdict == "passed"
     assert len(level.windows["tip displacement"]) == 1 + int(6.0 * 45.85) // 12
     begin, end = level.figures(8)["tip displacement"], fine.figures(8)["tip displacement"]

@@ -13,7 +13,7 @@ from PIL import Image
 
 import gapbeam
 from gapbeam.commands.tradeoff import level_within
-from gapbeam.postprocess.signals.steady_figures import Quantity
+from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.tradeoff.fidelity_levels import Level, plan_levels
@@ -26,7 +26,7 @@ from gapbeam.studies.tradeoff.level_errors import (
     richardson,
     uncertainty,
 )
-from gapbeam.studies.tradeoff.level_measurement import Job, Measured
+from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel
 from gapbeam.studies.tradeoff.promise import Grounds, choice
 from gapbeam.studies.tradeoff.run_tradeoff import tradeoff_folder
 from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
@@ -38,7 +38,7 @@ CASE = PROJECT / "cases" / "stability.toml"
 FREQUENCY = 20.0
 
 
-def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -> Measured:
+def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -> MeasuredLevel:
     """Return a measurement of x = amplitude sin(2 pi f t), plus growth exp(20 t) of a third harmonic."""
     time = np.arange(round(seconds / 1e-4) + 1) * 1e-4
     omega = 2 * np.pi * FREQUENCY
@@ -51,7 +51,7 @@ def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -
     impulse = np.cumsum(force) * 1e-4
     records |= {"time": time, "contact_force": np.stack([force, force], 1), "impulse": np.stack([impulse, impulse], 1)}
     labels = {"probe": ("tip",), "component": ("x", "y"), "face": ("base", "gland"), "load": (), "tangent": ()}
-    return Measured(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
+    return MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
 
 
 def test_richardson_finds_the_error_of_a_known_order() -> None:
@@ -88,9 +88,9 @@ def test_long_means_decide_beyond_their_scatter() -> None:
     windows = np.random.default_rng(0).normal(1.0, 0.05, 10)
     level = Level("reduced 2D", {})
 
-    def with_means(shift: float, word: str = "no cycle") -> Measured:
+    def with_means(shift: float, word: str = "no cycle") -> MeasuredLevel:
         measured = moving()
-        measured.words, measured.long = [word], {"tip displacement": Quantity("m", windows + shift)}
+        measured.words, measured.long = [word], {"tip displacement": WindowFigure("m", windows + shift)}
         return measured
 
     reference = with_means(0.0)
@@ -103,7 +103,7 @@ def test_long_means_decide_beyond_their_scatter() -> None:
 
 def made_up(name: str, seconds: float, error: float, verdict: str = "passed") -> Judged:
     """Return a fidelity level that was never run."""
-    return Judged(Level(name, {}), Measured(verdict=verdict), {"displacement": error}, None, seconds, covered=1.0)
+    return Judged(Level(name, {}), MeasuredLevel(verdict=verdict), {"displacement": error}, None, seconds, covered=1.0)
 
 
 def test_the_cheapest_level_inside_is_chosen() -> None:
@@ -154,8 +154,8 @@ QUICK = ("time.end=0.1", "time.step=5e-4", "load.shaker.frequency=50", "load.sha
 
 
 def in_this_process(
-    task: Callable[[list[Job]], list[Measured]], works: Sequence[list[Job]], _jobs: int | None = None
-) -> Iterator[tuple[int, list[Measured]]]:
+    task: Callable[[list[LevelJob]], list[MeasuredLevel]], works: Sequence[list[LevelJob]], _jobs: int | None = None
+) -> Iterator[tuple[int, list[MeasuredLevel]]]:
     """Do what `side_by_side` does without processes of their own, which cost seconds of imports each."""
     yield from enumerate(map(task, works))
 

@@ -19,7 +19,7 @@ from gapbeam.solver.diagnostics.face_updates import (
 )
 from gapbeam.solver.diagnostics.ledger_update import (
     Energies,
-    Measured,
+    StepEnergies,
     after_measuring,
     after_step,
     created_energy,
@@ -31,7 +31,7 @@ from gapbeam.solver.jit import compiled
 
 NOTHING = Energies(*(0.0 for _ in Energies._fields))
 # A step with 7 J from loads, of which 4 J from driven ones, that balances but for 0.25 J.
-STEP = Measured(
+STEP = StepEnergies(
     kinetic=3.0,
     strain=2.0,
     contact=0.5,
@@ -104,7 +104,9 @@ def test_episodes_and_peaks_of_a_face() -> None:
 
 
 @compiled
-def booked(energies: Energies, step: Measured, work: float, face: Watched) -> tuple[Energies, float, Watched, float]:
+def booked(
+    energies: Energies, step: StepEnergies, work: float, face: Watched
+) -> tuple[Energies, float, Watched, float]:
     """Enter a step and look at a face, as kernels do."""
     found = after_step(energies, step)
     created = created_energy(found, work)
@@ -116,7 +118,7 @@ def test_kernels_enter_the_same() -> None:
     """Compiled, the functions give the numbers that Python gets, to round-off."""
     random = np.random.default_rng(3)
     energies = Energies(*random.uniform(0.1, 2.0, len(Energies._fields)).tolist())
-    measured = Measured(*random.uniform(-1.0, 1.0, len(Measured._fields)).tolist())
+    measured = StepEnergies(*random.uniform(-1.0, 1.0, len(StepEnergies._fields)).tolist())
     face = Watched(CLOSED, 0.1, 2.0)
     expected, found = booked.py_func(energies, measured, WORK, face), booked(energies, measured, WORK, face)  # type: ignore[attr-defined]
     assert found[0] == pytest.approx(expected[0], rel=1.0e-13)

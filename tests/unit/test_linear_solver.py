@@ -15,7 +15,7 @@ from gapbeam.solver.case.solver_table import SolverTable
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
 from gapbeam.solver.contact.solve.matrix_free_condensation import MatrixFreeOperator, condensed_operator
 from gapbeam.solver.errors import RunError
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import IterativeFactor
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import GIGABYTE, linear_solver
 from gapbeam.solver.memory.free_memory import free_here, free_memory
@@ -96,7 +96,7 @@ def test_iterations_solve_with_the_effective_operator() -> None:
     force = model.body.patterns[1]
     for mass, stiffness in ((2.0e4, 5.0e-5), (1.0e5, 1.0)):
         factor = operators.factor(mass, stiffness)
-        assert isinstance(factor, IterativeFactor)
+        assert isinstance(factor, ConjugateGradients)
         x = factor.solve(force)
         left = force - mass * operators.apply_mass(x) - stiffness * operators.apply_stiffness(x)
         assert np.linalg.norm(left) < 1e-7 * np.linalg.norm(force)

@@ -10,7 +10,7 @@ import pytest
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene.camera_window import window_of_support, window_of_whole
 from gapbeam.postprocess.scene.caption import caption_of
-from gapbeam.postprocess.scene.motion_range import Motion
+from gapbeam.postprocess.scene.motion_range import MotionRange
 from gapbeam.postprocess.scene.sheet import WHOLE, ZOOM, Sheet, pixels
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.traces import Traces
@@ -27,7 +27,7 @@ def test_labels_of_the_rulers_are_apart(length: float, support_share: float) -> 
     case = {"support": {"length": support_share * length, "clearance": 1e-4}}
     support = support_of(points, 2, supports_of({}, case))
     time, still = np.linspace(0.0, 0.1, 3), np.zeros(3)
-    motion = Motion(time, still, 0.0, 0.0, 0.0, 1.0, 0)
+    motion = MotionRange(time, still, 0.0, 0.0, 0.0, 1.0, 0)
     windows = (
         window_of_whole(motion, support, 10.0, pixels(WHOLE, SIZE)),
         window_of_support(support, 10.0, pixels(ZOOM, SIZE)),

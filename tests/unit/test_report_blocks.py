@@ -7,8 +7,8 @@ import math
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.report.blocks import Compared, Report, Section, Table, Words, sections_of
-from gapbeam.postprocess.report.charts import Chart, Curve, Surface
+from gapbeam.postprocess.report.blocks import Compared, Report, ReportSection, TableBlock, Words, sections_of
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, Surface
 from gapbeam.postprocess.results_errors import BlockError
 
 
@@ -33,21 +33,21 @@ def test_deviation_is_relative_to_the_size_of_the_reference(
 def test_blocks_that_contradict_themselves() -> None:
     """Each is reported when it is made, where the mistake is."""
     with pytest.raises(BlockError, match="row 2 has 1 cells"):
-        Table("frequencies", ("mode", "f (Hz)"), ((1, 47.4), (2,)))
+        TableBlock("frequencies", ("mode", "f (Hz)"), ((1, 47.4), (2,)))
     with pytest.raises(BlockError, match=r"x has shape \(2,\) and y \(3,\)"):
-        Curve("a", (0.0, 1.0), (0.0, 1.0, 2.0))
+        ChartCurve("a", (0.0, 1.0), (0.0, 1.0, 2.0))
     with pytest.raises(BlockError, match="1 texts for 2 points"):
-        Curve("a", (0.0, 1.0), (0.0, 1.0), texts=("one",))
+        ChartCurve("a", (0.0, 1.0), (0.0, 1.0), texts=("one",))
     with pytest.raises(BlockError, match=r"expected \(3, 2\)"):
         Surface("s", "x", "y", "z", (0.0, 1.0), (0.0, 1.0, 2.0), np.zeros((2, 3)))
     with pytest.raises(BlockError, match="lower-case"):
-        Section("Results", "The results", ())
+        ReportSection("Results", "The results", ())
 
 
 def test_choices_are_those_of_the_curves() -> None:
     """A button without a curve would show an empty chart; a curve without a button would never be seen."""
-    curve = Curve("a", (0.0,), (0.0,), choice="0.1")
-    always = Curve("b", (0.0,), (0.0,))
+    curve = ChartCurve("a", (0.0,), (0.0,), choice="0.1")
+    always = ChartCurve("b", (0.0,), (0.0,))
     Chart("fine", "x", "y", (curve, always), choices=("0.1",))
     for choices in (("0.1", "0.2"), (), ("0.1", "0.1")):
         with pytest.raises(BlockError, match="choices"):
@@ -56,8 +56,8 @@ def test_choices_are_those_of_the_curves() -> None:
 
 def test_anchors_are_unique_also_in_sections_of_sections() -> None:
     """Two sections of one address could not both be reached."""
-    inner = Section("Inner", "same", (Words("text"),))
-    outer = Section("Outer", "outer", (inner,))
+    inner = ReportSection("Inner", "same", (Words("text"),))
+    outer = ReportSection("Outer", "outer", (inner,))
     assert [section.anchor for section in sections_of((outer,))] == ["outer", "same"]
     with pytest.raises(BlockError, match="same"):
-        Report("r", "", (outer, Section("Again", "same", ())))
+        Report("r", "", (outer, ReportSection("Again", "same", ())))

@@ -9,7 +9,7 @@ import pytest
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.report.sections.study_axis import axis_of
-from gapbeam.postprocess.study_figures.response_census import Branch, Point
+from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
 
 FIGURES = {"tip smoothed acceleration": {"mean": 30.0, "scatter": 1.0, "unit": "m/s^2"}}
@@ -27,7 +27,7 @@ def drawn(path: Path, points: list[dict[str, str]], monkeypatch: pytest.MonkeyPa
 
     monkeypatch.setattr(Figure, "savefig", kept)
     record = {"figures": FIGURES, "direction": "", "start": "seat", "verdict": "passed"}
-    draw_branches([Point(one, (Branch(one, "period 1", (record,)),), ()) for one in points], path)
+    draw_branches([SweepPoint(one, (Branch(one, "period 1", (record,)),), ()) for one in points], path)
     figures[0].draw_without_rendering()  # at the resolution of the window, in which extents are given
     return figures[0]
 

@@ -10,13 +10,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.signals.steady_figures import Quantity
+from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.tradeoff.fidelity_levels import Level, plan_levels
 from gapbeam.studies.tradeoff.level_errors import Judged, judged, window_differences
-from gapbeam.studies.tradeoff.level_measurement import Measured, windows_over
+from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel, windows_over
 from gapbeam.studies.tradeoff.promise import Grounds, choice, doubts, nearest
 from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
 from gapbeam.studies.tradeoff.tradeoff_study import _span
@@ -26,7 +26,7 @@ FREQUENCY, END = 20.0, 10.0
 TOLERANCE = 0.02
 
 
-def resonance(detuned: float, step: float = 5e-4) -> Measured:
+def resonance(detuned: float, step: float = 5e-4) -> MeasuredLevel:
     """Return x = sin(2 pi f t) sin(pi d t) / (pi d): a resonance that grows as t, and beats where detuned by d, Hz."""
     time = np.arange(int(END / step + 1e-9) + 1) * step
     x = 1e-3 * np.sin(2 * np.pi * FREQUENCY * time) * time * np.sinc(detuned * time)
@@ -36,7 +36,7 @@ def resonance(detuned: float, step: float = 5e-4) -> Measured:
     force = np.full((time.size, 2), 40.0)
     records |= {"time": time, "contact_force": force, "impulse": 40.0 * np.stack([time, time], 1)}
     labels = {"probe": ("tip",), "component": ("x", "y"), "face": ("base", "gland"), "load": (), "tangent": ()}
-    made = Measured(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
+    made = MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
     made.span, made.windows = END, windows_over(made._history(round(END * FREQUENCY)), FREQUENCY, END)
     return made
 
@@ -75,7 +75,7 @@ def test_errors_are_those_of_the_whole_span() -> None:
 def one(error: float = 0.005, covered: float = END, seconds: float = 1.0, means: float | None = None) -> Judged:
     """Return a level that was never run."""
     return Judged(
-        Level(f"level of {seconds:g} s", {}), Measured(), {"displacement": error}, None, seconds, covered, means
+        Level(f"level of {seconds:g} s", {}), MeasuredLevel(), {"displacement": error}, None, seconds, covered, means
     )
 
 
@@ -119,7 +119,7 @@ def test_means_of_a_chaotic_motion_are_known_to_their_scatter() -> None:
     windows = np.random.default_rng(0).normal(1.0, 0.05, 10)
     reference, other = resonance(0.0), resonance(0.0)
     for measured, values in ((reference, windows), (other, windows + 0.01)):
-        measured.words, measured.long = ["no cycle"], {"tip displacement": Quantity("m", values)}
+        measured.words, measured.long = ["no cycle"], {"tip displacement": WindowFigure("m", values)}
     found = judged(Level("reduced 2D", {}), other, reference, 8, END)
     assert found.statistics == 0.0
     scatter = 2.0 * 2.0**0.5 * windows.std(ddof=1) / 10**0.5
@@ -129,7 +129,7 @@ def test_means_of_a_chaotic_motion_are_known_to_their_scatter() -> None:
 def test_a_span_that_is_too_dear_is_cut_and_says_why() -> None:
     """All levels but the full ones march over it: cost, what was allowed, and the remedy; never less than a period."""
     plan = plan_levels(read_case(DEMO))
-    first = Measured(per_second=2.0)
+    first = MeasuredLevel(per_second=2.0)
     count = len(plan.family) + sum(not level.full for level in plan.levels)
     assert _span(END, FREQUENCY, plan, first, count * END * 2.0) == (END, "")
     part, why = _span(END, FREQUENCY, plan, first, count * END)

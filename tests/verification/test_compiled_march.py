@@ -18,7 +18,7 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import kernel_of
-from gapbeam.solver.march.compiled.compiled_march import Block, CompiledLoop
+from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
 from tests.shared.dense_beams import dense_beam, thrown_start
 
@@ -123,7 +123,7 @@ def test_steps_that_do_not_converge_are_halved_as_in_the_march(scheme: str, most
 def test_what_fails_altogether_is_reported_after_what_came_before() -> None:
     system, law = dense_beam(seed=5), LAWS["hertz"]
     plan = March(system, law, SCHEMES["newmark"], EffectiveOperators(system, SCHEMES["newmark"]), 4.0e-3, 60, 0, 1)
-    blocks: list[Block] = []
+    blocks: list[CompiledBlock] = []
 
     def keep() -> None:
         for block in CompiledLoop(plan).blocks(thrown_start(system)):

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.errors import NotConverged
-from gapbeam.solver.periodic.continuation import Curve, CurveSettings, follow
+from gapbeam.solver.periodic.continuation import CurveSettings, ResponseCurve, follow
 from gapbeam.solver.periodic.floquet import FOLD, PERIOD_DOUBLING
 from gapbeam.solver.periodic.modal_period_map import ModalMap
 from gapbeam.solver.periodic.response_branches import follow_branches
@@ -36,14 +36,14 @@ def peak(period_map: ModalMap, x: np.ndarray) -> float:
 
 
 @cache
-def hardening_curve() -> Curve:
+def hardening_curve() -> ResponseCurve:
     return follow(
         lambda omega: oscillator_map(120, omega, **HARDENING), 0.8, np.array([0.5, 0.0]), CurveSettings(0.7, 1.4)
     )
 
 
 @cache
-def impacting_curve() -> Curve:
+def impacting_curve() -> ResponseCurve:
     start = oscillator_map(200, 0.9, **IMPACTS)
     x = settled(start, np.array([0.65, -0.5]), 60)
     return follow(lambda omega: oscillator_map(200, omega, **IMPACTS), 0.9, x, CurveSettings(0.88, 1.2))

@@ -10,13 +10,13 @@ import pytest
 
 import gapbeam.studies.paper.adams_runs as runs
 import gapbeam.studies.paper.section_three as module
-from gapbeam.postprocess.report.blocks import Comparison, Table, Verdict
+from gapbeam.postprocess.report.blocks import ComparisonBlock, TableBlock, Verdict
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.studies.paper.adams_plan import clearances, depths, main_run, main_runs, measured, variants
 from gapbeam.studies.paper.adams_runs import Asked, G, RunFigures, adams_case, geometric_mean, run_one
 from gapbeam.studies.paper.adams_tables import factors, sensitivities, settled_responses
 from gapbeam.studies.paper.section_three import section_of, section_three
-from gapbeam.studies.trials.response import Response
+from gapbeam.studies.trials.response import TrialResponse
 
 CASES = Path(__file__).parents[2] / "cases"
 MADE_UP = {"settled": 0.125, "smoothed": 0.5, "elastic": 1.5, "suspended": 3.0}
@@ -115,11 +115,11 @@ def test_the_section_holds_it_all_and_reports_of_failed_runs(tmp_path: Path, mon
     section = section_three(tmp_path / "new")
     kept = json.loads((tmp_path / "new" / module.FILE).read_text(encoding="utf-8"))
     assert len(kept) == len(RUNS)
-    ratios = next(block for block in section.blocks if isinstance(block, Comparison))
+    ratios = next(block for block in section.blocks if isinstance(block, ComparisonBlock))
     assert ratios.rows[0].reference == 10.0
     expected = geometric_mean([10.0 * clearance / measured(clearance) for clearance in clearances()])
     assert ratios.rows[0].here == pytest.approx(expected)
-    assert len([block for block in section.blocks if isinstance(block, Table)]) == 3
+    assert len([block for block in section.blocks if isinstance(block, TableBlock)]) == 3
     verdicts = [block for block in section.blocks if isinstance(block, Verdict)]
     assert [block.level for block in verdicts] == ["note"]
     assert "The factor of ten is the start" in verdicts[0].text
@@ -132,7 +132,7 @@ def test_the_section_holds_it_all_and_reports_of_failed_runs(tmp_path: Path, mon
 
 
 def test_a_run_that_fails_says_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(runs, "respond", lambda *_: Response("energy created", "9 J from nowhere"))
+    monkeypatch.setattr(runs, "respond", lambda *_: TrialResponse("energy created", "9 J from nowhere"))
     words = run_one(Asked(0.107, depths()[0]))
     assert words.verdict == "energy created: 9 J from nowhere"
     assert np.isnan(words.start)

@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.report.blocks import Comparison, Report, Section, Table, Verdict, Words
+from gapbeam.postprocess.report.blocks import ComparisonBlock, Report, ReportSection, TableBlock, Verdict, Words
 from gapbeam.postprocess.report.charts import Chart, Surface
 from gapbeam.postprocess.report.html_page import write_html
 from gapbeam.studies.paper.plateaus import printed_plateaus
@@ -22,12 +22,12 @@ TEXTBOOK = {  # roots of Blevins' tables, rigid motions counted
 
 
 @pytest.fixture(scope="module")
-def section(tmp_path_factory: pytest.TempPathFactory) -> tuple[Section, Path]:
+def section(tmp_path_factory: pytest.TempPathFactory) -> tuple[ReportSection, Path]:
     folder = tmp_path_factory.mktemp("section-two")
     return section_two(folder), folder
 
 
-def only(section: Section, kind: type, caption: str = "") -> object:
+def only(section: ReportSection, kind: type, caption: str = "") -> object:
     """Return the only block of a kind whose caption begins with some words."""
     found = [block for block in section.blocks if isinstance(block, kind) and caption in getattr(block, "caption", "")]
     assert len(found) == 1, caption
@@ -53,11 +53,11 @@ def test_plateaus_are_those_of_textbooks() -> None:
         assert nearer[0] < nearer[1]
 
 
-def test_printed_numbers_stand_beside_ours(section: tuple[Section, Path]) -> None:
+def test_printed_numbers_stand_beside_ours(section: tuple[ReportSection, Path]) -> None:
     made, _ = section
-    roots, plateaus = only(made, Comparison, "Roots"), only(made, Comparison, "Plateaus")
-    assert isinstance(roots, Comparison)
-    assert isinstance(plateaus, Comparison)
+    roots, plateaus = only(made, ComparisonBlock, "Roots"), only(made, ComparisonBlock, "Plateaus")
+    assert isinstance(roots, ComparisonBlock)
+    assert isinstance(plateaus, ComparisonBlock)
     assert all(row.deviation is None or abs(row.deviation) < 1e-4 for row in roots.rows)
     assert [row.note.startswith("not as printed") for row in plateaus.rows] == [False, False, False, True, True]
     errata = only(made, Verdict)
@@ -65,7 +65,7 @@ def test_printed_numbers_stand_beside_ours(section: tuple[Section, Path]) -> Non
     assert all(text in errata.text for text in ("3.9266", "7.0686", "5.498", "4.73"))
 
 
-def test_surfaces_run_between_the_limits(section: tuple[Section, Path]) -> None:
+def test_surfaces_run_between_the_limits(section: tuple[ReportSection, Path]) -> None:
     """Monotone in both springs, and at the corners of Figs. 4 to 6 the four limits; Eq. 9 agrees with every root."""
     made, _ = section
     surfaces = [block for block in made.blocks if isinstance(block, Surface)]
@@ -81,11 +81,11 @@ def test_surfaces_run_between_the_limits(section: tuple[Section, Path]) -> None:
     assert words[words.index("of") + 1] == words[words.index("the") + 1]
 
 
-def test_the_seated_beam_stands_beside_them(section: tuple[Section, Path]) -> None:
+def test_the_seated_beam_stands_beside_them(section: tuple[ReportSection, Path]) -> None:
     """Frequencies of the clamped overhang in closed form; springs of the seat are those of its span, 3 E I / a."""
     made, folder = section
-    table = only(made, Table, "Bending frequencies")
-    assert isinstance(table, Table)
+    table = only(made, TableBlock, "Bending frequencies")
+    assert isinstance(table, TableBlock)
     first = [float(cell) for cell in table.rows[0][1:]]
     assert first[0] == pytest.approx(47.18, abs=5e-3)
     assert first[1] == pytest.approx(44.08, abs=5e-3)
@@ -97,7 +97,7 @@ def test_the_seated_beam_stands_beside_them(section: tuple[Section, Path]) -> No
     assert isinstance(only(made, Chart, "Mode shapes"), Chart)
 
 
-def test_the_section_makes_a_page(section: tuple[Section, Path]) -> None:
+def test_the_section_makes_a_page(section: tuple[ReportSection, Path]) -> None:
     made, folder = section
     page = write_html(Report("Section 2", "", (made,)), folder / "page.html").read_text(encoding="utf-8")
     assert "Fig. 4" in page

@@ -5,13 +5,13 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Cell, Table
+from gapbeam.postprocess.report.blocks import Cell, TableBlock
 from gapbeam.postprocess.report.number_text import number
 
 _SPATIAL = 3
 
 
-def assumptions_table(summary: Mapping[str, Any]) -> Table | None:
+def assumptions_table(summary: Mapping[str, Any]) -> TableBlock | None:
     """Return the assumptions of a run, the closest to its limit first; None where the summary has none.
 
     Args:
@@ -33,7 +33,9 @@ def assumptions_table(summary: Mapping[str, Any]) -> Table | None:
         for one in sorted(found, key=_rank)
     ]
     heads = ("assumption", "watched", "closest", "limit", "of the limit (%)", "when and where", "verdict")
-    return Table("Assumptions behind the figures, and how close the run came to their limits", heads, rows, digits=3)
+    return TableBlock(
+        "Assumptions behind the figures, and how close the run came to their limits", heads, rows, digits=3
+    )
 
 
 def _rank(one: Mapping[str, Any]) -> float:

@@ -7,7 +7,16 @@ from pathlib import Path
 from typing import Any
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Cell, Command, Picture, Section, Table, Verdict, warnings_of
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Cell,
+    Command,
+    Picture,
+    ReportSection,
+    TableBlock,
+    Verdict,
+    warnings_of,
+)
 from gapbeam.postprocess.report.markdown_text import sentence
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.shell_command import shell_command
@@ -16,7 +25,7 @@ COMPARISON_FILE, PICTURE = "comparison.json", "comparison.png"
 _KEYS = ("a", "b", "agree", "verdict", "tolerance", "runs", "figures", "waveforms", "costs", "notes")
 
 
-def comparison_sections(folder: Path, command: str) -> list[Section]:
+def comparison_sections(folder: Path, command: str) -> list[ReportSection]:
     """Return what `gapbeam compare` found.
 
     Args:
@@ -33,7 +42,7 @@ def comparison_sections(folder: Path, command: str) -> list[Section]:
         words = "Waveforms of A and B over each other, and their harmonics."
         blocks.append(Picture(folder / PICTURE, words, shell_command("gapbeam", "compare", *pair)))
     blocks.append(Command(shell_command("gapbeam", "report", *pair)))
-    return [Section("A against B", "comparison", blocks)]
+    return [ReportSection("A against B", "comparison", blocks)]
 
 
 def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
@@ -53,7 +62,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
         for name, run in found["runs"].items()
     ]  # fmt: skip
     heads = ("", "results", "response", "windows", "forcing periods in a window", "from (s)", "to (s)")
-    blocks.append(Table("The runs, and the windows over which they are compared", heads, runs))
+    blocks.append(TableBlock("The runs, and the windows over which they are compared", heads, runs))
     figures: list[tuple[Cell, ...]] = []
     for row in found["figures"]:
         unit, factor = shown(row["unit"])
@@ -65,7 +74,7 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
             )
         )  # fmt: skip
     blocks.append(
-        Table(
+        TableBlock(
             f"Figures over the windows; more than {100 * found['tolerance']:g} % is a difference",
             ("", "A", "B", "difference (%)", ""),
             figures,
@@ -74,8 +83,8 @@ def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
     )
     waves = [(one["name"], 100.0 * one["rms"], 100.0 * one["largest"]) for one in found["waveforms"]]
     if waves:
-        blocks.append(Table("Waveforms, A − B over the range", ("", "rms (%)", "largest (%)"), waves, digits=3))
+        blocks.append(TableBlock("Waveforms, A − B over the range", ("", "rms (%)", "largest (%)"), waves, digits=3))
     costs = [(one["name"], one["a"], one["b"]) for one in found["costs"]]
     if costs:
-        blocks.append(Table("Costs", ("", "A", "B"), costs))
+        blocks.append(TableBlock("Costs", ("", "A", "B"), costs))
     return blocks

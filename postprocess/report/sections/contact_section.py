@@ -5,8 +5,8 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.report.blocks import Block, Section, Table
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, ReportSection, TableBlock
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.envelope import envelope, thinning_words
 from gapbeam.postprocess.report.sections.record_ends import ZOOM, end_words, is_long
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
@@ -15,7 +15,9 @@ from gapbeam.postprocess.signals.signal import Signal, face_signal
 _MICRO = 1.0e6
 
 
-def contact_section(history: xr.Dataset, frequency: float | None, command: str, anchor: str = "contact") -> Section:
+def contact_section(
+    history: xr.Dataset, frequency: float | None, command: str, anchor: str = "contact"
+) -> ReportSection:
     """Return force, gap and penetration of every face over the record and over its end.
 
     Args:
@@ -33,10 +35,10 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str, 
     time = np.asarray(history["time"].values, dtype=float)
     end = end_words(frequency) if is_long(time, frequency) else "the whole record"
     size = max(one.time.size for one in force.values())
-    whole = [Curve(face, *envelope(one.time, one.values)) for face, one in force.items()]
+    whole = [ChartCurve(face, *envelope(one.time, one.values)) for face, one in force.items()]
     span = enlarged_span(time, np.sum([one.values for one in force.values()], axis=0), frequency, ZOOM)
-    last = [Curve(face, *_part(one.between(*span))) for face, one in force.items()]
-    gaps = [Curve(face, *_part(one.between(*span), -_MICRO)) for face, one in depth.items()]
+    last = [ChartCurve(face, *_part(one.between(*span))) for face, one in force.items()]
+    gaps = [ChartCurve(face, *_part(one.between(*span), -_MICRO)) for face, one in depth.items()]
     rows = []
     for face in faces:
         pressed = force[face].values > 0.0
@@ -60,9 +62,9 @@ def contact_section(history: xr.Dataset, frequency: float | None, command: str, 
             f"Smallest gap of each face, {end}; below zero the largest penetration.",
             "time (ms)", "gap (µm)", gaps, command,
         ),
-        Table("The faces over the whole record, at the recorded instants", heads, rows),
+        TableBlock("The faces over the whole record, at the recorded instants", heads, rows),
     ]  # fmt: skip
-    return Section("Contact", anchor, blocks)
+    return ReportSection("Contact", anchor, blocks)
 
 
 def _part(part: Signal, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

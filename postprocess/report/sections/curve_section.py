@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table, Verdict
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 
 SUFFIX = ".peak_to_peak"
 _REPORTED = (
@@ -22,7 +22,7 @@ _REPORTED = (
 )  # fmt: skip
 
 
-def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "periodic") -> Section:
+def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "periodic") -> ReportSection:
     """Return what a search for a periodic response found.
 
     Args:
@@ -41,13 +41,13 @@ def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "peri
         value = found.get(key)
         if value is not None:
             rows.append((name, value if isinstance(value, str | int) else float(value)))
-    blocks.append(Table("The periodic response", ("", "value"), rows))
+    blocks.append(TableBlock("The periodic response", ("", "value"), rows))
     blocks += [_probes(found["probes"])] if found.get("probes") else []
     blocks += [_multipliers(found["multipliers"], command)] if found.get("multipliers") else []
-    return Section("Periodic response", anchor, blocks)
+    return ReportSection("Periodic response", anchor, blocks)
 
 
-def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "response-curve") -> Section:
+def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "response-curve") -> ReportSection:
     """Return a curve of periodic responses, stable parts drawn through, unstable ones dashed, events marked.
 
     Args:
@@ -60,7 +60,7 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     length, factor = shown("m")
     axis = f"{curve['key']} ({curve['unit']})"
     texts = [_point_words(point, curve) for point in points]
-    motion, multiplier = list[Curve](), list[Curve]()
+    motion, multiplier = list[ChartCurve](), list[ChartCurve]()
     for number, part in _parts(points):
         suffix = "" if number == 1 else f", branch {number}"
         inside, said = points[part], texts[part]
@@ -70,7 +70,7 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
         largest = np.array([point["largest_multiplier"] for point in inside])
         multiplier += _branch("largest multiplier" + suffix, inside, largest, said)
     ends = [min(point["value"] for point in points), max(point["value"] for point in points)]
-    multiplier.append(Curve("limit of stability", ends, [1.0, 1.0], dashed=True))
+    multiplier.append(ChartCurve("limit of stability", ends, [1.0, 1.0], dashed=True))
     rows = [
         (point["event"], float(point["value"]), float(point["largest_multiplier"]))
         for point in points
@@ -89,8 +89,8 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
         Chart("Largest multiplier along the curve.", axis, "largest |multiplier|", multiplier, command),
     ]  # fmt: skip
     if rows:
-        blocks.append(Table("Events along the curve", ("event", axis, "largest multiplier"), rows, digits=6))
-    return Section("Response curve", anchor, blocks)
+        blocks.append(TableBlock("Events along the curve", ("event", axis, "largest multiplier"), rows, digits=6))
+    return ReportSection("Response curve", anchor, blocks)
 
 
 def _parts(points: Sequence[Mapping[str, Any]]) -> list[tuple[int, slice]]:
@@ -100,7 +100,9 @@ def _parts(points: Sequence[Mapping[str, Any]]) -> list[tuple[int, slice]]:
     return [(numbers[start], slice(start, stop)) for start, stop in pairwise([*starts, len(numbers)])]
 
 
-def _branch(name: str, points: Sequence[Mapping[str, Any]], heights: np.ndarray, texts: Sequence[str]) -> list[Curve]:
+def _branch(
+    name: str, points: Sequence[Mapping[str, Any]], heights: np.ndarray, texts: Sequence[str]
+) -> list[ChartCurve]:
     """Return the stable and the unstable parts of a curve, and its events."""
     values = np.array([float(point["value"]) for point in points])
     stable = np.array([bool(point["stable"]) for point in points])
@@ -113,11 +115,11 @@ def _branch(name: str, points: Sequence[Mapping[str, Any]], heights: np.ndarray,
             reached[place + 1] |= now and not after
         if part.any():
             drawn = np.where(reached, heights, np.nan)
-            curves.append(Curve(words, values, drawn, "lines", dashed=not wanted, texts=texts, like=name))
+            curves.append(ChartCurve(words, values, drawn, "lines", dashed=not wanted, texts=texts, like=name))
     events = [place for place, point in enumerate(points) if point["event"]]
     if events:
         text = [texts[place] for place in events]
-        curves.append(Curve(f"{name}, events", values[events], heights[events], "markers", texts=text, like=name))
+        curves.append(ChartCurve(f"{name}, events", values[events], heights[events], "markers", texts=text, like=name))
     return curves
 
 
@@ -133,7 +135,7 @@ def _point_words(point: Mapping[str, Any], curve: Mapping[str, Any]) -> str:
     return "\n".join([*text, *([point["event"]] if point["event"] else [])])
 
 
-def _probes(probes: Mapping[str, Mapping[str, Any]]) -> Table:
+def _probes(probes: Mapping[str, Mapping[str, Any]]) -> TableBlock:
     unit, factor = shown("m")
     most = max(len(one["harmonics"]) for one in probes.values())
     heads = (
@@ -147,7 +149,7 @@ def _probes(probes: Mapping[str, Mapping[str, Any]]) -> Table:
         amplitudes = [factor * value for value in one["harmonics"]]
         amplitudes += [float("nan")] * (most - len(amplitudes))
         rows.append((name, factor * one["mean"], factor * one["peak_to_peak"], *amplitudes))
-    return Table("The probes over a period", heads, rows)
+    return TableBlock("The probes over a period", heads, rows)
 
 
 def _multipliers(multipliers: Sequence[Mapping[str, float]], command: str) -> Chart:
@@ -157,6 +159,9 @@ def _multipliers(multipliers: Sequence[Mapping[str, float]], command: str) -> Ch
     return Chart(
         "Leading Floquet multipliers and the unit circle: inside it disturbances die out.",
         "real part", "imaginary part",
-        [Curve("multipliers", x, y, "markers"), Curve("unit circle", np.cos(angle), np.sin(angle), dashed=True)],
+        [
+            ChartCurve("multipliers", x, y, "markers"),
+            ChartCurve("unit circle", np.cos(angle), np.sin(angle), dashed=True),
+        ],
         command, equal=True,
     )  # fmt: skip

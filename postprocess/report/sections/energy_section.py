@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.envelope import envelope, thinning_words
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.record_table import HISTORY
@@ -36,7 +36,7 @@ _LIMITS = (("impact_growth", "growth allowed in an impact"), ("impact_loss", "lo
 
 def energy_section(
     history: xr.Dataset, summary: Mapping[str, Any], command: str, anchor: str = "energy"
-) -> Section | None:
+) -> ReportSection | None:
     """Return the ledger of energies and the gates; None where neither is there.
 
     Args:
@@ -71,7 +71,7 @@ def energy_section(
     table = _gates_table(summary)
     if table is not None:
         blocks.append(table)
-    return Section("Energy", anchor, blocks) if blocks else None
+    return ReportSection("Energy", anchor, blocks) if blocks else None
 
 
 def _values(history: xr.Dataset, name: str) -> np.ndarray:
@@ -81,23 +81,23 @@ def _values(history: xr.Dataset, name: str) -> np.ndarray:
     return values
 
 
-def _curve(history: xr.Dataset, name: str, label: str) -> Curve:
-    return Curve(label, *envelope(np.asarray(history["time"].values, dtype=float), _values(history, name)))
+def _curve(history: xr.Dataset, name: str, label: str) -> ChartCurve:
+    return ChartCurve(label, *envelope(np.asarray(history["time"].values, dtype=float), _values(history, name)))
 
 
 def _any(history: xr.Dataset, name: str) -> bool:
     return name in history and bool(np.any(history[name].values))
 
 
-def _work(history: xr.Dataset) -> list[Curve]:
+def _work(history: xr.Dataset) -> list[ChartCurve]:
     if "load_work" not in history:
         return []
     time, work = np.asarray(history["time"].values, dtype=float), _values(history, "load_work")
     names = [str(name) for name in history["load"].values]
-    return [Curve(f"work of {name}", *envelope(time, work[:, place])) for place, name in enumerate(names)]
+    return [ChartCurve(f"work of {name}", *envelope(time, work[:, place])) for place, name in enumerate(names)]
 
 
-def _gates_table(summary: Mapping[str, Any]) -> Table | None:
+def _gates_table(summary: Mapping[str, Any]) -> TableBlock | None:
     gates, energy = summary.get("gates") or {}, summary.get("energy") or {}
     limits = gates.get("limits") or {}
     rows: list[tuple[Cell, ...]] = []
@@ -113,4 +113,4 @@ def _gates_table(summary: Mapping[str, Any]) -> Table | None:
     if not rows:
         return None
     notes = [record.meaning for record in HISTORY if record.name == "algorithmic_dissipation"]
-    return Table("Gates on the energy", ("", "value", "unit"), rows, notes=[f"Scheme: {notes[0]}."])
+    return TableBlock("Gates on the energy", ("", "value", "unit"), rows, notes=[f"Scheme: {notes[0]}."])

@@ -5,10 +5,10 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Cell, Table
+from gapbeam.postprocess.report.blocks import Cell, TableBlock
 
 
-def errors_table(summary: Mapping[str, Any]) -> Table | None:
+def errors_table(summary: Mapping[str, Any]) -> TableBlock | None:
     """Return the key figures with their errors, by part of the run; None where the summary has none.
 
     Args:
@@ -22,7 +22,7 @@ def errors_table(summary: Mapping[str, Any]) -> Table | None:
     horizon = errors.get("horizon")
     until = "" if horizon is None else f"; the motion can be predicted up to t = {float(horizon):.4g} s"
     heads = ("figure", "part of the run", "value", "unit", "error", "error (%)")
-    return Table(f"Key figures with the estimates of their errors{until}", heads, rows, digits=3)
+    return TableBlock(f"Key figures with the estimates of their errors{until}", heads, rows, digits=3)
 
 
 def _row(one: Mapping[str, Any]) -> tuple[Cell, ...]:

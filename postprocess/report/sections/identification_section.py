@@ -10,8 +10,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Compared, Comparison, Table, Verdict, Words
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Compared, ComparisonBlock, TableBlock, Verdict, Words
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.study_figures.identification_figures import (
     CLOUD,
     abscissa,
@@ -56,7 +56,7 @@ def _verdict(data: Mapping[str, Any]) -> Verdict:
     return Verdict("warning", "; ".join([*loud, words])) if loud else Verdict("passed", words)
 
 
-def _comparison(data: Mapping[str, Any], name: str, command: str) -> Comparison:
+def _comparison(data: Mapping[str, Any], name: str, command: str) -> ComparisonBlock:
     rows = [row for row in data["measurements"] if row["figure"] == name]
     unit, factor = shown(rows[0]["unit"])
     compared = [
@@ -71,7 +71,7 @@ def _comparison(data: Mapping[str, Any], name: str, command: str) -> Comparison:
         for row in rows
     ]
     notes = ["± is the scatter of the computed figure over windows of whole forcing periods."]
-    return Comparison(f"{name}: {rows[0]['meaning']}", compared, "measured", notes=notes, command=command)
+    return ComparisonBlock(f"{name}: {rows[0]['meaning']}", compared, "measured", notes=notes, command=command)
 
 
 def _experiment(row: Mapping[str, Any]) -> str:
@@ -99,16 +99,16 @@ def _figure_chart(data: Mapping[str, Any], name: str, command: str) -> Chart:
     measured = factor * np.array([row["measured"] for row in rows])
     computed = factor * np.array([math.nan if row["computed"] is None else row["computed"] for row in rows])
     order = np.argsort(places, kind="stable")
-    curves = [Curve("computed", places[order], computed[order], "lines+markers")]
+    curves = [ChartCurve("computed", places[order], computed[order], "lines+markers")]
     for use, word in KINDS.items():
         mine = np.array([row["use"] == use for row in rows])
         if mine.any():
-            curves.append(Curve(f"measured, {word}", places[mine], measured[mine], "markers"))
+            curves.append(ChartCurve(f"measured, {word}", places[mine], measured[mine], "markers"))
     logarithmic = data["residual"] == "log10" and float(measured.min()) > 0.0
     return Chart(f"{name}: {rows[0]['meaning']}.", label, f"{name} ({unit})", curves, command, log_y=logarithmic)
 
 
-def _unknowns(data: Mapping[str, Any], command: str) -> Table:
+def _unknowns(data: Mapping[str, Any], command: str) -> TableBlock:
     percent = f"{100.0 * data['confidence']:g} %"
     rows = [
         (
@@ -124,7 +124,7 @@ def _unknowns(data: Mapping[str, Any], command: str) -> Table:
         f"{data['standard_deviation_from']}. The interval follows from the derivatives at the best values, the profile "
         "is the range of all evaluations that fit as well.",
     )
-    return Table("What is known of the unknowns", heads, rows, notes, command=command)
+    return TableBlock("What is known of the unknowns", heads, rows, notes, command=command)
 
 
 def _misfit_chart(data: Mapping[str, Any], folder: Path, command: str) -> Chart:
@@ -139,21 +139,23 @@ def _misfit_chart(data: Mapping[str, Any], folder: Path, command: str) -> Chart:
         ends = f"{low:.3g} to {high:.3g} {one['unit']}, {one['scale']}"
         choices.append(f"{one['key']}, {ends}")
         texts = [f"{one['key']} = {value:.4g} {one['unit']}" for value in places]
-        curves.append(Curve("evaluations", 100.0 * shares, drawn[:, -1], "markers", choices[-1], texts=texts))
-        curves.append(Curve("bound of the profile", [0.0, 100.0], [bound, bound], choice=choices[-1], dashed=True))
+        curves.append(ChartCurve("evaluations", 100.0 * shares, drawn[:, -1], "markers", choices[-1], texts=texts))
+        curves.append(ChartCurve("bound of the profile", [0.0, 100.0], [bound, bound], choice=choices[-1], dashed=True))
     return Chart(
         f"Misfit of every evaluation over each of {', '.join(keys)} ({CLOUD}).", "place between the bounds (%)",
         "sum of squares", curves, command, log_y=True, choices=choices, choice="unknown",
     )  # fmt: skip
 
 
-def _sensitivities(data: Mapping[str, Any], command: str) -> Table:
+def _sensitivities(data: Mapping[str, Any], command: str) -> TableBlock:
     heads = ("figure", "experiment", *(one["key"] for one in data["unknowns"]))
     rows = [
         (row["figure"], _experiment(row), *slopes)
         for row, slopes in zip(data["measurements"], data["sensitivity"], strict=True)
     ]
-    return Table("Sensitivity d ln(figure) / d ln(unknown) at the best values", heads, rows, digits=3, command=command)
+    return TableBlock(
+        "Sensitivity d ln(figure) / d ln(unknown) at the best values", heads, rows, digits=3, command=command
+    )
 
 
 def _ends(ends: Any) -> str:

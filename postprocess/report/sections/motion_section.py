@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Level, Section, Table, Verdict
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Level, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.envelope import MOST, envelope, thinning_words
 from gapbeam.postprocess.report.sections.record_ends import ZOOM, end_words, is_long
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
@@ -23,7 +23,7 @@ _RECORDED, _SMOOTHED = "as recorded", f"moving average over {1e3 * POINTS / RATE
 
 def motion_section(
     analyses: Mapping[str, Analysis], command: str, repeats: bool = False, anchor: str = "motion"
-) -> Section:
+) -> ReportSection:
     """Return histories and peaks of every probe, one button each.
 
     Args:
@@ -38,10 +38,12 @@ def motion_section(
         blocks += [chart for last in spans if (chart := _history(analyses, name, last, command)) is not None]
     blocks.append(_peaks_table(analyses))
     per_period = [] if repeats else _per_period(analyses, command)
-    return Section("Motion", anchor, [*blocks, *per_period])
+    return ReportSection("Motion", anchor, [*blocks, *per_period])
 
 
-def periodicity_section(analyses: Mapping[str, Analysis], command: str, anchor: str = "periodicity") -> Section | None:
+def periodicity_section(
+    analyses: Mapping[str, Analysis], command: str, anchor: str = "periodicity"
+) -> ReportSection | None:
     """Return the phase portrait with its Poincaré points and what they say; None without a forcing period."""
     blocks: list[Block] = []
     for probe, one in analyses.items():
@@ -68,7 +70,7 @@ def periodicity_section(analyses: Mapping[str, Analysis], command: str, anchor: 
                 "forcing period", f"displacement ({shown('m')[0]})", strobe, command, choices=probes, choice="probe",
             )
         )  # fmt: skip
-    return Section("Periodicity", anchor, blocks)
+    return ReportSection("Periodicity", anchor, blocks)
 
 
 def _is_long(analyses: Mapping[str, Analysis]) -> bool:
@@ -107,12 +109,12 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
     )
 
 
-def _curve(label: str, signal: Signal, probe: str, scale: float) -> Curve:
+def _curve(label: str, signal: Signal, probe: str, scale: float) -> ChartCurve:
     time, values = envelope(scale * signal.time, shown(signal.unit)[1] * signal.values, MOST)
-    return Curve(label, time, values, choice=probe)
+    return ChartCurve(label, time, values, choice=probe)
 
 
-def _peaks_table(analyses: Mapping[str, Analysis]) -> Table:
+def _peaks_table(analyses: Mapping[str, Analysis]) -> TableBlock:
     rows = []
     for probe, analysis in analyses.items():
         for name, one in analysis.signals.items():
@@ -124,7 +126,7 @@ def _peaks_table(analyses: Mapping[str, Analysis]) -> Table:
                     found.time_of_maximum, factor * found.peak_to_peak, _median(one, factor),
                 )
             )  # fmt: skip
-    return Table(
+    return TableBlock(
         "Peaks of the whole record, and of a forcing period",
         ("probe", "signal", "smallest", "at (s)", "largest", "at (s)", "peak to peak", "in a forcing period"),
         rows,
@@ -150,7 +152,7 @@ def _per_period(analyses: Mapping[str, Analysis], command: str) -> list[Chart]:
                 continue
             unit, table = one.signal.unit, one.per_period
             for label, values in (("largest", table.maximum), ("smallest", table.minimum)):
-                curves.append(Curve(label, table.period, shown(unit)[1] * values, "lines+markers", probe))
+                curves.append(ChartCurve(label, table.period, shown(unit)[1] * values, "lines+markers", probe))
         if curves:
             charts.append(
                 Chart(
@@ -162,7 +164,7 @@ def _per_period(analyses: Mapping[str, Analysis], command: str) -> list[Chart]:
     return charts
 
 
-def _portrait(probe: str, analysis: Analysis) -> list[Curve]:
+def _portrait(probe: str, analysis: Analysis) -> list[ChartCurve]:
     if analysis.section is None or analysis.displacement is None or analysis.velocity is None:
         return []
     length, speed = shown("m")[1], shown("m/s")[1]
@@ -173,16 +175,16 @@ def _portrait(probe: str, analysis: Analysis) -> list[Curve]:
     part, seen = slice(first, None, every), analysis.section.time >= start - 1e-9
     points = length * analysis.section.displacement[seen], speed * analysis.section.velocity[seen]
     return [
-        Curve("motion", length * displacement.values[part], speed * velocity.values[part], choice=probe),
-        Curve("once in a forcing period", *points, mode="markers", choice=probe),
+        ChartCurve("motion", length * displacement.values[part], speed * velocity.values[part], choice=probe),
+        ChartCurve("once in a forcing period", *points, mode="markers", choice=probe),
     ]
 
 
-def _strobe(probe: str, analysis: Analysis) -> list[Curve]:
+def _strobe(probe: str, analysis: Analysis) -> list[ChartCurve]:
     if analysis.section is None or analysis.forcing_frequency is None or analysis.displacement is None:
         return []
     if analysis.section.time.size < FEWEST:
         return []
     number = np.round(analysis.section.time * analysis.forcing_frequency)
     heights = shown("m")[1] * analysis.section.displacement
-    return [Curve("displacement", number, heights, "markers", probe)]
+    return [ChartCurve("displacement", number, heights, "markers", probe)]

@@ -11,7 +11,7 @@ from gapbeam.postprocess.report.blocks import (
     Listing,
     Picture,
     Report,
-    Section,
+    ReportSection,
     Verdict,
     Words,
     warnings_of,
@@ -53,7 +53,7 @@ def run_report(results: Results, command: str) -> Report:
     if (results.folder / HISTORY_FILE).is_file():
         sections += _of_history(results, command)
     else:
-        sections.append(Section("Motion", "motion", [Verdict("warning", f"There is no `{HISTORY_FILE}`.")]))
+        sections.append(ReportSection("Motion", "motion", [Verdict("warning", f"There is no `{HISTORY_FILE}`.")]))
     curve = results.folder / CURVE_FILE
     if curve.is_file():
         sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
@@ -68,7 +68,7 @@ def meta_of(results: Results, command: str) -> dict[str, str]:
     return {"results": str(results.folder), "made by": command} | ({"computed with": message} if message else {})
 
 
-def case_section(results: Results, anchor: str = "case") -> Section | None:
+def case_section(results: Results, anchor: str = "case") -> ReportSection | None:
     """Return the case as it was run, and how to run it again; None where it is not there."""
     path = results.folder / CASE_FILE
     if not path.is_file():
@@ -77,7 +77,7 @@ def case_section(results: Results, anchor: str = "case") -> Section | None:
         Command(shell_command("gapbeam", "run", path, "--output", Path(f"{results.folder}-again"))),
         Listing(f"`{CASE_FILE}`, with every default", results.case_text),
     ]
-    return Section("The case", anchor, blocks)
+    return ReportSection("The case", anchor, blocks)
 
 
 def probe_analyses(results: Results) -> dict[str, Analysis]:
@@ -92,10 +92,10 @@ def probe_analyses(results: Results) -> dict[str, Analysis]:
     return {probe: analyze(results, Options(probe=probe), history) for probe in probes}
 
 
-def _of_history(results: Results, command: str) -> list[Section]:
+def _of_history(results: Results, command: str) -> list[ReportSection]:
     history, frequency = results.history, results.forcing_frequency
     periodic = results.summary.get("periodic")
-    makers: list[tuple[str, str, Callable[[], Sequence[Section | None]]]] = [
+    makers: list[tuple[str, str, Callable[[], Sequence[ReportSection | None]]]] = [
         ("Motion", "motion", lambda: _of_probes(results, command))
     ]
     if periodic:
@@ -103,20 +103,20 @@ def _of_history(results: Results, command: str) -> list[Section]:
     if "contact_force" in history and "penetration" in history:
         makers.append(("Contact", "contact", lambda: [contact_section(history, frequency, command)]))
     makers.append(("Energy", "energy", lambda: [energy_section(history, results.summary, command)]))
-    found: list[Section] = []
+    found: list[ReportSection] = []
     for title, anchor, make in makers:
         try:
             found += [section for section in make() if section is not None]
         except SignalError as fault:
-            found.append(Section(title, anchor, [Verdict("error", str(fault))]))
+            found.append(ReportSection(title, anchor, [Verdict("error", str(fault))]))
     return found
 
 
-def _of_probes(results: Results, command: str) -> list[Section | None]:
+def _of_probes(results: Results, command: str) -> list[ReportSection | None]:
     found = probe_analyses(results)
     if not found:
         words = "The run recorded no motion of a probe: add `[[probe]]` to the case."
-        return [Section("Motion", "motion", [Verdict("note", words)])]
+        return [ReportSection("Motion", "motion", [Verdict("note", words)])]
     message = [text for one in found.values() for text in one.warnings]
     notes = dict.fromkeys(
         text if message.count(text) == len(found) else f"{probe}: {text}"
@@ -125,19 +125,19 @@ def _of_probes(results: Results, command: str) -> list[Section | None]:
     )
     analyses = {probe: one for probe, one in found.items() if one.displacement is not None}
     if not analyses:
-        return [Section("Motion", "motion", warnings_of(list(notes)))]
+        return [ReportSection("Motion", "motion", warnings_of(list(notes)))]
     repeats = is_periodic(results)
     motion = motion_section(analyses, command, repeats)
     opening = [Words("The run computed one period of the response; it is shown here as it repeats.")] if repeats else []
-    motion = Section(motion.title, motion.anchor, [*opening, *warnings_of(list(notes)), *motion.blocks])
+    motion = ReportSection(motion.title, motion.anchor, [*opening, *warnings_of(list(notes)), *motion.blocks])
     return [motion, spectra_section(analyses, command), periodicity_section(analyses, command)]
 
 
-def _pictures(folder: Path) -> Section | None:
+def _pictures(folder: Path) -> ReportSection | None:
     """Return the pictures that `gapbeam render` left; None where there are none."""
     paths = sorted((folder / PICTURES).glob("*.png"))
     if not paths:
         return None
     command = shell_command("gapbeam", "render", folder)
     blocks = [Picture(path, PICTURE_WORDS.get(path.stem, path.stem.replace("_", " ")), command) for path in paths]
-    return Section("Pictures", "pictures", blocks)
+    return ReportSection("Pictures", "pictures", blocks)

@@ -6,11 +6,11 @@ from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gapbeam.postprocess.comparison.comparison_report import as_data
-from gapbeam.postprocess.comparison.run_comparison import Comparison, ComparisonError, compare
+from gapbeam.postprocess.comparison.run_comparison import ComparisonError, RunComparison, compare
 from gapbeam.postprocess.comparison.waveform_overlay import is_raw
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table, Verdict
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.envelope import envelope
 from gapbeam.postprocess.report.markdown_text import sentence
 from gapbeam.postprocess.report.sections.comparison_section import comparison_blocks
@@ -20,7 +20,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
 
 
-def several_sections(runs: Sequence[Results], command: str) -> list[Section]:
+def several_sections(runs: Sequence[Results], command: str) -> list[ReportSection]:
     """Return a comparison of two runs or more, the first against each of the others, and a summary of each.
 
     Args:
@@ -32,8 +32,8 @@ def several_sections(runs: Sequence[Results], command: str) -> list[Section]:
     """
     names = names_of(runs)
     overview: list[Block] = [*_verdicts(runs, names), _key_table(runs, names), *_case_table(runs, names)]
-    sections = [Section("Side by side", "side-by-side", overview)]
-    found: dict[str, Comparison] = {}
+    sections = [ReportSection("Side by side", "side-by-side", overview)]
+    found: dict[str, RunComparison] = {}
     faults: dict[str, str] = {}
     for name, other in zip(names[1:], runs[1:], strict=True):
         try:
@@ -42,15 +42,15 @@ def several_sections(runs: Sequence[Results], command: str) -> list[Section]:
             faults[name] = str(fault)
     waves = _waveforms(found, names[0], command)
     if waves:
-        sections.append(Section("Waveforms", "waveforms", waves))
+        sections.append(ReportSection("Waveforms", "waveforms", waves))
     for number, name in enumerate(names[1:], start=1):
         blocks: list[Block] = (
             comparison_blocks(as_data(found[name]), command) if name in found else [Verdict("warning", faults[name])]
         )
-        sections.append(Section(f"{names[0]} against {name}", f"against-{number}", blocks))
+        sections.append(ReportSection(f"{names[0]} against {name}", f"against-{number}", blocks))
     for number, (name, run) in enumerate(zip(names, runs, strict=True), start=1):
         summary = summary_section(run, f"run-{number}")
-        sections.append(Section(name, summary.anchor, summary.blocks))
+        sections.append(ReportSection(name, summary.anchor, summary.blocks))
     return sections
 
 
@@ -71,14 +71,14 @@ def _verdicts(runs: Sequence[Results], names: Sequence[str]) -> list[Verdict]:
     return bad or [Verdict("passed", f"None of the {len(runs)} runs failed.")]
 
 
-def _key_table(runs: Sequence[Results], names: Sequence[str]) -> Table:
+def _key_table(runs: Sequence[Results], names: Sequence[str]) -> TableBlock:
     tables = [{(row[0], row[2]): row[1] for row in key_figures(run)} for run in runs]
     keys = dict.fromkeys(key for table in tables for key in table)
     rows: list[tuple[Cell, ...]] = [(key[0], key[1], *(table.get(key) for table in tables)) for key in keys]
-    return Table("Key figures of the runs", ("figure", "unit", *names), rows)
+    return TableBlock("Key figures of the runs", ("figure", "unit", *names), rows)
 
 
-def _case_table(runs: Sequence[Results], names: Sequence[str]) -> list[Table]:
+def _case_table(runs: Sequence[Results], names: Sequence[str]) -> list[TableBlock]:
     """Return the keys in which the cases differ; nothing where one of them cannot be read."""
     try:
         cases = [_flat(run.case) for run in runs]
@@ -86,7 +86,7 @@ def _case_table(runs: Sequence[Results], names: Sequence[str]) -> list[Table]:
         return []
     keys = dict.fromkeys(key for case in cases for key in case)
     rows = [(key, *(case.get(key) for case in cases)) for key in keys if len({case.get(key) for case in cases}) > 1]
-    return [Table("Keys in which the cases differ", ("key", *names), rows)] if rows else []
+    return [TableBlock("Keys in which the cases differ", ("key", *names), rows)] if rows else []
 
 
 def _flat(value: Any, key: str = "") -> dict[str, str]:
@@ -103,7 +103,7 @@ def _flat(value: Any, key: str = "") -> dict[str, str]:
     return found
 
 
-def _waveforms(found: Mapping[str, Comparison], first: str, command: str) -> list[Block]:
+def _waveforms(found: Mapping[str, RunComparison], first: str, command: str) -> list[Block]:
     """Return a chart of every signal, with a button for every run that is laid over the first."""
     signals = dict.fromkeys(
         (one.name, one.unit) for comparison in found.values() for one in comparison.overlays if not is_raw(one.name)
@@ -115,8 +115,8 @@ def _waveforms(found: Mapping[str, Comparison], first: str, command: str) -> lis
         for name, comparison in found.items():
             for one in comparison.overlays:
                 if one.name == signal:
-                    curves.append(Curve(first, *envelope(1e3 * one.time, factor * one.a), choice=name))
-                    curves.append(Curve("the other", *envelope(1e3 * one.time, factor * one.b), choice=name))
+                    curves.append(ChartCurve(first, *envelope(1e3 * one.time, factor * one.a), choice=name))
+                    curves.append(ChartCurve("the other", *envelope(1e3 * one.time, factor * one.b), choice=name))
         charts.append(
             Chart(
                 f"{sentence(signal)} of {first} and of the run chosen, at the same phases of the forcing or, where "

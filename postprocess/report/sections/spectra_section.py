@@ -7,8 +7,8 @@ from collections.abc import Mapping
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.envelope import envelope
 from gapbeam.postprocess.signals.harmonics import distortion
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
@@ -18,7 +18,7 @@ DECADES = 5.0
 _LINES = {"displacement": "spectrum", "acceleration": "as recorded", "smoothed acceleration": "moving average"}
 
 
-def spectra_section(analyses: Mapping[str, Analysis], command: str, anchor: str = "spectra") -> Section | None:
+def spectra_section(analyses: Mapping[str, Analysis], command: str, anchor: str = "spectra") -> ReportSection | None:
     """Return spectra and tables of harmonics of every probe; None where no record is long enough for a spectrum.
 
     Args:
@@ -35,7 +35,7 @@ def spectra_section(analyses: Mapping[str, Analysis], command: str, anchor: str 
         table = _harmonics(probe, analysis)
         if table is not None:
             blocks.append(table)
-    return Section("Spectra", anchor, blocks) if blocks else None
+    return ReportSection("Spectra", anchor, blocks) if blocks else None
 
 
 def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: str) -> Chart | None:
@@ -67,14 +67,14 @@ def _chart(analyses: Mapping[str, Analysis], names: tuple[str, ...], command: st
     )
 
 
-def _curves(one: SignalAnalysis, label: str, probe: str, frequency: float | None) -> list[Curve]:
+def _curves(one: SignalAnalysis, label: str, probe: str, frequency: float | None) -> list[ChartCurve]:
     lines = one.spectrum
     assert lines is not None
     factor = shown(one.signal.unit)[1]
     limit = np.inf if frequency is None else HIGHEST * frequency
     band = (lines.frequency > 0.0) & (lines.frequency <= limit)
     drawn = envelope(lines.frequency[band], np.maximum(factor * lines.amplitude[band], 1e-300))
-    curves = [Curve(label, *drawn, choice=probe)]
+    curves = [ChartCurve(label, *drawn, choice=probe)]
     if one.harmonics:
         heights = [factor * row.amplitude for row in one.harmonics]
         texts = [
@@ -82,7 +82,7 @@ def _curves(one: SignalAnalysis, label: str, probe: str, frequency: float | None
             for row, height in zip(one.harmonics, heights, strict=True)
         ]
         places = [row.frequency for row in one.harmonics]
-        curves.append(Curve(f"{label}, harmonics", places, heights, "markers", probe, texts=texts, like=label))
+        curves.append(ChartCurve(f"{label}, harmonics", places, heights, "markers", probe, texts=texts, like=label))
     return curves
 
 
@@ -94,7 +94,7 @@ def _span(one: SignalAnalysis) -> str:
     return f" over {lines.periods} forcing periods from {lines.start:.4g} s, {lines.window} window"
 
 
-def _harmonics(probe: str, analysis: Analysis) -> Table | None:
+def _harmonics(probe: str, analysis: Analysis) -> TableBlock | None:
     columns = {name: one for name, one in analysis.signals.items() if one.harmonics}
     if not columns or analysis.forcing_frequency is None:
         return None
@@ -108,7 +108,7 @@ def _harmonics(probe: str, analysis: Analysis) -> Table | None:
         rows.append((str(order), float(order) * analysis.forcing_frequency, *cells))
     rest = ", ".join(f"{name} {distortion(one.harmonics):.4g}" for name, one in columns.items())
     heads = (f"{name} ({shown(one.signal.unit)[0]})" for name, one in columns.items())
-    return Table(
+    return TableBlock(
         f"Amplitudes of the harmonics at the probe {probe}",
         ("order", "frequency (Hz)", *heads),
         rows,

@@ -7,8 +7,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, Cell, Picture, Section, Table, Verdict
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Cell, Picture, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.study_json import read_records
 from gapbeam.postprocess.study_figures.stability_map import LABELS, QUANTITIES
 
@@ -17,7 +17,7 @@ STIFFNESS, STEP, SCHEME = "contact.stiffness", "time.step", "time.scheme"
 Record = Mapping[str, Any]
 
 
-def stability_sections(folder: Path, command: str) -> list[Section]:
+def stability_sections(folder: Path, command: str) -> list[ReportSection]:
     """Return the counts of every scheme, the energy it creates over the step, the maps, and all trials.
 
     Args:
@@ -37,10 +37,10 @@ def stability_sections(folder: Path, command: str) -> list[Section]:
         else Verdict("passed", f"All {len(records)} trials passed.")
     ]  # fmt: skip
     blocks.append(_counts(records, schemes))
-    sections = [Section("Summary", "summary", blocks)]
+    sections = [ReportSection("Summary", "summary", blocks)]
     charts = [chart for chart in (_chart(records, schemes, key, command) for key in _SHOWN) if chart is not None]
     if charts:
-        sections.append(Section("Over the step", "over-the-step", charts))
+        sections.append(ReportSection("Over the step", "over-the-step", charts))
     pictures = [
         Picture(folder / f"stability-{name}.png", f"Map of every scheme: {quantity.label}. A mark says how a run ended "
                 "that did not pass.", "gapbeam stability")
@@ -48,8 +48,8 @@ def stability_sections(folder: Path, command: str) -> list[Section]:
         if (folder / f"stability-{name}.png").is_file()
     ]  # fmt: skip
     if pictures:
-        sections.append(Section("Maps", "maps", pictures))
-    sections.append(Section("All trials", "trials", [_table(records)]))
+        sections.append(ReportSection("Maps", "maps", pictures))
+    sections.append(ReportSection("All trials", "trials", [_table(records)]))
     return sections
 
 
@@ -60,7 +60,7 @@ _SHOWN = {
 }
 
 
-def _counts(records: Sequence[Record], schemes: Sequence[str]) -> Table:
+def _counts(records: Sequence[Record], schemes: Sequence[str]) -> TableBlock:
     verdicts = list(dict.fromkeys(str(record["verdict"]) for record in records))
     rows: list[tuple[Cell, ...]] = []
     for scheme in schemes:
@@ -69,7 +69,7 @@ def _counts(records: Sequence[Record], schemes: Sequence[str]) -> Table:
         passed = [abs(float(record["residual"])) for record in mine if record["verdict"] == "passed"]
         rows.append((scheme, *(counts[verdict] for verdict in verdicts), max(passed, default=None)))
     heads = ("scheme", *verdicts, "largest residual of those that passed, of the energy exchanged")
-    return Table("How the trials of every scheme ended", heads, rows)
+    return TableBlock("How the trials of every scheme ended", heads, rows)
 
 
 def _chart(records: Sequence[Record], schemes: Sequence[str], key: str, command: str) -> Chart | None:
@@ -83,7 +83,7 @@ def _chart(records: Sequence[Record], schemes: Sequence[str], key: str, command:
             if places:
                 x, y, texts = zip(*places, strict=True)
                 text = [f"step {a:g} s: {b:.3g}\n{word}" for a, b, word in zip(x, y, texts, strict=True)]
-                curves.append(Curve(f"{stiffness} Pa/m", x, y, "lines+markers", scheme, texts=text))
+                curves.append(ChartCurve(f"{stiffness} Pa/m", x, y, "lines+markers", scheme, texts=text))
     if not curves:
         return None
     choices = [scheme for scheme in schemes if any(curve.choice == scheme for curve in curves)]
@@ -95,13 +95,13 @@ def _chart(records: Sequence[Record], schemes: Sequence[str], key: str, command:
     )  # fmt: skip
 
 
-def _table(records: Sequence[Record]) -> Table:
+def _table(records: Sequence[Record]) -> TableBlock:
     keys = [key for key in records[0] if "." in key]
     figures = ("verdict", "created", "residual", "relative_penetration", "peak_force", "iterations", "seconds")
     rows = [(*(str(record[key]) for key in keys), *(_cell(record.get(name)) for name in figures)) for record in records]
     heads = (*keys, "verdict", "created", "residual", "penetration / clearance", "largest force (N)", "iterations",
              "wall time (s)")  # fmt: skip
-    return Table("All trials; energies of the energy exchanged", heads, rows, digits=3)
+    return TableBlock("All trials; energies of the energy exchanged", heads, rows, digits=3)
 
 
 def _cell(value: Any) -> Cell:

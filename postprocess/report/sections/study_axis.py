@@ -13,7 +13,7 @@ LENGTHS = ("clearance",)  # names of keys whose values are lengths
 
 
 @dataclass(frozen=True)
-class Axis:
+class StudyAxis:
     """The last key of a study.
 
     Attributes:
@@ -54,7 +54,7 @@ class Axis:
         return other_values(values, self.key) if self.choices else None
 
 
-def axis_of(points: Sequence[Values]) -> Axis:
+def axis_of(points: Sequence[Values]) -> StudyAxis:
     """Return the axis of a study from the values of its keys at its points."""
     key = key_along(points)
     texts = tuple(dict.fromkeys(values[key] for values in points))
@@ -63,7 +63,7 @@ def axis_of(points: Sequence[Values]) -> Axis:
     places = tuple(float(n) for n in range(1, len(texts) + 1)) if counted else tuple(float(n or 0.0) for n in numbers)
     choices = tuple(column for column in dict.fromkeys(columns_of(points)) if column)
     unit, factor = shown("m") if key.endswith(LENGTHS) and not counted else ("SI", 1.0)
-    return Axis(key, texts, tuple(factor * place for place in places), counted, unit, choices)
+    return StudyAxis(key, texts, tuple(factor * place for place in places), counted, unit, choices)
 
 
 def _number(text: str) -> float | None:

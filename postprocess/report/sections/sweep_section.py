@@ -10,11 +10,20 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Cell, Listing, Picture, Section, Table, Verdict, warnings_of
-from gapbeam.postprocess.report.charts import Chart, Curve
-from gapbeam.postprocess.report.sections.study_axis import Axis, axis_of
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Cell,
+    Listing,
+    Picture,
+    ReportSection,
+    TableBlock,
+    Verdict,
+    warnings_of,
+)
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
+from gapbeam.postprocess.report.sections.study_axis import StudyAxis, axis_of
 from gapbeam.postprocess.report.study_json import read_object, read_records
-from gapbeam.postprocess.study_figures.response_census import Branch, Point, census, census_words
+from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint, census, census_words
 
 SWEEP_FILE, PLAN_FILE, PICTURE = "sweep.json", "plan.json", "sweep.png"
 SHOWN = (" smoothed acceleration", " displacement", " peak force")
@@ -24,7 +33,7 @@ TOLERANCE = 0.02  # of amplitudes that are the same, where the plan does not say
 _WAYS = {"up": "carried up", "down": "carried down", "": ""}
 
 
-def sweep_sections(folder: Path, command: str) -> list[Section]:
+def sweep_sections(folder: Path, command: str) -> list[ReportSection]:
     """Return census, response curves, harmonics of every point and failures of a sweep.
 
     Args:
@@ -37,23 +46,23 @@ def sweep_sections(folder: Path, command: str) -> list[Section]:
     records = read_records(folder / SWEEP_FILE, ("values", "verdict", "start", "direction", "message"))
     plan = read_object(folder / PLAN_FILE) if (folder / PLAN_FILE).is_file() else {}
     points = census(records, float(plan.get("--tolerance") or TOLERANCE))
-    sections = [Section("Summary", "summary", _summary(records, points))]
+    sections = [ReportSection("Summary", "summary", _summary(records, points))]
     curves = _response_curves(points, command)
     if not curves and (folder / PICTURE).is_file():
         curves = [Picture(folder / PICTURE, "Responses over the last key of the sweep.")]
     if curves:
-        sections.append(Section("Response curves", "response-curves", curves))
+        sections.append(ReportSection("Response curves", "response-curves", curves))
     harmonics = _harmonics(points, command)
     if harmonics is not None:
-        sections.append(Section("Harmonics", "harmonics", [harmonics]))
-    sections.append(Section("Responses", "responses", [_census_table(points)]))
+        sections.append(ReportSection("Harmonics", "harmonics", [harmonics]))
+    sections.append(ReportSection("Responses", "responses", [_census_table(points)]))
     asked = "\n".join(f"{key} = {value}" for key, value in plan.items() if value is not None)
     if asked:
-        sections.append(Section("The sweep", "plan", [Listing("What the sweep was asked for", asked)]))
+        sections.append(ReportSection("The sweep", "plan", [Listing("What the sweep was asked for", asked)]))
     return sections
 
 
-def _summary(records: Sequence[dict[str, Any]], points: Sequence[Point]) -> list[Block]:
+def _summary(records: Sequence[dict[str, Any]], points: Sequence[SweepPoint]) -> list[Block]:
     failed = [record for record in records if record["verdict"] != "passed"]
     blocks: list[Block] = []
     for verdict, count in Counter(record["verdict"] for record in failed).most_common():
@@ -70,7 +79,7 @@ def _summary(records: Sequence[dict[str, Any]], points: Sequence[Point]) -> list
     return [*blocks, *warnings_of([f"{note} ({count} of {len(records)})" for note, count in notes.most_common(10)])]
 
 
-def _response_curves(points: Sequence[Point], command: str) -> list[Block]:
+def _response_curves(points: Sequence[SweepPoint], command: str) -> list[Block]:
     """Return a chart of every figure over the last key, with a button for each value of the other keys."""
     names = dict.fromkeys(name for point in points for branch in point.branches for name in branch.figures)
     along = axis_of([point.values for point in points])
@@ -83,7 +92,7 @@ def _response_curves(points: Sequence[Point], command: str) -> list[Block]:
     return blocks
 
 
-def _response_curve(points: Sequence[Point], name: str, along: Axis, command: str) -> Chart | None:
+def _response_curve(points: Sequence[SweepPoint], name: str, along: StudyAxis, command: str) -> Chart | None:
     parts: dict[tuple[str, str | None], list[tuple[float, float, str]]] = {}
     unit = ""
     for point in points:
@@ -103,7 +112,7 @@ def _response_curve(points: Sequence[Point], name: str, along: Axis, command: st
     for (label, others), found in sorted(parts.items(), key=lambda entry: entry[0][0]):
         found.sort()
         x, y, texts = zip(*found, strict=True)
-        curves.append(Curve(label, x, y, "markers", others, texts=texts))
+        curves.append(ChartCurve(label, x, y, "markers", others, texts=texts))
     return Chart(
         f"Every response over `{along.key}`: {name}. Point at a mark for its scatter and how often it was reached."
         f"{along.legend}",
@@ -116,14 +125,14 @@ def _response_curve(points: Sequence[Point], name: str, along: Axis, command: st
     )
 
 
-def _point_words(point: Point, branch: Branch, name: str, mean: float, scatter: float, unit: str) -> str:
+def _point_words(point: SweepPoint, branch: Branch, name: str, mean: float, scatter: float, unit: str) -> str:
     values = [f"{key} = {value}" for key, value in point.values.items()]
     spread = f" ± {scatter:.2g}" if scatter > 0.0 else ""
     reached = f"{branch.word}, reached {branch.count} times: {', '.join(dict.fromkeys(branch.reached_from))}"
     return "\n".join([*values, f"{name}: {mean:.5g}{spread} {unit}", reached])
 
 
-def _harmonics(points: Sequence[Point], command: str) -> Chart | None:
+def _harmonics(points: Sequence[SweepPoint], command: str) -> Chart | None:
     """Return the harmonics of every response, with a button for every point; None for many points or none."""
     curves = []
     for point in points:
@@ -137,7 +146,7 @@ def _harmonics(points: Sequence[Point], command: str) -> Chart | None:
                 ]
                 name = f"{probe}, response {number}"
                 values = shown("m")[1] * np.array(heights)
-                curves.append(Curve(name, range(1, ORDERS + 1), values, "lines+markers", label))
+                curves.append(ChartCurve(name, range(1, ORDERS + 1), values, "lines+markers", label))
     choices = list(dict.fromkeys(str(curve.choice) for curve in curves))
     if not curves or len(choices) > BUTTONS:
         return None
@@ -148,7 +157,7 @@ def _harmonics(points: Sequence[Point], command: str) -> Chart | None:
     )  # fmt: skip
 
 
-def _census_table(points: Sequence[Point]) -> Table:
+def _census_table(points: Sequence[SweepPoint]) -> TableBlock:
     keys = list(points[0].values)
     names: dict[str, str] = {}
     for point in points:
@@ -167,4 +176,4 @@ def _census_table(points: Sequence[Point]) -> Table:
             outcome = record["verdict"] if record["verdict"] != "passed" else "no figures"
             rows.append((*point.values.values(), outcome, None, str(record["start"]), *(None for _ in names)))
     heads = (*keys, "response", "reached", "from", *(f"{name} ({shown(unit)[0]})" for name, unit in names.items()))
-    return Table("Every response of every point, peak to peak over its windows", heads, rows)
+    return TableBlock("Every response of every point, peak to peak over its windows", heads, rows)

@@ -6,8 +6,8 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table, Verdict, warnings_of
-from gapbeam.postprocess.report.charts import Chart, Curve
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, warnings_of
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.markdown_text import sentence
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.study_figures.tradeoff_figure import KINDS, OTHERS
@@ -16,7 +16,7 @@ TRADEOFF_FILE = "tradeoff.json"
 Level = Mapping[str, Any]
 
 
-def tradeoff_sections(folder: Path, command: str) -> list[Section]:
+def tradeoff_sections(folder: Path, command: str) -> list[ReportSection]:
     """Return the verdict, error over wall time, and a table of all fidelity levels.
 
     Args:
@@ -35,8 +35,10 @@ def tradeoff_sections(folder: Path, command: str) -> list[Section]:
     blocks.append(_table(found))
     skipped = [(one["name"], float(one["predicted_seconds"])) for one in found.get("skipped") or ()]
     if skipped:
-        blocks.append(Table("Fidelity levels left out for their time", ("fidelity level", "predicted (s)"), skipped))
-    return [Section("The trade-off", "tradeoff", blocks)]
+        blocks.append(
+            TableBlock("Fidelity levels left out for their time", ("fidelity level", "predicted (s)"), skipped)
+        )
+    return [ReportSection("The trade-off", "tradeoff", blocks)]
 
 
 def _error(level: Level) -> float | None:
@@ -55,19 +57,19 @@ def _chart(found: Mapping[str, Any], command: str) -> Chart:
             texts = [
                 f"{level['name']}: {100 * error:.3g} %, {level['seconds_of_the_case']:.3g} s" for level, error in passed
             ]
-            curves.append(Curve(kind, x, [100.0 * error for _, error in passed], "markers", texts=texts))
+            curves.append(ChartCurve(kind, x, [100.0 * error for _, error in passed], "markers", texts=texts))
     ends = [min(places, default=1.0), max(places, default=10.0)]
-    curves.append(Curve("asked for", ends, [100.0 * float(found["tolerance"])] * 2, dashed=True))
+    curves.append(ChartCurve("asked for", ends, [100.0 * float(found["tolerance"])] * 2, dashed=True))
     uncertain = 100.0 * max((float(value) for value in found["uncertainty"].values()), default=0.0)
     if uncertain > 0.0:
-        curves.append(Curve("uncertainty of the reference", ends, [uncertain] * 2, dashed=True))
+        curves.append(ChartCurve("uncertainty of the reference", ends, [uncertain] * 2, dashed=True))
     return Chart(
         "Largest error of a figure against the reference, over the wall time of the whole case.",
         "wall time of the case (s)", "largest error (%)", curves, command, log_x=True, log_y=True,
     )  # fmt: skip
 
 
-def _table(found: Mapping[str, Any]) -> Table:
+def _table(found: Mapping[str, Any]) -> TableBlock:
     groups = list(found["uncertainty"])
     levels: Sequence[Level] = sorted(found["rungs"], key=lambda level: float(level["seconds_of_the_case"] or 0.0))
     rows: list[tuple[Cell, ...]] = []
@@ -83,7 +85,7 @@ def _table(found: Mapping[str, Any]) -> Table:
         )  # fmt: skip
     heads = ("fidelity level", "", "DOFs", "set-up (s)", "per simulated s (s)", "case (s)", "memory (GB)",
              *(f"{name} (%)" for name in groups))  # fmt: skip
-    return Table("Costs and errors of all fidelity levels", heads, rows, digits=3)
+    return TableBlock("Costs and errors of all fidelity levels", heads, rows, digits=3)
 
 
 def _mark(level: Level, found: Mapping[str, Any]) -> str:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, Cell, Section, Table, Verdict, warnings_of
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, warnings_of
 from gapbeam.postprocess.report.number_text import number, percent
 from gapbeam.postprocess.report.sections.assumptions_table import assumptions_table
 from gapbeam.postprocess.report.sections.errors_table import errors_table
@@ -42,7 +42,7 @@ def created_energy(summary: dict[str, Any]) -> str | None:
     )
 
 
-def summary_section(results: Results, anchor: str = "summary") -> Section:
+def summary_section(results: Results, anchor: str = "summary") -> ReportSection:
     """Return the verdicts on a run and its key figures.
 
     Args:
@@ -52,18 +52,18 @@ def summary_section(results: Results, anchor: str = "summary") -> Section:
     blocks: list[Block] = [*run_verdicts(results)]
     rows = key_figures(results)
     if rows:
-        blocks.append(Table("Key figures of the run", ("figure", "value", "unit"), rows))
+        blocks.append(TableBlock("Key figures of the run", ("figure", "value", "unit"), rows))
     blocks += [table for made in (errors_table, assumptions_table) if (table := made(results.summary)) is not None]
     defaults = results.summary.get("defaults") or ()
     if defaults:
         blocks.append(
-            Table(
+            TableBlock(
                 "Values that decide how accurate the run is, and where they come from",
                 ("key", "value", "unit", "reason"),
                 [(one["key"], float(one["value"]), one["unit"], one["reason"]) for one in defaults],
             )
         )
-    return Section("Summary", anchor, blocks)
+    return ReportSection("Summary", anchor, blocks)
 
 
 def key_figures(results: Results) -> list[tuple[Cell, ...]]:

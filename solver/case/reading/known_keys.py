@@ -18,7 +18,7 @@ from gapbeam.solver.table import array_models, models_in, type_name
 from gapbeam.solver.wording.short_words import printable
 
 
-class Table(NamedTuple):
+class KeyTable(NamedTuple):
     """A table of the case file: its header, its model, and its type where several share the header."""
 
     header: str
@@ -30,17 +30,17 @@ class Table(NamedTuple):
 
 
 @cache
-def tables(root: type[BaseModel] = Case) -> tuple[Table, ...]:
+def tables(root: type[BaseModel] = Case) -> tuple[KeyTable, ...]:
     """Return all tables in the order of the file, those inside another table right after it."""
     return tuple(_tables_in(root, (), root))
 
 
-def _tables_in(model: type[BaseModel], inside: Key, root: type[BaseModel]) -> Iterator[Table]:
+def _tables_in(model: type[BaseModel], inside: Key, root: type[BaseModel]) -> Iterator[KeyTable]:
     for name, field in model.model_fields.items():
         entries = array_models(field.annotation)
         for inner in models_in(field.annotation):
             data: dict[str, Any] = {name: [{}] if inner in entries else {}}
-            yield Table(header((*inside, name), {} if inside else data, root), inner, type_name(inner))
+            yield KeyTable(header((*inside, name), {} if inside else data, root), inner, type_name(inner))
             yield from _tables_in(inner, (*inside, name), root)
 
 

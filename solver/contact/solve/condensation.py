@@ -24,7 +24,7 @@ from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 
 
 @dataclass(frozen=True)
-class Response:
+class ForceResponse:
     """What point forces do.
 
     Attributes:
@@ -35,10 +35,10 @@ class Response:
     gaps: Array
     whole: Array | None = None
 
-    def further(self, length: float, other: Response) -> Response:
+    def further(self, length: float, other: ForceResponse) -> ForceResponse:
         """Return this response and a share of another one."""
         whole = None if self.whole is None or other.whole is None else self.whole + length * other.whole
-        return Response(self.gaps + length * other.gaps, whole)
+        return ForceResponse(self.gaps + length * other.gaps, whole)
 
 
 class CondensedOperator:
@@ -151,7 +151,7 @@ class CondensedOperator:
         return self._factor.solve(right_side)
 
     def correct(
-        self, x: Array, forces: Array, friction: Array | None = None, _response: Response | None = None
+        self, x: Array, forces: Array, friction: Array | None = None, _response: ForceResponse | None = None
     ) -> Array:
         """Return x + A^-1 (H^T f + T^T h) for point forces f = w p, (m,), and h = w t, (m, k), N."""
         if self._columns is not None:
@@ -160,9 +160,9 @@ class CondensedOperator:
         self._contact.interface.add(right_side, self._contact.resultant(forces, friction))
         return np.asarray(x + self._factor.solve(right_side))
 
-    def respond(self, forces: Array) -> Response:
+    def respond(self, forces: Array) -> ForceResponse:
         """Return D f = G A^-1 H^T f."""
-        return Response(_product(self._gaps, self._loads(forces, None)))
+        return ForceResponse(_product(self._gaps, self._loads(forces, None)))
 
     def respond_all(self, forces: Array, friction: Array) -> tuple[Array, Array]:
         """Return G A^-1 (H^T f + T^T h), (m,), and T A^-1 (H^T f + T^T h), (m, k); with friction only."""
@@ -176,9 +176,9 @@ class CondensedOperator:
         compliance: Array,
         target: Array,
         change: Array,
-        _response: Response | None,
+        _response: ForceResponse | None,
         detour: bool,
-    ) -> tuple[Array, Response]:
+    ) -> tuple[Array, ForceResponse]:
         """Solve (diag(c) + s D_aa) x = t - s D_ao f_o on the active points a; the other forces f_o are known.
 
         Args:

@@ -23,7 +23,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws.contact_law import StagePressure
-from gapbeam.solver.contact.solve.condensation import Response
+from gapbeam.solver.contact.solve.condensation import ForceResponse
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.system.operators import Array
@@ -55,7 +55,7 @@ class ContactSolution:
     iterations: int
     unresolved: float = 0.0
     friction: Array | None = None
-    response: Response | None = None
+    response: ForceResponse | None = None
 
     def traction(self, weights: Array) -> Array | None:
         """Return the tangential traction h / w, (m, k), Pa; None without friction."""
@@ -217,7 +217,7 @@ def _settled(
     stage: StagePressure,
     iterations: int,
     size: float,
-    response: Response | None,
+    response: ForceResponse | None,
 ) -> ContactSolution:
     """Return the solution, without the round-off that is left of forces where the law knows none.
 
@@ -237,8 +237,8 @@ def _newton_change(
     stage: StagePressure,
     held: Array,
     detour: bool,
-    response: Response | None,
-) -> tuple[Array, Response]:
+    response: ForceResponse | None,
+) -> tuple[Array, ForceResponse]:
     """Solve the linearized law with the balance for f - f_held and its response.
 
     Where the law has no slope f is known. The detour by the interface DOFs is quicker and costs digits: without it

@@ -16,7 +16,7 @@ import time
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.contact.solve.condensation import CondensedOperator, Response
+from gapbeam.solver.contact.solve.condensation import CondensedOperator, ForceResponse
 from gapbeam.solver.system.operators import Array, Indices, IterativeFactor, Springs
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 
@@ -72,7 +72,7 @@ class MatrixFreeOperator:
         return free
 
     def correct(
-        self, x: Array, forces: Array, _friction: Array | None = None, response: Response | None = None
+        self, x: Array, forces: Array, _friction: Array | None = None, response: ForceResponse | None = None
     ) -> Array:
         """Return x + A^-1 H^T f for point forces f = w p, (m,), N, by their response where it is known."""
         if response is None or response.whole is None:
@@ -80,11 +80,11 @@ class MatrixFreeOperator:
         assert response.whole is not None
         return np.asarray(x + response.whole)
 
-    def respond(self, forces: Array) -> Response:
+    def respond(self, forces: Array) -> ForceResponse:
         """Return D f = G A^-1 H^T f and A^-1 H^T f."""
         right_side = self._load(forces)
         if not np.any(forces):
-            return Response(np.zeros(len(forces)), right_side)
+            return ForceResponse(np.zeros(len(forces)), right_side)
         return self._response(self.factor.solve_stiffened(right_side, None, self._size))
 
     def solve_linearized(
@@ -94,9 +94,9 @@ class MatrixFreeOperator:
         compliance: Array,
         target: Array,
         change: Array,
-        response: Response | None,
+        response: ForceResponse | None,
         _detour: bool = False,
-    ) -> tuple[Array, Response]:
+    ) -> tuple[Array, ForceResponse]:
         """Solve (diag(c) + s D_aa) x = t - s D_ao f_o on the active points a; the other forces f_o are known.
 
         Args:
@@ -135,9 +135,11 @@ class MatrixFreeOperator:
         contact.interface.add(right_side, contact.resultant(forces))
         return right_side
 
-    def _response(self, whole: Array) -> Response:
+    def _response(self, whole: Array) -> ForceResponse:
         contact = self._system.contact
-        return Response(np.asarray(contact.gap_matrix @ contact.interface.trace(whole, self._system.operators)), whole)
+        return ForceResponse(
+            np.asarray(contact.gap_matrix @ contact.interface.trace(whole, self._system.operators)), whole
+        )
 
 
 Condensed = CondensedOperator | MatrixFreeOperator

@@ -30,7 +30,7 @@ PATIENCE = 12  # iterations; to put springs into the preconditioner takes as lon
 LEAST = 1.0e-13  # of the right side: what round-off leaves of a tolerance
 
 
-class IterativeFactor:
+class ConjugateGradients:
     """Solves with A = matrix + added by conjugate gradients.
 
     Args:

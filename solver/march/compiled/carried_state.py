@@ -8,23 +8,23 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.march.compiled.kernel_tables import Motion
+from gapbeam.solver.march.compiled.kernel_tables import KernelState
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor
 from gapbeam.solver.system.operators import Array
 
 Carried = tuple[Array, ...]
-STATE = len(Motion._fields)
+STATE = len(KernelState._fields)
 
 
-def carried(motion: Motion, factor: OrderedFactor) -> Carried:
-    """Return copies of the fields of `Motion`, and of what holds of the factor: order, c and L."""
+def carried(motion: KernelState, factor: OrderedFactor) -> Carried:
+    """Return copies of the fields of `KernelState`, and of what holds of the factor: order, c and L."""
     filled = int(factor.filled[0])
     order = factor.order[:filled].astype(float)
     held = (order, factor.compliance[:filled].copy(), factor.rows[:filled, :filled].copy())
     return (*(array.copy() for array in motion), *held)
 
 
-def taken_up(arrays: Carried, factor: OrderedFactor) -> Motion:
+def taken_up(arrays: Carried, factor: OrderedFactor) -> KernelState:
     """Return the state that was carried along, and bring the factor to what it was."""
     order, compliance, rows = arrays[STATE:]
     filled = len(order)
@@ -32,7 +32,7 @@ def taken_up(arrays: Carried, factor: OrderedFactor) -> Motion:
     factor.compliance[:filled] = compliance
     factor.rows[:filled, :filled] = rows
     factor.filled[0] = filled
-    return Motion._make(array.copy() for array in arrays[:STATE])
+    return KernelState._make(array.copy() for array in arrays[:STATE])
 
 
 def misfit(arrays: Carried, size: int, points: int) -> str:

@@ -17,7 +17,7 @@ from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
 from gapbeam.solver.march.compiled.carried_state import STATE, Carried, carried, taken_up
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
-from gapbeam.solver.march.compiled.kernel_tables import Motion, Records
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
 from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_arrays_of, limits_of
 from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_steps, record_now
 from gapbeam.solver.march.compiled.plan_arrays import (
@@ -43,7 +43,7 @@ MOST_RECORDS = 2048  # of a block
 
 
 @dataclass(frozen=True)
-class Block:
+class CompiledBlock:
     """Some steps and what was recorded of them.
 
     Attributes:
@@ -62,7 +62,7 @@ class Block:
     steps: int
     records: Records
     times: Array
-    motion: Motion
+    motion: KernelState
     end_time: float
     carried: Carried
 
@@ -157,7 +157,7 @@ class CompiledLoop:
         steps: int | None = None,
         stops: int | None = None,
         agreed: Callable[[int], int] = int,
-    ) -> Iterator[Block]:
+    ) -> Iterator[CompiledBlock]:
         """March, and yield block after block, each about `CADENCE` seconds of wall time at most.
 
         A step whose contact solve does not converge is taken by the generic march, which softens and halves.
@@ -281,7 +281,7 @@ class CompiledLoop:
         implicit = self._scheme.form == IMPLICIT
         return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
 
-    def _motion(self, paused: Paused) -> Motion:
+    def _motion(self, paused: Paused) -> KernelState:
         factor = self._room.solution.factor
         if paused.modal is None:
             factor.filled[0] = 0
@@ -301,7 +301,7 @@ class CompiledLoop:
         rows = system.load_factor_rows(times)
         return np.ascontiguousarray((1.0 - shift) * rows[1:] + shift * rows[:-1])
 
-    def _step_apart(self, motion: Motion, number: int, accounts: Accounts) -> State:
+    def _step_apart(self, motion: KernelState, number: int, accounts: Accounts) -> State:
         """Take a step by the generic march, which softens and halves; return its end."""
         plan = self.plan
         state = state_of(plan, self.modal, motion, number * plan.dt)
@@ -310,9 +310,11 @@ class CompiledLoop:
             state = step.new
         return state
 
-    def _block(self, first: int, steps: int, records: Records, recorded: int, motion: Motion, origin: int) -> Block:
+    def _block(
+        self, first: int, steps: int, records: Records, recorded: int, motion: KernelState, origin: int
+    ) -> CompiledBlock:
         kept = Records._make(column[:recorded] for column in records)
         left = carried(motion, self._room.solution.factor)
-        copied = Motion._make(left[:STATE])
+        copied = KernelState._make(left[:STATE])
         times: Array = np.asarray((origin + kept.steps) * self.plan.dt, dtype=float)
-        return Block(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt, left)
+        return CompiledBlock(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt, left)

@@ -59,7 +59,7 @@ class Scheme(NamedTuple):
     gamma: float
 
 
-class Motion(NamedTuple):
+class KernelState(NamedTuple):
     """The state, changed in place.
 
     Attributes:

@@ -20,7 +20,7 @@ from gapbeam.solver.diagnostics.face_updates import (
 )
 from gapbeam.solver.diagnostics.ledger_update import (
     Energies,
-    Measured,
+    StepEnergies,
     after_measuring,
     after_step,
     created_energy,
@@ -117,7 +117,7 @@ def growth(ledgers: LedgerArrays) -> float:
 
 
 @compiled
-def enter_step(ledgers: LedgerArrays, measured: Measured, works: Array) -> None:
+def enter_step(ledgers: LedgerArrays, measured: StepEnergies, works: Array) -> None:
     """Enter what was measured of a step, and the works of the loads."""
     keep_energies(ledgers, after_step(energies_in(ledgers), measured))
     for load in range(len(works)):

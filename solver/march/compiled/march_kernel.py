@@ -14,11 +14,11 @@ from gapbeam.solver.contact.laws.law_forms import ENDPOINT
 from gapbeam.solver.contact.laws.point_law import LawTable, touch_factor
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
-from gapbeam.solver.diagnostics.ledger_update import Measured, total_energy
+from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
-from gapbeam.solver.march.compiled.kernel_tables import Modal, Motion, Records, Room, Scheme
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, form_gaps_anew, midpoint_step
 from gapbeam.solver.system.operators import Array
@@ -29,7 +29,7 @@ FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
 
 @entry
 def march_steps(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, ledgers: LedgerArrays, limits: Limits,
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
     records: Records, factors: Array, first: int, every: int, last: int, most: int,
 ) -> tuple[int, int, int]:  # fmt: skip
     """March as many steps as there are rows of load factors, or until one fails or creates energy.
@@ -82,7 +82,7 @@ def march_steps(
 
 @compiled
 def _enter(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, ledgers: LedgerArrays, factors: Array
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, factors: Array
 ) -> None:
     """Enter a solved step into the ledgers and make its end the state."""
     found = room.solution
@@ -133,7 +133,7 @@ def _enter(
         if motion.pressure[i] > 0.0:
             room.closed[modal.faces[i]] = 1.0
     unresolved = UNRESOLVED * largest * forces
-    measured = Measured(
+    measured = StepEnergies(
         0.5 * kinetic, 0.5 * strain, contact, structural, inner, elastic_work, contact_loss, 0.0, driven, unresolved
     )
     accounts.enter_step(ledgers, measured, room.works)
@@ -141,7 +141,7 @@ def _enter(
 
 
 @compiled
-def _measure_anew(modal: Modal, law: LawTable, motion: Motion, ledgers: LedgerArrays) -> None:
+def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, ledgers: LedgerArrays) -> None:
     """Form the gaps anew, and measure again what depends on them."""
     form_gaps_anew(modal, motion)
     contact = 0.0
@@ -151,7 +151,7 @@ def _measure_anew(modal: Modal, law: LawTable, motion: Motion, ledgers: LedgerAr
 
 
 @compiled
-def _touch(modal: Modal, law: LawTable, motion: Motion) -> None:
+def _touch(modal: Modal, law: LawTable, motion: KernelState) -> None:
     """Keep the approach speeds of open points, and what the damper makes of them."""
     for i in range(len(motion.depth)):
         if motion.depth[i] <= 0.0:
@@ -160,7 +160,7 @@ def _touch(modal: Modal, law: LawTable, motion: Motion) -> None:
 
 
 @compiled
-def record(modal: Modal, motion: Motion, ledgers: LedgerArrays, records: Records, row: int, number: int) -> None:
+def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Records, row: int, number: int) -> None:
     """Record the state after a step."""
     records.steps[row] = number
     copy_into(records.q[row], motion.q)
@@ -185,6 +185,8 @@ def record(modal: Modal, motion: Motion, ledgers: LedgerArrays, records: Records
 
 
 @entry
-def record_now(modal: Modal, motion: Motion, ledgers: LedgerArrays, records: Records, row: int, number: int) -> None:
+def record_now(
+    modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Records, row: int, number: int
+) -> None:
     """Record the state after a step that was taken apart."""
     record(modal, motion, ledgers, records, row, number)

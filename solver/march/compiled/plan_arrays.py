@@ -10,7 +10,7 @@ from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT, MEAN
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
-from gapbeam.solver.march.compiled.kernel_tables import Modal, Motion, Records, Room, Scheme
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes
@@ -96,10 +96,10 @@ def room_for_records(table: Modal, rows: int) -> Records:
     )
 
 
-def arrays_of_state(modal: ModalSystem, state: State) -> Motion:
+def arrays_of_state(modal: ModalSystem, state: State) -> KernelState:
     """Return a state, as a march carries it along, in modal coordinates."""
     nothing = np.zeros_like(modal.squares)
-    return Motion(
+    return KernelState(
         modal.coordinates(state.u[VALUE]),
         modal.coordinates(state.v[VALUE]),
         nothing if state.a is None else modal.coordinates(state.a[VALUE]),
@@ -109,7 +109,7 @@ def arrays_of_state(modal: ModalSystem, state: State) -> Motion:
     )
 
 
-def state_of(plan: March, modal: ModalSystem, motion: Motion, time: float) -> State:
+def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float) -> State:
     """Return the state that arrays hold, with its images."""
 
     def full(x: Array) -> Imaged:

@@ -6,12 +6,12 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.diagnostics.output_instants import Instants
-from gapbeam.solver.march.compiled.compiled_march import Block
+from gapbeam.solver.march.compiled.compiled_march import CompiledBlock
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.ordered_products import row_product
 
 
-def instants_of(block: Block, count: int) -> Instants:
+def instants_of(block: CompiledBlock, count: int) -> Instants:
     """Return the first `count` records of a block."""
     kept, modal = block.records, block.loop.modal
     energies = kept.energies[:count]

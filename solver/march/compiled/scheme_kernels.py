@@ -6,13 +6,13 @@ from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, inner_product
 from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints, solve_contact
-from gapbeam.solver.march.compiled.kernel_tables import Modal, Motion, Room, Scheme
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme
 from gapbeam.solver.system.operators import Array
 
 
 @compiled
 def midpoint_step(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, factors: Array, most: int
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, factors: Array, most: int
 ) -> int:
     """Advance by the midpoint rule, `gapbeam.solver.integrators.midpoint`."""
     dt, q, v = scheme.dt, motion.q, motion.v
@@ -42,7 +42,7 @@ def midpoint_step(
 
 @compiled
 def alpha_step(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: Motion, room: Room, factors: Array, most: int
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, factors: Array, most: int
 ) -> int:
     """Advance by generalized-alpha, `gapbeam.solver.integrators.generalized_alpha`."""
     dt, q, v, a = scheme.dt, motion.q, motion.v, motion.a
@@ -96,7 +96,7 @@ def _solve(modal: Modal, right: Array, x: Array) -> None:
 
 
 @compiled
-def _add_loads_and_held(modal: Modal, motion: Motion, room: Room, factors: Array) -> None:
+def _add_loads_and_held(modal: Modal, motion: KernelState, room: Room, factors: Array) -> None:
     """Add loads and the contact forces that acted last to the right side; set these forces, f_held."""
     add_rows(modal.loads, factors, 1.0, room.right)
     for i in range(len(room.held)):
@@ -113,7 +113,7 @@ def force_at(room: Room, point: int) -> float:
 
 
 @compiled
-def accept(modal: Modal, scheme: Scheme, motion: Motion, room: Room) -> None:
+def accept(modal: Modal, scheme: Scheme, motion: KernelState, room: Room) -> None:
     """Make the end of a solved step the state."""
     found, old_share = room.solution, scheme.alpha_f
     for i in range(len(motion.depth)):
@@ -128,7 +128,7 @@ def accept(modal: Modal, scheme: Scheme, motion: Motion, room: Room) -> None:
 
 
 @compiled
-def form_gaps_anew(modal: Modal, motion: Motion) -> None:
+def form_gaps_anew(modal: Modal, motion: KernelState) -> None:
     """Form the penetrations from the DOFs, so that round-off does not add up."""
     for i in range(len(motion.depth)):
         motion.depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], motion.q)

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gapbeam.solver.errors import RunError
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import IterativeFactor
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.models.reduction.ritz_vectors import symmetric_part, unit_directions
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -46,7 +46,7 @@ class _Block:
 
 
 def lowest_shapes(
-    factor: IterativeFactor, multiply_mass: Part, count: int, tolerance: float, start: Array | None = None
+    factor: ConjugateGradients, multiply_mass: Part, count: int, tolerance: float, start: Array | None = None
 ) -> tuple[Array, Array, float]:
     """Return (s + sigma), ascending, (count,), shapes, (n, count), with x^T M x = 1, and their largest error.
 

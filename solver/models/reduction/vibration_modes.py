@@ -16,7 +16,7 @@ from petsc4py import PETSc
 from slepc4py import SLEPc
 
 from gapbeam.solver.errors import RunError
-from gapbeam.solver.linear_algebra.iterative.iterative_factor import IterativeFactor
+from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.models.reduction.lobpcg import lowest_shapes
 from gapbeam.solver.system.operators import Array, Factor
 
@@ -82,7 +82,7 @@ def lowest_modes(
 
     Collective.
     """
-    if isinstance(factor, IterativeFactor):
+    if isinstance(factor, ConjugateGradients):
         return _iterated(mass, factor, shift, count, below)
     solver = SLEPc.EPS().create(mass.comm)
     solver.setOptionsPrefix("gapbeam_modes_")
@@ -137,7 +137,7 @@ def _solved(solver: SLEPc.EPS, wanted: int, most: int) -> int:
     )
 
 
-def _iterated(mass: PETSc.Mat, factor: IterativeFactor, shift: float, count: int, below: float | None) -> Modes:
+def _iterated(mass: PETSc.Mat, factor: ConjugateGradients, shift: float, count: int, below: float | None) -> Modes:
     """Return the modes as `lowest_modes` does, without a solve. Collective."""
     given, image = mass.createVecs()
 

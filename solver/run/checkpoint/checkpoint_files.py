@@ -26,7 +26,7 @@ from numpy.typing import NDArray
 
 from gapbeam.solver.record_table import CHECKPOINT_FOLDER, CHECKPOINTS, KEPT_MODEL
 from gapbeam.solver.run.output.atomic_files import new_file, own_folder, part_of, put_in_place, written
-from gapbeam.solver.run.output.parallel_tables import PIECE, Pieces, Table
+from gapbeam.solver.run.output.parallel_tables import PIECE, ParallelTable, Pieces
 
 VERSION = 2
 KEPT = 2
@@ -35,7 +35,7 @@ LONGEST_LINE = 256
 AT_ONCE = 2**20  # bytes that are added up at once
 
 npy: Any = format_of_arrays  # numpy has no types for it
-Arrays = Mapping[str, NDArray[Any] | Table]
+Arrays = Mapping[str, NDArray[Any] | ParallelTable]
 
 
 class BrokenCheckpoint(Exception):  # noqa: N818 - the field's word
@@ -190,7 +190,7 @@ def _pack(file: Any, arrays: Arrays, pieces: Pieces) -> None:
     with ZipFile(file, "w", ZIP_STORED) as packed:
         for name, array in arrays.items():
             with packed.open(f"{name}.npy", "w", force_zip64=True) as entry:
-                if not isinstance(array, Table):
+                if not isinstance(array, ParallelTable):
                     npy.write_array(entry, np.asanyarray(array), allow_pickle=False)
                     continue
                 kind = npy.dtype_to_descr(array.values.dtype)

@@ -37,7 +37,7 @@ from gapbeam.solver.run.checkpoint.state_arrays import restored, stored
 from gapbeam.solver.run.checkpoint.state_checks import refuse_implausible
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
-from gapbeam.solver.run.output.parallel_tables import Pieces, Table, on_rank_zero_with
+from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with
 
 LOG = logging.getLogger("gapbeam")
 LARGEST_SHARE = 0.01  # of the wall time, for checkpoints
@@ -118,7 +118,7 @@ class Checkpoints:
         if not self.count:
             keep_model(self._folder, self._layout)
         arrays = stored(paused, self._layout)
-        tables = {name: array for name, array in arrays.items() if isinstance(array, Table)}
+        tables = {name: array for name, array in arrays.items() if isinstance(array, ParallelTable)}
 
         def write(pieces: Pieces) -> None:
             assert history is not None

@@ -15,7 +15,7 @@ from mpi4py import MPI
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.checkpoint.checkpoint_files import Contents
 from gapbeam.solver.run.checkpoint.kept_model import matrices_of, sum_of
-from gapbeam.solver.run.output.parallel_tables import Rows, Table, found_rows, rank_by_rank
+from gapbeam.solver.run.output.parallel_tables import ParallelTable, RankRows, found_rows, rank_by_rank
 from gapbeam.solver.run.output.point_order import matching
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
@@ -25,7 +25,7 @@ NODES, POINTS = "nodes", "points"
 
 
 @dataclass(frozen=True)
-class Layout:
+class DofLayout:
     """Where the DOFs of a model are.
 
     Attributes:
@@ -40,7 +40,7 @@ class Layout:
     model: Model
     comm: MPI.Comm
     nodes: Array
-    rows: Rows
+    rows: RankRows
     basis: str
     modes: str
 
@@ -56,15 +56,15 @@ class Layout:
         return np.column_stack([contact.positions, self.model.case.beam.length * contact.faces])
 
     @property
-    def node_table(self) -> Table:
+    def node_table(self) -> ParallelTable:
         """The coordinates of all nodes, (N, 3), m."""
-        return Table(self.rows, self.nodes)
+        return ParallelTable(self.rows, self.nodes)
 
-    def table(self, x: Array) -> Table:
+    def table(self, x: Array) -> ParallelTable:
         """Return rows (..., n) of vectors on the DOFs of this rank as a table (..., N, components)."""
-        return Table(self.rows, x.reshape(*x.shape[:-1], -1, self.components), layered=x.ndim > 1)
+        return ParallelTable(self.rows, x.reshape(*x.shape[:-1], -1, self.components), layered=x.ndim > 1)
 
-    def found_in(self, contents: Contents | None) -> Rows:
+    def found_in(self, contents: Contents | None) -> RankRows:
         """Return where the nodes of this rank are in a checkpoint, which is there on rank 0.
 
         Raises:
@@ -95,7 +95,7 @@ class Layout:
         return int(self.model.space.dofmap.index_map_bs)
 
 
-def layout_of(model: Model, comm: MPI.Comm) -> Layout:
+def layout_of(model: Model, comm: MPI.Comm) -> DofLayout:
     """Return where the DOFs of a model are. Collective."""
     space = model.space
     owned = space.dofmap.index_map.size_local
@@ -103,4 +103,4 @@ def layout_of(model: Model, comm: MPI.Comm) -> Layout:
     basis = "" if model.body.expansion is None else sum_of(matrices_of(model.body))
     modal = modal_system(model.system) if isinstance(model.system.operators, DenseOperators) else None
     modes = "" if modal is None else sum_of({"shapes": modal.shapes})
-    return Layout(model, comm, nodes, rank_by_rank(comm, owned), comm.bcast(basis), comm.bcast(modes))
+    return DofLayout(model, comm, nodes, rank_by_rank(comm, owned), comm.bcast(basis), comm.bcast(modes))

@@ -21,7 +21,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     read_checkpoint,
     write_model,
 )
-from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS, Layout, layout_of
+from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS, DofLayout, layout_of
 from gapbeam.solver.run.checkpoint.kept_model import EXPANSION, Matrices, has_basis, matrices_of, sum_of, taken_up
 from gapbeam.solver.run.output.parallel_tables import on_rank_zero_with, taken
 
@@ -33,7 +33,7 @@ def measures_of(model: Model) -> list[float]:
     return [model.body.contact.support.area, model.facet_length]
 
 
-def keep_model(folder: Path, layout: Layout) -> None:
+def keep_model(folder: Path, layout: DofLayout) -> None:
     """Write the matrices of a model of few DOFs to a results folder, unless they are there; for others nothing.
 
     Raises:
@@ -85,7 +85,7 @@ def model_as_it_was(folder: Path, case: Case, model: Model, header: Mapping[str,
         ) from broken
 
 
-def _kept_model(folder: Path, case: Case, model: Model, header: Mapping[str, Any], layout: Layout) -> Model:
+def _kept_model(folder: Path, case: Case, model: Model, header: Mapping[str, Any], layout: DofLayout) -> Model:
     comm = layout.comm
     local: list[Contents] = []
 

@@ -13,8 +13,8 @@ from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.march.compiled.carried_state import misfit
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint, Contents
-from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS, Layout
-from gapbeam.solver.run.output.parallel_tables import Table, taken
+from gapbeam.solver.run.checkpoint.dof_layout import NODES, POINTS, DofLayout
+from gapbeam.solver.run.output.parallel_tables import ParallelTable, taken
 from gapbeam.solver.system.semi_discrete import State
 
 AT_NODES = ("u", "v", "a", "lagged")
@@ -25,10 +25,10 @@ MODAL = "modal_"  # before the names of arrays
 Stored = dict[str, NDArray[Any]]
 
 
-def stored(paused: Paused, layout: Layout) -> dict[str, NDArray[Any] | Table]:
+def stored(paused: Paused, layout: DofLayout) -> dict[str, NDArray[Any] | ParallelTable]:
     """Return the arrays of a march that was left, images with them; tables where they lie on all ranks. Collective."""
     state = paused.state
-    arrays: dict[str, NDArray[Any] | Table] = {NODES: layout.node_table, POINTS: layout.places}
+    arrays: dict[str, NDArray[Any] | ParallelTable] = {NODES: layout.node_table, POINTS: layout.places}
     for name in AT_NODES:
         x = getattr(state, name)
         if x is not None:
@@ -41,7 +41,7 @@ def stored(paused: Paused, layout: Layout) -> dict[str, NDArray[Any] | Table]:
     return arrays
 
 
-def restored(contents: Contents | None, header: dict[str, Any], layout: Layout) -> tuple[Paused, bool]:
+def restored(contents: Contents | None, header: dict[str, Any], layout: DofLayout) -> tuple[Paused, bool]:
     """Return a march as it was left, and whether it is so to the last bit.
 
     Args:
@@ -60,7 +60,7 @@ def restored(contents: Contents | None, header: dict[str, Any], layout: Layout) 
         raise BrokenCheckpoint(f"its arrays do not fit the model: {error}") from error
 
 
-def _restored(contents: Contents | None, header: dict[str, Any], layout: Layout) -> tuple[Paused, bool]:
+def _restored(contents: Contents | None, header: dict[str, Any], layout: DofLayout) -> tuple[Paused, bool]:
     comm = layout.comm
     rows = layout.found_in(contents)
     spread_out = set(AT_NODES) if layout.spread_out else set()
@@ -106,7 +106,7 @@ def _modal(small: Stored) -> tuple[NDArray[Any], ...]:
     return tuple(small[f"{MODAL}{number}"] for number in range(sum(name.startswith(MODAL) for name in small)))
 
 
-def _check(small: Stored, large: dict[str, tuple[int, ...]], layout: Layout) -> None:
+def _check(small: Stored, large: dict[str, tuple[int, ...]], layout: DofLayout) -> None:
     """Refuse arrays, and shapes of tables, that are not those of the model; rank 0."""
     for name, array in small.items():
         if array.dtype != np.float64 or (name not in OF_FACES and not np.all(np.isfinite(array))):

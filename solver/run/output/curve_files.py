@@ -10,14 +10,14 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.periodic.continuation import Curve, CurvePoint
+from gapbeam.solver.periodic.continuation import CurvePoint, ResponseCurve
 from gapbeam.solver.periodic.response_branches import Branches
 from gapbeam.solver.periodic.steady_forcing import SteadyModel
 from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE
 from gapbeam.solver.run.output.results_folder import write_beside
 
 
-def curve_rows(curves: Sequence[Curve], model_at: Callable[[float], SteadyModel]) -> list[dict[str, Any]]:
+def curve_rows(curves: Sequence[ResponseCurve], model_at: Callable[[float], SteadyModel]) -> list[dict[str, Any]]:
     """Return one row for every point: parameter, branch, stability, and what probes and faces do there.
 
     Args:

@@ -29,7 +29,7 @@ from gapbeam.solver.run.output import parallel_tables
 from gapbeam.solver.run.output.atomic_files import new_hdf5, own_folder, part_of, put_in_place, to_disk, written
 from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
 from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
-from gapbeam.solver.run.output.parallel_tables import Pieces, Rows, Table
+from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, RankRows
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State
 
@@ -76,8 +76,8 @@ class FieldWriter:
         self._rows = parallel_tables.rank_by_rank(self._comm, len(points))  # of the corners of this rank in the files
         self._first = index_map.local_range[0]
         mesh_tables = {
-            "points": Table(self._rows, points),
-            "cells": Table(
+            "points": ParallelTable(self._rows, points),
+            "cells": ParallelTable(
                 parallel_tables.rank_by_rank(self._comm, owned_cells),
                 corners[:, AROUND.get(cell, list(range(corners.shape[1])))],
             ),
@@ -110,13 +110,13 @@ class FieldWriter:
         here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + len(pressures))
         pressures[self._contact_nodes[here] - self._first] = (forces / self._hat_areas)[here]
         tables = {
-            "displacement": Table(self._rows, self._nodal(model.expand(state.u[VALUE]))),
-            "velocity": Table(self._rows, self._nodal(model.expand(state.v[VALUE]))),
-            "contact_pressure": Table(self._rows, pressures),
+            "displacement": ParallelTable(self._rows, self._nodal(model.expand(state.u[VALUE]))),
+            "velocity": ParallelTable(self._rows, self._nodal(model.expand(state.v[VALUE]))),
+            "contact_pressure": ParallelTable(self._rows, pressures),
         }
         parallel_tables.on_rank_zero_with(self._comm, tables, partial(self._write, float(state.time), tables))
 
-    def _write(self, time: float, tables: Mapping[str, Table], pieces: Pieces) -> None:
+    def _write(self, time: float, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:
         piece = self._piece(len(self.times))
         part = piece.with_suffix(".part")
         with written(piece):
@@ -168,7 +168,7 @@ class FieldWriter:
                 self._piece(number).unlink()
             (self._folder / FIELD_FOLDER).rmdir()
 
-    def _begin(self, tables: Mapping[str, Table], pieces: Pieces) -> None:
+    def _begin(self, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:
         """Make fields.h5 with the mesh alone."""
         target = self._folder / FIELDS_DATA_FILE
         part = part_of(target)
@@ -196,7 +196,7 @@ class FieldWriter:
             self._check_piece(piece)
         self._grids = [self._grid(number) for number in range(count)]
 
-    def _found_rows(self, points: Array) -> Rows:
+    def _found_rows(self, points: Array) -> RankRows:
         """Return where the nodes of this rank are in fields before, whose order comes from the number of ranks."""
         source = self._folder / FIELDS_DATA_FILE
 
@@ -304,7 +304,7 @@ class FieldWriter:
         return ET.tostring(grid, encoding="unicode")
 
 
-def _fill(file: h5py.File, tables: Mapping[str, Table], pieces: Pieces) -> None:
+def _fill(file: h5py.File, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:
     """Write tables, piece by piece."""
     for name, table in tables.items():
         data, begin = file.create_dataset(name, table.shape, table.values.dtype), 0

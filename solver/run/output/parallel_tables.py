@@ -23,7 +23,7 @@ Values = NDArray[Any]
 
 
 @dataclass(frozen=True)
-class Rows:
+class RankRows:
     """Where the rows of this rank are in a whole table.
 
     Attributes:
@@ -47,7 +47,7 @@ class Rows:
 
 
 @dataclass(frozen=True)
-class Table:
+class ParallelTable:
     """What this rank has of a table.
 
     Attributes:
@@ -56,7 +56,7 @@ class Table:
         layered: Whether they are several.
     """
 
-    rows: Rows
+    rows: RankRows
     values: Values
     layered: bool = False
 
@@ -76,14 +76,14 @@ class Table:
 Pieces = Callable[[str], Iterator[Values]]
 
 
-def rank_by_rank(comm: MPI.Comm, count: int) -> Rows:
+def rank_by_rank(comm: MPI.Comm, count: int) -> RankRows:
     """Return the rows of tables that have those of one rank after those of the other. Collective."""
     ends = np.cumsum(comm.allgather(count))
     reach = tuple((int(end) - size, int(end)) for end, size in zip(ends, comm.allgather(count), strict=True))
-    return Rows(comm, np.arange(*reach[comm.rank]), int(ends[-1]), reach)
+    return RankRows(comm, np.arange(*reach[comm.rank]), int(ends[-1]), reach)
 
 
-def on_rank_zero_with(comm: MPI.Comm, tables: Mapping[str, Table], work: Callable[[Pieces], Result]) -> Result:
+def on_rank_zero_with(comm: MPI.Comm, tables: Mapping[str, ParallelTable], work: Callable[[Pieces], Result]) -> Result:
     """Do work on rank 0 that takes tables of all ranks, piece by piece, in the order of their rows.
 
     Args:
@@ -145,7 +145,7 @@ def broadcast(comm: MPI.Comm, pieces: Callable[[], Iterator[Values]]) -> Iterato
         yield piece
 
 
-def found_rows(comm: MPI.Comm, places: Array, pieces: Callable[[], Iterator[Values]]) -> Rows:
+def found_rows(comm: MPI.Comm, places: Array, pieces: Callable[[], Iterator[Values]]) -> RankRows:
     """Return where the rows of this rank are in a table of places that rank 0 reads.
 
     Args:
@@ -175,10 +175,12 @@ def found_rows(comm: MPI.Comm, places: Array, pieces: Callable[[], Iterator[Valu
     if comm.allreduce(int(np.count_nonzero(times != 1))):
         raise ValueError("other places, or places that are there twice")
     reach = (int(found.min()), int(found.max()) + 1) if len(found) else (0, 0)
-    return Rows(comm, found, count, tuple(comm.allgather(reach)))
+    return RankRows(comm, found, count, tuple(comm.allgather(reach)))
 
 
-def taken(rows: Rows, shape: tuple[int, ...], pieces: Callable[[], Iterator[Values]], layered: bool = False) -> Array:
+def taken(
+    rows: RankRows, shape: tuple[int, ...], pieces: Callable[[], Iterator[Values]], layered: bool = False
+) -> Array:
     """Return the rows of this rank of a table that rank 0 reads.
 
     Args:

@@ -28,6 +28,25 @@ class Table(BaseModel):
     model_config = ConfigDict(frozen=True, extra="forbid")
 
 
+class AlongBeam(Table):
+    """A table of something along the beam, from one place to another; "from" is no name for an attribute in Python."""
+
+    @property
+    def start(self) -> float:
+        """Where it begins, m."""
+        return float(vars(self)["from"])
+
+    @property
+    def end(self) -> float:
+        """Where it ends, m."""
+        return float(vars(self)["to"])
+
+    @property
+    def length(self) -> float:
+        """Length along the beam, m."""
+        return self.end - self.start
+
+
 def named(value: object) -> object:
     """Read a plain name, scheme = "newmark", as the table that holds only that type."""
     return {"type": value} if isinstance(value, str) else value

@@ -35,7 +35,7 @@ def entries_of(draw: Draw, key: str) -> Any:
     if key == "probe":
         least = 1 if draw.focus.key == "probe" else 0
         return [draw.table(Probe) for _ in range(max(least, draw.chance.choice((0, 1, 1, 1, 1, 2))))]
-    if key in ("joint", "mass"):
+    if key in ("joint", "mass", "fluid"):
         return _attached(draw, key)
     models = models_in(Load)
     static = [model for model in models if getattr(model, "static", False)]
@@ -73,7 +73,7 @@ def _leads_to(model: type[BaseModel], table: str) -> bool:
 
 
 def _attached(draw: Draw, key: str) -> list[dict[str, Any]]:
-    """Draw joints or masses of a few cases, at places of their own."""
+    """Draw joints, masses or fluids of a few cases, those at points at places of their own."""
     models = models_in(Case.model_fields[key].annotation)
     wanted = [model for model in models if _in_focus(draw, key, model) or _leads_to(model, draw.focus.table)]
     if not wanted and draw.chance.random() > ATTACHED:
@@ -81,9 +81,14 @@ def _attached(draw: Draw, key: str) -> list[dict[str, Any]]:
     chosen = [draw.chance.choice(wanted or models) for _ in range(draw.chance.choice((1, 1, 2)))]
     places = draw.chance.sample((0.0, 0.25, 0.5, 0.75, 1.0), len(chosen))
     return [
-        draw.table(model) | {"name": f"{key}{number}", "point": round(place * draw.scene.length, 6)}
+        draw.table(model) | {"name": f"{key}{number}"} | _at(model, round(place * draw.scene.length, 6))
         for number, (model, place) in enumerate(zip(chosen, places, strict=True))
     ]
+
+
+def _at(model: type[BaseModel], place: float) -> dict[str, float]:
+    """Return the place of an entry at a point; nothing for one along the beam."""
+    return {"point": place} if "point" in model.model_fields else {}
 
 
 def _in_focus(draw: Draw, key: str, model: type[BaseModel]) -> bool:

@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from gapbeam.solver.attachments.fluid_table import Fluid
 from gapbeam.solver.attachments.joint_table import ElasticJoint
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
@@ -84,6 +85,10 @@ def double_width(case: Case) -> Iterator[Way]:
         changes |= {f"load.{load.name}.{key}": 2.0 * getattr(load, key) for key in keys}
     for mass in case.mass:
         changes |= {f"mass.{mass.name}.{key}": 2.0 * getattr(mass, key) for key in ("mass", "rotary_inertia")}
+    fluids: tuple[Fluid, ...] = case.fluid
+    for fluid in fluids:
+        figures = ("added_mass", "displaced_mass", "damping")
+        changes |= {f"fluid.{fluid.name}.{key}": 2.0 * getattr(fluid, key) for key in figures}
     for joint in case.joint:
         if isinstance(joint, ElasticJoint):
             for table in ("stiffness", "damping"):

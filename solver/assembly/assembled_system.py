@@ -10,7 +10,9 @@ c' = c - c_M m - c_K k. The frame of the suspension is that of the support. Base
 pushes the moving mass too, by -m (e . e_b) b a_b; gravity does not: the suspension carries its weight.
 
 Joints and masses add the same to the mean motions of cross-sections, b being those (`assembly.section_rows`); gravity
-acts on masses. What joints hold is in the operators already (`assembly.attached_motions`).
+acts on masses. Fluid is fixed to the sections at its Gauss points; gravity and base motion act on the mass that the
+beam displaces, upside down (`attachments.fluid_table`). What joints hold is in the operators already
+(`assembly.attached_motions`).
 """
 
 from __future__ import annotations
@@ -62,9 +64,9 @@ def assembled_system(
     for number, load in enumerate(case.load):
         place = load.place
         if not isinstance(place, PointForce):
-            weighs = np.array([one.weighs or isinstance(place, SupportAcceleration) for one in fixed])
+            driven = np.array([one.shaken if isinstance(place, SupportAcceleration) else one.weight for one in fixed])
             along = np.array([one.along @ load_direction(load, dimension) for one in fixed])
-            loads[number] = replace(loads[number], pattern=loads[number].pattern + (mass * along * weighs) @ rows)
+            loads[number] = replace(loads[number], pattern=loads[number].pattern + (driven * along) @ rows)
     whole = attached(operators, RankOnes(rows, mass), RankOnes(rows, stiffness))
     dashpots = RankOnes(rows, damping - rayleigh[0] * mass - rayleigh[1] * stiffness)
     return SemiDiscreteSystem(whole, contact, tuple(loads), *rayleigh, dashpots.and_also(_of_modes(case, whole)))
@@ -89,28 +91,32 @@ class _Fixed:
         row: b, (n,).
         along: e, (dimension,); 0 for a rotation.
         added: m, k and c.
-        weighs: Whether gravity acts on m.
+        weight: Mass that gravity acts on, kg.
+        shaken: Mass that the motion of the frame acts on, kg.
     """
 
     row: Array
     along: Array
     added: tuple[float, float, float]
-    weighs: bool = False
+    weight: float
+    shaken: float
 
 
 def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
     for load, row in zip(case.load, patterns, strict=True):
         if (added := _added(load)) is not None:
-            yield _Fixed(row, load_direction(load, dimension), (added.mass, added.stiffness, added.damping))
+            numbers = (added.mass, added.stiffness, added.damping)
+            yield _Fixed(row, load_direction(load, dimension), numbers, weight=0.0, shaken=added.mass)
 
 
 def _of_sections(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
-    """Yield what joints and masses fix to the beam; what joints hold is in its operators already."""
+    """Yield what joints, masses and fluids fix to the beam; what joints hold is in its operators already."""
     for one, row in attached_rows(case, patterns):
         if not one.held:
             added = one.attachment
             numbers = (added.mass, added.stiffness, added.damping)
-            yield _Fixed(row, one.motion.direction(dimension), numbers, weighs=True)
+            driven = added.mass if one.driven is None else one.driven
+            yield _Fixed(row, one.motion.direction(dimension), numbers, weight=driven, shaken=driven)
 
 
 def _added(load: Load) -> Attachment | None:

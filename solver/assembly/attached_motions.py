@@ -1,4 +1,4 @@
-"""Which motions of cross-sections the joints and masses of a case act on, in its model.
+"""Which motions of cross-sections the joints, masses and fluids of a case act on, in its model.
 
 A motion that a joint holds has no DOF in a reduced, beam or rigid model (`models.reduction.held_motions`). In a full
 model a spring in K holds the motion: 1e4 E A / h, or 1e4 E A h for a rotation, far stiffer than a section of
@@ -22,9 +22,9 @@ HARD = 1.0e4  # times the stiffness of a section over its thickness
 
 
 def attached_motions(case: Case) -> tuple[Attached, ...]:
-    """Return what joints and masses do to the motions that the model of a case has, in the order of the case file."""
+    """Return what joints, masses and fluids do to the motions that the model of a case has."""
     motions = model_motions(case)
-    entries = (*case.joint, *case.mass)
+    entries = (*case.joint, *case.mass, *case.fluid)
     return tuple(one for entry in entries for one in entry.attached() if one.motion.name in motions)
 
 
@@ -38,13 +38,25 @@ def model_motions(case: Case) -> tuple[MotionName, ...]:
 
 
 def attached_rows(case: Case, patterns: Sequence[Array]) -> list[tuple[Attached, Array]]:
-    """Return what joints and masses do with the rows of the motions, (n,), which stand behind the patterns of loads.
+    """Return what joints, masses and fluids do with the rows of the motions, (n,).
+
+    The rows stand behind the patterns of loads.
 
     Args:
         case: The case.
         patterns: Forces of its loads, and after them the rows of `attached_motions`.
     """
     return list(zip(attached_motions(case), patterns[len(case.load) :], strict=True))
+
+
+def acting_rows(case: Case, patterns: Sequence[Array]) -> list[Array]:
+    """Return the rows that a basis has a static shape for: those of loads, and of what is attached at one place.
+
+    Args:
+        case: The case.
+        patterns: As in `attached_rows`.
+    """
+    return [*patterns[: len(case.load)], *(row for one, row in attached_rows(case, patterns) if not one.spread)]
 
 
 def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:

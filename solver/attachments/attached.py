@@ -16,8 +16,12 @@ class Attached:
         motion: The motion.
         attachment: Mass in kg or kg m^2, spring and damper to the frame of the supports; zeros for a hold.
         held: Whether the section does not move so at all.
+        driven: Mass that gravity and the motion of the frame act on; None: the mass that is attached.
+        spread: Whether it is a part of something along the beam, which calls for no static shape of its own in a basis.
     """
 
     motion: MeanMotion
     attachment: Attachment
     held: bool = False
+    driven: float | None = None
+    spread: bool = False

@@ -13,6 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
+from gapbeam.solver.attachments.fluid_table import PlacedFluid
 from gapbeam.solver.attachments.joint_table import JointChoice
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
@@ -168,6 +169,7 @@ class Case(Table):
     restraint: Restraint = Restraint()
     joint: tuple[JointChoice, ...] = Field(default=(), description="what holds cross-sections without play")
     mass: tuple[PointMass, ...] = Field(default=(), description="masses on the beam")
+    fluid: tuple[PlacedFluid, ...] = Field(default=(), description="still fluid around parts of the beam")  # type: ignore[valid-type]
     mesh: Mesh = Mesh()
     model: Annotated[ModelTable, BeforeValidator(named)] = Field(
         default=FullModel(), description="fidelity level: a name, or a table with the type and its keys"

@@ -22,7 +22,7 @@ from gapbeam.solver.assembly.mass_matrix import mass_matrix
 from gapbeam.solver.linear_algebra.deflation.deflated_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
 from gapbeam.solver.linear_algebra.deflation.smooth_modes import smooth_modes
-from gapbeam.solver.linear_algebra.interface_springs import add_springs
+from gapbeam.solver.linear_algebra.interface_springs import add_springs, enlarge_by_springs
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.linear_algebra.shell_matrix import as_matrix
@@ -107,8 +107,7 @@ class PetscOperators:
     def hold(self, springs: RankOnes) -> None:
         """Add stiff springs to K, which may couple DOFs of different cells. Collective."""
         self._springs = self._restraint.copy()
-        self._springs.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
-        add_springs(self._springs, self.as_springs(springs), self.sum)
+        enlarge_by_springs(self._springs, self.as_springs(springs), self.sum)
         self._springs_pattern = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._springs.getDiagonal().array_r)
 
@@ -124,9 +123,8 @@ class PetscOperators:
         """Return M and K with more on some of their DOFs, which may couple DOFs of different cells. Collective."""
         results = self.matrices()
         for matrix, added in zip(results, (on_mass, on_stiffness), strict=True):
-            matrix.setOption(PETSc.Mat.Option.NEW_NONZERO_ALLOCATION_ERR, False)
             for springs in added:
-                add_springs(matrix, springs, self.sum)
+                enlarge_by_springs(matrix, springs, self.sum)
         return results
 
     def as_springs(self, added: RankOnes) -> Springs:

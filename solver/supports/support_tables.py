@@ -11,7 +11,7 @@ from gapbeam.solver.supports.regions.region import Plane
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.support import Face
-from gapbeam.solver.table import FORMS, Name, NonNegative, Number, Positive, Table, named
+from gapbeam.solver.table import FORMS, AlongBeam, Name, NonNegative, Number, Positive, Table, named
 
 OWN_CONTACT = ("stiffness", "damping", "friction")
 """Keys of a [[support]] that stand in the place of those of [contact]."""
@@ -53,7 +53,7 @@ class BaseAndGland(Table):
         return self.model_copy(update={"clearance": 0.0})
 
 
-class _OneOfSeveral(Table):
+class _OneOfSeveral(AlongBeam):
     """What a [[support]] has besides its place: its play, and a contact of its own where it is of another material."""
 
     name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
@@ -84,21 +84,6 @@ class _OneOfSeveral(Table):
     )
 
     @property
-    def start(self) -> float:
-        """Where the support begins, m."""
-        return float(vars(self)["from"])
-
-    @property
-    def end(self) -> float:
-        """Where the support ends, m."""
-        return float(vars(self)["to"])
-
-    @property
-    def length(self) -> float:
-        """Length along the beam, m."""
-        return self.end - self.start
-
-    @property
     def planes(self) -> tuple[Plane, ...]:
         """The planes of the region."""
         return self.region.planes(self.clearance, self.offset)
@@ -113,7 +98,7 @@ class _OneOfSeveral(Table):
         return self.model_copy(update={"clearance": 0.0, "offset": 0.0, **dict.fromkeys(OWN_CONTACT)})
 
 
-_PLACE: dict[str, Any] = {  # "from" is a word of Python, which no attribute in the text of a class can be called
+_PLACE: dict[str, Any] = {
     "from": (NonNegative, Field(description="where the support begins along the beam, m", examples=[0.2])),
     "to": (Positive, Field(description="where it ends, m", examples=[0.22])),
 }

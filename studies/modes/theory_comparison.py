@@ -125,10 +125,10 @@ def compare_modes(
 
 
 def moving_along(case: Case) -> list[str]:
-    """Return the names of loads and masses that move along with the body, which the theory leaves out."""
+    """Return the names of loads, masses and fluids that move along with the body, which the theory leaves out."""
     added = [(load.name, load.attachment) for load in case.load]
     return [name for name, one in added if one is not None and one.mass + one.stiffness > 0.0] + [
-        one.name for one in case.mass
+        one.name for one in (*case.mass, *case.fluid)
     ]
 
 

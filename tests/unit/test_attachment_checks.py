@@ -1,4 +1,4 @@
-"""Joints and masses that contradict each other, their beam or their model: what is said, where, and what to try."""
+"""Joints, masses and fluids that contradict each other, their beam or their model: what is said, and what to try."""
 
 from __future__ import annotations
 
@@ -25,7 +25,8 @@ clearance = 1e-3
 ROOT = '[[joint]]\nname = "root"\ntype = "clamped"\npoint = 0.0\n'
 SPRING = '[[joint]]\nname = "spring"\ntype = "elastic"\npoint = 0.3\nstiffness = { vertical = 1e5 }\n'
 BALL = '[[mass]]\nname = "ball"\npoint = 0.5\nmass = 0.2\n'
-GOOD = HEAD + ROOT + SPRING + BALL
+WATER = '[[fluid]]\nname = "water"\nfrom = 0.1\nto = 0.5\nadded_mass = 1.0\n'
+GOOD = HEAD + ROOT + SPRING + BALL + WATER
 
 BAD = {
     "same name of joints": (GOOD.replace('"spring"', '"root"'), ["number 2", '"root"', "every joint"]),
@@ -61,6 +62,19 @@ BAD = {
         GOOD.replace("point = 0.5", "point = 0.59") + '[contact]\nmass = "redistributed"\n',
         ["x = 0.59 m, in a support", "move the mass out"],
     ),
+    "same name of fluids": (GOOD + WATER, ["number 2", '"water"', "every fluid"]),
+    "fluid off the beam": (GOOD.replace("to = 0.5", "to = 0.7"), ["0.7 m, beyond the end of the beam", "0.6 m"]),
+    "fluid in mm": (GOOD.replace("to = 0.5\n", "to = 500.0\n"), ["is it in mm? In m it is 0.5"]),
+    "fluid backwards": (GOOD.replace("from = 0.1", "from = 0.55"), ["0.5 m, where the fluid begins at 0.55", "swap"]),
+    "fluid that does nothing": (
+        GOOD.replace("added_mass = 1.0", "added_mass = 0.0"),
+        ["water", "without added mass, displaced mass and damping", "added_mass = 0.5"],
+    ),
+    "negative damping of fluid": (GOOD + "damping = -1.0\n", ["water", "damping", "not less than 0"]),
+    "fluid on massless nodes": (
+        GOOD.replace("to = 0.5\n", "to = 0.6\n") + '[contact]\nmass = "redistributed"\n',
+        ["water", "through the support stop, whose contact nodes have no mass", 'contact.mass = "consistent"'],
+    ),
     "unknown joint": (GOOD.replace('"clamped"', '"welded"'), ['"welded"', "clamped"]),
     "no kind": (GOOD.replace('type = "clamped"\n', ""), ["type", "the key is missing"]),
     "springs of a clamp": (
@@ -70,7 +84,10 @@ BAD = {
     "misspelled motion": (GOOD.replace("vertical", "vertcal"), ["unknown key `vertcal`", "`vertical`"]),
     "negative stiffness": (GOOD.replace("1e5", "-1e5"), ["vertical", "-100000.0", "not less than 0"]),
     "no mass": (GOOD.replace("mass = 0.2", "mass = 0.0"), ["mass", "greater than 0"]),
-    "negative inertia": (GOOD + "rotary_inertia = -1e-4\n", ["rotary_inertia", "not less than 0"]),
+    "negative inertia": (
+        GOOD.replace("mass = 0.2", "mass = 0.2\nrotary_inertia = -1e-4"),
+        ["rotary_inertia", "not less than 0"],
+    ),
     "a point with two coordinates": (GOOD.replace("point = 0.5", "point = [0.5, 0.0]"), ["[[mass]]", "a number"]),
     "a table for an array": (HEAD + ROOT.replace("[[joint]]", "[joint]"), ["joint"]),
     "nothing below": (
@@ -99,6 +116,8 @@ def test_good_joints_and_masses_are_read_written_and_changed(tmp_path: Path) -> 
     changed = read_case(written(tmp_path, GOOD), ["mass.ball.mass=0.4", "joint.spring.stiffness.vertical=2e5"])
     assert changed.mass[0].mass == 0.4
     assert [one.attachment.stiffness for one in changed.joint[1].attached()] == [2e5]
+    wet = read_case(written(tmp_path, GOOD), ["fluid.water.added_mass=2.0", "fluid.water.to=0.6"]).fluid[0]
+    assert (wet.added_mass, wet.end, wet.displaced_mass) == (2.0, 0.6, 0.0)
 
 
 def test_what_joints_leave_of_rigid_motions(tmp_path: Path) -> None:

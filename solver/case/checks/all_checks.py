@@ -12,6 +12,9 @@ from gapbeam.solver.case.case import (
 )
 from gapbeam.solver.case.checks.attachment_checks import (
     elastic_joints_do_something,
+    fluid_names_differ,
+    fluids_move_mass,
+    fluids_surround_the_beam,
     holds_need_implicit_steps,
     joint_names_differ,
     joints_keep_apart,
@@ -206,6 +209,9 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     masses_lie_on_the_beam,
     mass_names_differ,
     masses_sit_on_mass,
+    fluid_names_differ,
+    fluids_surround_the_beam,
+    fluids_move_mass,
     loads_lie_in_the_beam,
     loads_have_a_node,
     directions_point_somewhere,

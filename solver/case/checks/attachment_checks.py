@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from gapbeam.meshes.beam_geometry import SNAP
+from gapbeam.solver.attachments.fluid_table import Fluid
 from gapbeam.solver.attachments.joint_table import ElasticJoint, Joint, bending_rank
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis
@@ -15,13 +16,14 @@ from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.supports.layout import support_at
+from gapbeam.solver.supports.layout import keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
 
 ALLOWED = 1.0e-9  # of the largest displacement: what round-off leaves of a rotation about a joint
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""
 Masses = Mapping[int, PointMass]
+Fluids = Mapping[int, Fluid]
 
 
 def joint_names_differ(joint: Joints) -> Iterator[Fault]:
@@ -152,5 +154,57 @@ def masses_sit_on_mass(support: AnySupports, contact: Contact, mass: Masses) -> 
                 f"x = {entry.point:g} m, in a support, whose contact nodes have no mass",
                 f"a mass at x above {place.end:g} m, or contact nodes with mass",
                 'contact.mass = "consistent", or move the mass out of the support',
+                (("contact", "mass"),),
+            )
+
+
+def fluid_names_differ(fluid: Fluids) -> Iterator[Fault]:
+    """Fluids are distinguished by their names."""
+    yield from namesakes("fluid", fluid)
+
+
+def fluids_surround_the_beam(beam: Beam, fluid: Fluids) -> Iterator[Fault]:
+    """A fluid begins before it ends, lies along the beam, and does something."""
+    for number, entry in fluid.items():
+        key = ("fluid", number)
+        if entry.length <= 0.0:
+            yield Fault(
+                (*key, "to"),
+                f"{entry.end:g} m, where the fluid begins at {entry.start:g} m",
+                f"more than from, {entry.start:g} m",
+                "swap them?" if entry.length < 0.0 else "a fluid has a length along the beam",
+                ((*key, "from"),),
+            )
+        elif entry.end > beam.length * (1.0 + 1e-12):
+            in_mm = entry.end / 1000.0 <= beam.length < 0.1 * entry.end
+            yield Fault(
+                (*key, "to"),
+                f"{entry.end:g} m, beyond the end of the beam",
+                f"at most the length of the beam, {beam.length:g} m",
+                f"is it in mm? In m it is {entry.end / 1000.0:g}" if in_mm else "coordinates are in m, from x = 0",
+                (("beam", "length"),),
+            )
+        if not entry.acts:
+            yield Fault(
+                (*key, "added_mass"),
+                "a fluid without added mass, displaced mass and damping",
+                "at least one that is not 0",
+                "added_mass = 0.5",
+            )
+
+
+def fluids_move_mass(support: AnySupports, contact: Contact, fluid: Fluids) -> Iterator[Fault]:
+    """Fluid that moves with contact nodes without mass would be all that they have."""
+    if contact.mass != "redistributed":
+        return
+    for number, entry in fluid.items():
+        near = [one for _, one in keyed(support) if one.start < entry.end and entry.start < one.end]
+        if near and (entry.added_mass > 0.0 or entry.damping > 0.0):
+            yield Fault(
+                ("fluid", number, "from"),
+                f"from x = {entry.start:g} to x = {entry.end:g} m, through the support {near[0].name}, whose contact "
+                "nodes have no mass",
+                "fluid beside the supports, or contact nodes with mass",
+                'contact.mass = "consistent"',
                 (("contact", "mass"),),
             )

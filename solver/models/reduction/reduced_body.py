@@ -17,6 +17,7 @@ from math import pi
 import numpy as np
 from scipy.sparse import csr_matrix, identity
 
+from gapbeam.solver.assembly.attached_motions import acting_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_table import ReducedModel
@@ -58,7 +59,8 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency)
     touching = within_reach(contact, REACH * case.beam.thickness)
     shapes = _pressures(case, contact, settings, symmetric, touching)
-    loads = np.stack([modes.factor.solve(pattern) for pattern in body.patterns], axis=1) if body.patterns else None
+    acting = acting_rows(case, body.patterns)
+    loads = np.stack([modes.factor.solve(row) for row in acting], axis=1) if acting else None
     vectors, left = _vectors(operators, contact, modes, shapes, settings, shift)
     floating = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
     basis = held(body, floating, shift)
@@ -73,7 +75,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
         modes=len(modes.squares),
         highest_mode=float(modes.frequencies.max(initial=0.0)),
         contact_shapes=contact.interface.size if shapes is None else shapes.shape[1],
-        load_shapes=len(body.patterns),
+        load_shapes=len(acting),
         size=int(np.sum(kept)),
         left_out=int(np.sum(~kept)),
         highest=float(np.sqrt(basis.squares[kept].max()) / (2.0 * pi)),

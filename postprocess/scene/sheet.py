@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
-from gapbeam.postprocess.figures.figure_style import GRAY, face_style
+from gapbeam.postprocess.figures.figure_style import GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.attached_marks import Mark
 from gapbeam.postprocess.scene.camera_window import Window
@@ -88,7 +88,7 @@ class Sheet:
             traces: Time signals.
             caption: Texts.
             windows: What the pictures of the whole beam and of the support show.
-            marks: Joints and masses, drawn on the undeformed beam of a slice.
+            marks: Joints, masses and fluids, drawn on the undeformed beam of a slice.
         """
         self._size, self._caption, self._traces = size, caption, traces
         self._large = size[1] / _DESIGNED_FOR
@@ -159,9 +159,17 @@ class Sheet:
         return image
 
     def _mark(self, marks: Sequence[Mark], support: SupportBoxes) -> None:
-        """Mark joints and masses on the axis of the undeformed beam, with their names above the beam."""
+        """Mark joints and masses on the axis of the undeformed beam, and shade fluids, with names above the beam."""
         panel, axis = self._whole.axes, 0.5e3 * (support.bottom + support.top)
         for mark in marks:
+            if mark.end is not None:
+                panel.axvspan(1e3 * mark.x, 1e3 * mark.end, color=SKY, alpha=0.2, lw=0.0)
+                panel.annotate(
+                    mark.name, (0.5e3 * (mark.x + mark.end), 0.0), (0.0, 6.0 * self._large),
+                    xycoords=("data", "axes fraction"), textcoords="offset points",
+                    ha="center", va="bottom", annotation_clip=False, fontsize=14 * self._large,
+                )  # fmt: skip
+                continue
             style: dict[str, Any] = {
                 "marker": mark.symbol,
                 "ms": 11 * self._large,

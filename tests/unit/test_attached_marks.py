@@ -1,4 +1,4 @@
-"""Marks of joints and masses in pictures."""
+"""Marks of joints, masses and fluids in pictures."""
 
 from __future__ import annotations
 
@@ -7,13 +7,15 @@ from gapbeam.solver.attachments.joint_table import JointChoice
 from gapbeam.solver.table import models_in, type_name
 
 
-def test_marks_stand_where_joints_and_masses_are() -> None:
+def test_marks_stand_where_joints_masses_and_fluids_are() -> None:
     """Places count from the end of the mesh, and cases of earlier releases have no marks."""
     case = {
         "joint": [{"name": "root", "type": "clamped", "point": 0.0}],
         "mass": [{"name": "head", "point": 0.4, "mass": 1.0}],
+        "fluid": [{"name": "water", "from": 0.2, "to": 0.3}],
     }
-    assert list(marks_of(case, 0.1)) == [Mark("root", 0.1, "s"), Mark("head", 0.5, "o")]
+    marks = [Mark("root", 0.1, "s"), Mark("head", 0.5, "o"), Mark("water", 0.1 + 0.2, "", 0.1 + 0.3)]
+    assert list(marks_of(case, 0.1)) == marks
     assert list(marks_of({}, 0.0)) == []
 
 

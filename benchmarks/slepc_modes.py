@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
+from contextlib import suppress
 
 import numpy as np
 from mpi4py import MPI
@@ -12,7 +13,7 @@ from slepc4py import SLEPc
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.system.operators import Array
 
-GUARDS = 1.2  # size of the block over the number of modes, as in gapbeam
+GUARDS = (1.2, 1.3, 2.0)  # size of the block over the number of modes: as in gapbeam, and where LOBPCG breaks down
 
 
 class _Blocks:
@@ -51,12 +52,25 @@ def slepc_modes(
 ) -> tuple[Array, Array]:
     """Return the lowest eigenvalues of A x = s M x, (count,), and shapes, (n, count), on one rank.
 
+    SLEPc's LOBPCG breaks down for some sizes of the block, where its vectors become dependent (LAPACK sygvd); the next
+    size is taken then.
+
     Args:
         factor: Products with A and its preconditioner.
         multiply_mass: M on blocks of columns.
         count: How many.
         residual: Tolerance of SLEPc: norm of A x - s M x over s.
     """
+    for guards in GUARDS[:-1]:
+        with suppress(PETSc.Error):
+            return _modes(factor, multiply_mass, count, residual, int(guards * count))
+    return _modes(factor, multiply_mass, count, residual, int(GUARDS[-1] * count))
+
+
+def _modes(
+    factor: ConjugateGradients, multiply_mass: Callable[[Array], Array], count: int, residual: float, block: int
+) -> tuple[Array, Array]:
+    """Return what `slepc_modes` does, by blocks of a size."""
     size = len(factor.rigid)
     solver = SLEPc.EPS().create(MPI.COMM_SELF)
     solver.setOptionsPrefix("compared_modes_")
@@ -66,7 +80,7 @@ def slepc_modes(
     solver.setWhichEigenpairs(SLEPc.EPS.Which.SMALLEST_REAL)
     solver.setDimensions(nev=count)
     solver.setTolerances(residual, 1000)
-    solver.setLOBPCGBlockSize(int(GUARDS * count))
+    solver.setLOBPCGBlockSize(block)
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.PRECOND)
     transform.getKSP().setType("preonly")

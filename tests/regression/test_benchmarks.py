@@ -185,9 +185,9 @@ def test_exponents_and_durations() -> None:
 @alone
 @pytest.mark.slow
 def test_iterative_solvers_are_compared_to_the_same_accuracy() -> None:
-    """The coarsest mesh: the same V-cycle in PETSc takes as many iterations, and SLEPc's modes are as accurate."""
+    """The coarsest mesh: the same V-cycle in PETSc takes about as many iterations, and SLEPc's modes are as accurate."""
     found = iterative_solvers.table((1,))
     ours, same, _ = found.rows
-    assert same[5] == pytest.approx(ours[5], abs=1.0)
+    assert same[5] == pytest.approx(ours[5], rel=0.15)
     errors = [found.figures[f"{way}: error"] for way in (iterative_solvers.OURS, iterative_solvers.SLEPC)]
     assert all(isinstance(error, float) and 0.0 < error < 1e-6 for error in errors)

@@ -1,4 +1,4 @@
-"""Two ranks compute the same motion of a beam in several supports, with a joint and a mass, as one."""
+"""Two ranks compute the same motion of a beam in several supports, with a joint, a mass and a fluid, as one."""
 
 from __future__ import annotations
 
@@ -15,12 +15,13 @@ pytestmark = [alone, pytest.mark.versions]
 
 LEFT = '{name = "left", from = 0.0, to = 0.02, clearance = 1e-4}'
 STOP = '{name = "stop", from = 0.25, to = 0.27, clearance = 5e-5, region = {type = "stop", side = "above"}}'
-RIGHT = '{name = "right", from = 0.45, to = 0.48, clearance = 1e-4, offset = 2e-5}'
+RIGHT = '{name = "right", from = 0.45, to = 0.48, clearance = 1e-4, offset = 2e-5, stiffness = 5e11, damping = 1e6}'
 KEYS = (
     *RATTLE,
     f"support=[{LEFT}, {STOP}, {RIGHT}]",
     'joint=[{name = "pin", type = "pinned", point = 0.36}]',
     'mass=[{name = "head", point = 0.505, mass = 0.05, rotary_inertia = 1e-5}]',
+    'fluid=[{name = "water", from = 0.1, to = 0.4, added_mass = 0.3, displaced_mass = 0.1, damping = 1.0}]',
     "mesh.cell=triangle",
     "damping.ratios=[0.1, 0.1]",
     "contact.stiffness=2e12",

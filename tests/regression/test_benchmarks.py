@@ -185,7 +185,7 @@ def test_exponents_and_durations() -> None:
 @alone
 @pytest.mark.slow
 def test_iterative_solvers_are_compared_to_the_same_accuracy() -> None:
-    """The coarsest mesh: the same V-cycle in PETSc takes about as many iterations, and SLEPc's modes are as accurate."""
+    """The coarsest mesh: the same V-cycle in PETSc takes as many iterations, about, and SLEPc is as accurate."""
     found = iterative_solvers.table((1,))
     ours, same, _ = found.rows
     assert same[5] == pytest.approx(ours[5], rel=0.15)

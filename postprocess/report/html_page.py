@@ -60,6 +60,7 @@ def html_of(report: Report) -> str:
         "cell": cell,
         "percent": percent,
         "kind": lambda block: type(block).__name__,
+        "unknown": _unknown,
         "numeric": _is_numeric,
         "wordy": _is_wordy,
         "text_alternative": _text_alternative,
@@ -120,6 +121,15 @@ def _inlined(path: Path) -> str:
             remedy="draw it again, for example with gapbeam plot or gapbeam render",
         )
     return _data(kind, read_plain(path, "a picture", "draw it again", LARGEST_PICTURE))
+
+
+def _unknown(block: object) -> str:
+    """Refuse a block that the page has no words for.
+
+    Raises:
+        TypeError: Always.
+    """
+    raise TypeError(f"the page does not know blocks of the kind {type(block).__name__}")
 
 
 def _data(kind: str, content: bytes) -> str:

@@ -5,13 +5,16 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
 from playwright.sync_api import Browser, Page, Playwright, Position, sync_playwright
 from pypdf import PdfReader
 
+from gapbeam.postprocess.report import html_page
 from gapbeam.postprocess.report.blocks import (
+    Block,
     Command,
     Compared,
     ComparisonBlock,
@@ -296,3 +299,13 @@ def test_pictures_that_are_not_there(tmp_path: Path) -> None:
         report = Report("r", "", [ReportSection("s", "s", [Picture(tmp_path / name, "a picture")])])
         with pytest.raises(ResultsError, match=found):
             html_of(report)
+
+
+def test_the_page_has_words_for_every_block_and_refuses_others() -> None:
+    """A kind of block that the page does not know is an error, not an empty place."""
+    template = Path(html_page.__file__).with_name("page") / "page.html"
+    branches = re.findall(r'kind == "(\w+)"', template.read_text(encoding="utf-8"))
+    assert sorted(branches) == sorted(kind.__name__ for kind in get_args(Block))
+    unknown = ReportSection("New", "new", [object()])  # type: ignore[list-item]
+    with pytest.raises(TypeError, match="does not know blocks of the kind object"):
+        html_of(Report("Report", "", [unknown]))

@@ -12,6 +12,7 @@ from itertools import pairwise
 
 from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.sections.section_patches import SectionPatches
 
 SNAP = 1.0e-9
 """Coordinates this close to each other, relative to the thickness, are taken to be the same."""
@@ -22,7 +23,7 @@ CLOSEST = 1.0e-4
 
 @dataclass(frozen=True)
 class BeamGeometry:
-    """A straight beam of rectangular section, dimensions in m.
+    """A straight beam, dimensions in m.
 
     Attributes:
         dimension: 2 for a slice in the bending plane, 3 for the solid beam.
@@ -32,6 +33,7 @@ class BeamGeometry:
         support_length: base and gland reach from x = 0 to here; with spans, where the last of them ends.
         points: coordinates, `dimension` of them each, that fall on mesh nodes.
         spans: what faces a support; () stands for base and gland.
+        section: the cross-section within thickness and width, 3D; None: it fills them.
 
     Raises:
         MeshError: a dimension is not a positive number, the support is longer than the beam, or a point is
@@ -45,6 +47,7 @@ class BeamGeometry:
     support_length: float
     points: tuple[tuple[float, ...], ...] = ()
     spans: tuple[ContactSpan, ...] = ()
+    section: SectionPatches | None = None
 
     def __post_init__(self) -> None:
         if self.dimension not in (2, 3):

@@ -11,6 +11,7 @@ from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
 from gapbeam.meshes.group_names import groups_of
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
+from gapbeam.meshes.sizing.layers import structured_partition
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 
@@ -22,7 +23,8 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
     """Build and distribute the mesh of a beam.
 
     Facets end exactly at the edge of the support, and every point of the geometry is a vertex. Quadrilaterals
-    and hexahedra form layers; triangles and tetrahedra are unstructured. Two builds give the same mesh.
+    and hexahedra form layers; triangles and tetrahedra are unstructured. Cells of round sections are curved, of
+    second order. Two builds give the same mesh.
 
     Args:
         comm: Communicator over which the mesh is distributed.
@@ -48,6 +50,7 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
     import gmsh
 
     from gapbeam.meshes.gmsh_models.physical_groups import check_faces, name_faces
+    from gapbeam.meshes.gmsh_models.section_extrusion import draw_section
     from gapbeam.meshes.gmsh_models.structured import beam_layers, draw_structured
     from gapbeam.meshes.gmsh_models.unstructured import draw_unstructured
 
@@ -55,12 +58,17 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
     cell = sizing.cell_of(geometry.dimension)
     with gmsh_errors("building the mesh", "a mesh of the beam"):
         _refuse_too_many(expected_cells(geometry, sizing))
-        if cell in STRUCTURED:
+        if geometry.section is not None:
+            along = structured_partition(geometry.breakpoints(0), sizing.cell_length(geometry))
+            draw_section(geometry.section, along, geometry.edges, unit)
+        elif cell in STRUCTURED:
             draw_structured(geometry, beam_layers(geometry, sizing), unit)
         else:
             draw_unstructured(geometry, sizing.cell_length(geometry), unit)
         name_faces(geometry, unit)
         gmsh.model.mesh.generate(geometry.dimension)
+        if geometry.section is not None and geometry.section.curved:
+            gmsh.model.mesh.setOrder(2)
         gmsh.model.mesh.affineTransform([unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0])
         gmsh.model.mesh.renumberNodes()
         check_faces(geometry.dimension)

@@ -9,7 +9,7 @@ from pydantic import BaseModel, TypeAdapter
 
 from benchmarks.drawn_schema.rules import LeftOut
 from benchmarks.drawn_schema.tables import Draw
-from gapbeam.solver.case.case import Case, Probe
+from gapbeam.solver.case.case import Beam, Case, Mesh, Probe
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.integrators.scheme_choice import Scheme
@@ -101,7 +101,8 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     """Return the tables of a whole case: those that are given, with names, directions, sizes."""
     whole = {key: value for key, value in tables.items() if not isinstance(value, LeftOut)}
     whole = {key: dict(value) if isinstance(value, dict) else value for key, value in whole.items()}
-    dimension = whole.get("mesh", {}).get("dimension", 2)
+    whole["beam"], whole["mesh"] = _beam(draw, whole["beam"], whole["mesh"])
+    dimension = whole["mesh"].get("dimension", 2)
     whole["load"] = [_load(draw, load, number, dimension) for number, load in enumerate(whole["load"])]
     whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
     whole["damping"] = _damping(draw, whole.get("damping", {}))
@@ -114,6 +115,21 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
         curve = _around(whole["analysis"]["continuation"], whole)
         whole["analysis"] = whole["analysis"] | {"continuation": curve}
     return whole
+
+
+def _beam(draw: Draw, beam: dict[str, Any], mesh: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Keep other sections than the rectangle to solids of hexahedra, and round ones as wide as they are thick."""
+    kind = beam.get("section", {"type": "rectangle"})["type"]
+    if kind == "rectangle":
+        return beam, mesh
+    sections = {model.__name__ for model in models_in(Beam.model_fields["section"].annotation)}
+    asked = draw.focus.table in sections or (draw.focus.table, draw.focus.key) == (Beam.__name__, "section")
+    if not asked and (mesh.get("dimension", 2) == 2 or draw.focus.table == Mesh.__name__):
+        return {key: value for key, value in beam.items() if key != "section"}, mesh
+    if kind in ("round", "tube"):
+        beam = beam | {"width": beam["thickness"]}
+    kept = {key: value for key, value in mesh.items() if key not in ("cell", "plane")}
+    return beam, kept | {"dimension": 3}
 
 
 def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict[str, Any]:

@@ -89,11 +89,19 @@ def _turning_damper(chance: random.Random, scene: Scene) -> float:
     return scene.length**2 * _damper(chance, scene)
 
 
+def _thin(chance: random.Random, *sides: float) -> float:
+    return min(sides) * chance.uniform(0.1, 0.3)
+
+
 RULES: dict[tuple[str, str], Rule] = {
     ("Case", "title"): lambda _, scene: f"drawn {scene.seed}",
     ("Beam", "length"): lambda _, scene: scene.length,
     ("Beam", "thickness"): lambda _, scene: scene.thickness,
     ("Beam", "width"): lambda _, scene: scene.width,
+    ("BoxSection", "wall"): lambda chance, scene: _thin(chance, scene.thickness, scene.width),
+    ("ISection", "web"): lambda chance, scene: _thin(chance, scene.width),
+    ("ISection", "flange"): lambda chance, scene: _thin(chance, scene.thickness),
+    ("TubeSection", "wall"): lambda chance, scene: _thin(chance, scene.thickness),
     ("Material", "young_modulus"): lambda _, scene: scene.modulus,
     ("Material", "poisson_ratio"): between(0.0, 0.45),
     ("Material", "density"): lambda _, scene: scene.density,

@@ -7,6 +7,8 @@ import gmsh
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.group_names import BODY, groups_of
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.sections.section_curve import Side
+from gapbeam.meshes.sections.section_patches import SectionPatches
 
 _BODY_TAG = 1
 _NEAR = 1.0e-6
@@ -56,7 +58,11 @@ def _faces_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> li
         return ["end"]
     if lies_at(0, geometry.length):
         return ["tip"]
-    below, above = (lies_at(bending, corner[bending]) for corner in (geometry.lower, geometry.upper))
+    if geometry.section is None:
+        below, above = (lies_at(bending, corner[bending]) for corner in (geometry.lower, geometry.upper))
+    else:
+        side = _side_of(geometry.section, unit, (*low[1:], *high[1:]))
+        below, above = side == "below", side == "above"
     return [
         span.name
         for span in geometry.spans
@@ -64,3 +70,12 @@ def _faces_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> li
         and span.start / unit - _NEAR <= low[0]
         and high[0] <= span.end / unit + _NEAR
     ]
+
+
+def _side_of(section: SectionPatches, unit: float, box: tuple[float, ...]) -> Side:
+    """The side of the curve from which a surface with these smallest and largest y and z was extruded."""
+    for curve in section.curves:
+        lows, highs = (tuple(map(pick, curve.start, curve.end)) for pick in (min, max))
+        if all(abs(found - here / unit) < _NEAR for found, here in zip(box, (*lows, *highs), strict=True)):
+            return curve.side
+    return "inside"

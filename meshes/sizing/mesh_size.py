@@ -8,15 +8,13 @@ from typing import Literal
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.sections.section_patches import CELLS_THROUGH
 from gapbeam.meshes.sizing.cell_length import CellLength
 
 Cell = Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 
 CELLS: dict[int, tuple[Cell, Cell]] = {2: ("quadrilateral", "triangle"), 3: ("hexahedron", "tetrahedron")}
 """The cell types of each dimension, the default first."""
-
-CELLS_THROUGH = 4
-"""Default number of structured cells through the thickness and across the width."""
 
 UNSTRUCTURED_THROUGH = 2
 """Triangles and tetrahedra are never longer than the thickness divided by this, unless asked for."""

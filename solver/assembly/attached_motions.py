@@ -66,7 +66,7 @@ def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
         case: The case.
         patterns: As in `attached_rows`.
     """
-    section = HARD * case.material.young_modulus * case.beam.width * case.beam.thickness
+    section = HARD * case.material.young_modulus * case.beam.area
     rows, stiffness = list[Array](), list[float]()
     for one, row in attached_rows(case, patterns):
         if one.held:

@@ -12,11 +12,10 @@ from typing import Any, assert_never
 import numpy as np
 
 from gapbeam.solver.assembly.attached_motions import attached_motions
-from gapbeam.solver.assembly.point_rows import point_row
-from gapbeam.solver.assembly.section_rows import section_rows
+from gapbeam.solver.assembly.section_rows import row_at, section_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.loads.load_directions import axis_point, load_direction
+from gapbeam.solver.loads.load_directions import load_direction
 from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
 from gapbeam.solver.system.operators import Array, Operators
 
@@ -29,19 +28,19 @@ def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, 
 
     Collective.
     """
-    dimension = space.mesh.geometry.dim
     return (
-        *(_pattern(load, dimension, space, operators) for load in case.load),
+        *(_pattern(case, load, space, operators) for load in case.load),
         *section_rows(case, space, operators.size, [one.motion for one in attached_motions(case)]),
     )
 
 
-def _pattern(load: Load, dimension: int, space: Any, operators: Operators) -> Array:
+def _pattern(case: Case, load: Load, space: Any, operators: Operators) -> Array:
     """Return the forces of one load; `load_direction` has the sign of the inertia in a moving frame."""
+    dimension = space.mesh.geometry.dim
     direction = load_direction(load, dimension)
     match load.place:
         case PointForce(point):
-            return point_row(space, axis_point(point), f"[[load]] {load.name}").force(direction, operators.size)
+            return row_at(case, space, point, f"[[load]] {load.name}").force(direction, operators.size)
         case BodyForce() | SupportAcceleration():
             return operators.apply_mass(np.tile(direction, operators.size // dimension))
         case unknown:

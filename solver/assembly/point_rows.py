@@ -9,11 +9,14 @@ import numpy as np
 from dolfinx import geometry
 from mpi4py import MPI
 
-from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element, geometry_order
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array, Indices, Operators
 
 ON_NODE = 1e-9  # of the length of the mesh
+IN_CELL = 1e-6  # of the reference cell
+BULGE = 0.05  # of the smallest side of the mesh: how far curved cells may reach beyond their nodes
+SIMPLICES = {2: (3, 6), 3: (4, 10)}  # nodes of triangles and tetrahedra of order 1 and 2
 
 
 @dataclass(frozen=True)
@@ -41,56 +44,88 @@ class PointRow:
         return pattern.reshape(-1)
 
 
-def point_row(space: Any, point: Array, name: str) -> PointRow:
-    """Find the basis functions at a point: a node where one lies there, else by interpolation in its cell.
+class PointFinder:
+    """Finds points in a mesh; made once for many of them."""
 
-    Args:
-        space: Blocked Lagrange space.
-        point: (3,), m.
-        name: What to call the point in an error.
+    def __init__(self, space: Any) -> None:
+        """Build the tree of bounding boxes. Collective.
 
-    Raises:
-        UserError: The point lies outside the mesh; on all ranks.
+        Args:
+            space: Blocked Lagrange space.
+        """
+        mesh, index_map = space.mesh, space.dofmap.index_map
+        self.space = space
+        self.places = space.tabulate_dof_coordinates()[: index_map.size_local]
+        self.span = mesh.comm.allreduce(float(np.max(np.abs(self.places), initial=0.0)), op=MPI.MAX)
+        self.curved = geometry_order(mesh) > 1
+        sides = np.ptp(mesh.geometry.x[:, : mesh.geometry.dim], axis=0) if len(mesh.geometry.x) else np.zeros(1)
+        padding = BULGE * float(np.min(sides)) if self.curved else 0.0
+        self.tree = geometry.bb_tree(mesh, mesh.topology.dim, padding=padding)
 
-    Collective.
-    """
-    comm, index_map, block = space.mesh.comm, space.dofmap.index_map, space.dofmap.index_map_bs
-    owned = index_map.size_local
-    places = space.tabulate_dof_coordinates()[:owned]
-    span = comm.allreduce(float(np.max(np.abs(places), initial=0.0)), op=MPI.MAX)
-    distance = np.linalg.norm(places - point, axis=1)
-    nearest = int(np.argmin(distance)) if owned else -1
-    best = float(distance[nearest]) if owned else np.inf
-    candidates = comm.allgather(best)
-    if min(candidates) <= ON_NODE * span:
-        here = comm.rank == int(np.argmin(candidates))
-        return PointRow(np.array([nearest] if here else [], dtype=np.int64), np.array([1.0] if here else []), block)
-    found = comm.allgather(_in_cell(space, point))
-    holders = [entry for entry in found if entry is not None]
-    if not holders:
-        place = ", ".join(f"{x:.6g}" for x in point[: space.mesh.geometry.dim])
-        raise UserError(
-            f"{name}: the point ({place}) m is not in the mesh; the nearest node is {min(candidates):.3g} m away. "
-            "Move the point into the body, or check that the mesh is in meters with x = 0 at the supported end"
-        )
-    nodes, values = holders[0]
-    first, last = index_map.local_range
-    mine = (nodes >= first) & (nodes < last)
-    return PointRow(nodes[mine] - first, values[mine], block)
+    def row(self, point: Array, name: str) -> PointRow:
+        """Find the basis functions at a point: a node where one lies there, else by interpolation in its cell.
 
+        Args:
+            point: (3,), m.
+            name: What to call the point in an error.
 
-def _in_cell(space: Any, point: Array) -> tuple[Indices, Array] | None:
-    """Return global nodes and basis functions at a point of an owned cell of this rank, or None."""
-    mesh = space.mesh
-    tree = geometry.bb_tree(mesh, mesh.topology.dim)
-    candidates = geometry.compute_collisions_points(tree, point.reshape(1, 3))
-    cells = geometry.compute_colliding_cells(mesh, candidates, point.reshape(1, 3)).links(0)
-    cells = cells[cells < mesh.topology.index_map(mesh.topology.dim).size_local]
-    if len(cells) == 0:
+        Raises:
+            UserError: The point lies outside the mesh; on all ranks.
+
+        Collective.
+        """
+        comm, index_map, block = self.space.mesh.comm, self.space.dofmap.index_map, self.space.dofmap.index_map_bs
+        distance = np.linalg.norm(self.places - point, axis=1)
+        nearest = int(np.argmin(distance)) if len(distance) else -1
+        best = float(distance[nearest]) if len(distance) else np.inf
+        candidates = comm.allgather(best)
+        if min(candidates) <= ON_NODE * self.span:
+            here = comm.rank == int(np.argmin(candidates))
+            return PointRow(np.array([nearest] if here else [], dtype=np.int64), np.array([1.0] if here else []), block)
+        found = comm.allgather(self._in_cell(point))
+        holders = [entry for entry in found if entry is not None]
+        if not holders:
+            place = ", ".join(f"{x:.6g}" for x in point[: self.space.mesh.geometry.dim])
+            raise UserError(
+                f"{name}: the point ({place}) m is not in the mesh; the nearest node is {min(candidates):.3g} m away. "
+                "Move the point into the body, or check that the mesh is in meters with x = 0 at the supported end"
+            )
+        nodes, values = holders[0]
+        first, last = index_map.local_range
+        mine = (nodes >= first) & (nodes < last)
+        return PointRow(nodes[mine] - first, values[mine], block)
+
+    def _in_cell(self, point: Array) -> tuple[Indices, Array] | None:
+        """Return global nodes and basis functions at a point of an owned cell of this rank, or None."""
+        mesh = self.space.mesh
+        candidates = geometry.compute_collisions_points(self.tree, point.reshape(1, 3))
+        if not self.curved:  # else cells bulge beyond the hull of their nodes, which is what is tested here
+            candidates = geometry.compute_colliding_cells(mesh, candidates, point.reshape(1, 3))
+        cells = candidates.links(0)
+        for cell in map(int, cells[cells < mesh.topology.index_map(mesh.topology.dim).size_local]):
+            reference = self._reference(cell, point)
+            if reference is None:
+                continue
+            values = self.space.element.basix_element.tabulate(0, reference)[0, 0, :, 0]
+            nodes = self.space.dofmap.index_map.local_to_global(self.space.dofmap.cell_dofs(cell).astype(np.int32))
+            return nodes.astype(np.int64), values
         return None
-    cell = int(cells[0])
-    corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, : mesh.geometry.dim]
-    reference = coordinate_element(mesh).pull_back(point[: mesh.geometry.dim].reshape(1, -1), corners)
-    values = space.element.basix_element.tabulate(0, reference)[0, 0, :, 0]
-    nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
-    return nodes.astype(np.int64), values
+
+    def _reference(self, cell: int, point: Array) -> Array | None:
+        """Return a point in the reference cell, (1, dimension); None where a curved cell does not hold the point."""
+        mesh, dimension = self.space.mesh, self.space.mesh.geometry.dim
+        corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
+        try:
+            found = np.asarray(coordinate_element(mesh).pull_back(point[:dimension].reshape(1, -1), corners))
+        except RuntimeError:  # Newton's method ends far outside of the cell
+            return None
+        if not self.curved:
+            return found
+        inside = np.all((found >= -IN_CELL) & (found <= 1.0 + IN_CELL))
+        simplex = len(corners) in SIMPLICES[dimension]
+        return found if inside and (not simplex or np.sum(found) <= 1.0 + IN_CELL) else None
+
+
+def point_row(space: Any, point: Array, name: str) -> PointRow:
+    """Find the basis functions at a point, as `PointFinder.row` does. Collective."""
+    return PointFinder(space).row(point, name)

@@ -1,4 +1,8 @@
-"""The mean motions of cross-sections of a mesh, as rows of its DOFs, and the forces that work on these motions."""
+"""The mean motions of cross-sections of a mesh, as rows of its DOFs, and the forces that work on these motions.
+
+A point on the axis of a hollow beam stands for its whole cross-section: it moves as the section does on average, and a
+force there is spread over the section.
+"""
 
 from __future__ import annotations
 
@@ -10,13 +14,15 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.assembly.point_rows import PointRow, point_row
+from gapbeam.solver.assembly.case_mesh import geometry_of
+from gapbeam.solver.assembly.point_rows import PointFinder, PointRow, point_row
 from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.system.operators import Array
 
-POINTS = 4  # Gauss points through the thickness and across the width
+POINTS = 4  # Gauss points through the thickness and across the width, or along each side of a patch
 INSIDE = 1.0e-9  # of the length, by which a section at an end lies in the body
 FEWEST = 3  # points of a user's mesh that a section has to have
 
@@ -62,22 +68,57 @@ def section_rows(case: Case, space: Any, size: int, motions: Sequence[MeanMotion
         yield found
 
 
+def row_at(case: Case, space: Any, point: float | tuple[float, ...], name: str) -> PointRow:
+    """Return the row of a point of the body, or of the cross-section for a point on the axis of a hollow beam.
+
+    Args:
+        case: The case.
+        space: Blocked Lagrange space.
+        point: x on the axis, or all coordinates, m.
+        name: What to call the point in an error.
+
+    Raises:
+        UserError: The point, or the section, lies outside the mesh; on all ranks.
+
+    Collective.
+    """
+    place = axis_point(point)
+    if not (case.beam.hollow and case.mesh.file is None) or np.any(place[1:]):
+        return point_row(space, place, name)
+    section = _section(case, space, float(place[0]))
+    shares = section.areas / section.areas.sum()
+    nodes = np.concatenate([row.nodes for row in section.rows])
+    values = np.concatenate([share * row.values for share, row in zip(shares, section.rows, strict=True)])
+    found, slots = np.unique(nodes, return_inverse=True)
+    return PointRow(
+        found, np.bincount(slots, weights=values, minlength=len(found)).astype(float), section.rows[0].components
+    )
+
+
 def _section(case: Case, space: Any, place: float) -> _Section:
     """Find the points of the cross-section at a place. Collective."""
     beam, dimension = case.beam, space.mesh.geometry.dim
     x = min(max(place, INSIDE * beam.length), (1.0 - INSIDE) * beam.length)
-    places, weights = np.polynomial.legendre.leggauss(POINTS)
-    sides = (beam.thickness,) if dimension == 2 else (beam.width, beam.thickness)
-    across = np.array(list(product(*(0.5 * side * places for side in sides))))
-    areas = np.prod(np.array(list(product(*(weights for _ in sides)))), axis=1)
-    rows: dict[int, PointRow] = {}
+    across, areas = _quadrature(case, dimension)
+    rows, finder = dict[int, PointRow](), PointFinder(space)
     for number, away in enumerate(across):
         point = np.pad(np.array([x, *away]), (0, 2 - len(away)))
         with suppress(UserError):  # outside of the body
-            rows[number] = point_row(space, point, f"the cross-section at x = {place:g} m")
+            rows[number] = finder.row(point, f"the cross-section at x = {place:g} m")
     if not (len(rows) == len(across) or (case.mesh.file is not None and len(rows) >= FEWEST)):
         raise UserError(
             f"the cross-section at x = {place:g} m has {len(rows)} of {len(across)} points in the "
             "body; a joint or a mass needs a section that the body fills; move it along the beam"
         )
     return _Section(tuple(rows.values()), across[list(rows)], areas[list(rows)])
+
+
+def _quadrature(case: Case, dimension: int) -> tuple[Array, Array]:
+    """Return points of a cross-section, (k, dimension - 1), m, and their weights, (k,)."""
+    beam = case.beam
+    if (patches := geometry_of(case).section) is not None:
+        return patches.quadrature(POINTS)
+    places, weights = np.polynomial.legendre.leggauss(POINTS)
+    sides = (beam.thickness,) if dimension == 2 else (beam.width, beam.thickness)
+    across = np.array(list(product(*(0.5 * side * places for side in sides))))
+    return across, np.prod(np.array(list(product(*(weights for _ in sides)))), axis=1)

@@ -1,11 +1,11 @@
-"""Bending waves in a Timoshenko beam of rectangular section.
+"""Bending waves in a Timoshenko beam.
 
     k^2 = w^2 (1/c^2 + 1/s^2) / 2 + sqrt(w^4 (1/c^2 - 1/s^2)^2 / 4 + w^2 / (c r)^2)
 
-c^2 = E / rho, s^2 = kappa G / rho, r^2 = thickness^2 / 12: the branch that becomes c r k^2 = w at low frequencies, and
+c^2 = E / rho, s^2 = kappa G / rho, r^2 = I / A: the branch that becomes c r k^2 = w at low frequencies, and
 waves of shear above.
 
-Source: Timoshenko (1921); kappa of Cowper (1966).
+Source: Timoshenko (1921), Philosophical Magazine 41, 744-746.
 """
 
 from __future__ import annotations
@@ -14,15 +14,15 @@ from math import pi, sqrt
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from gapbeam.solver.case.case import Material
+    from gapbeam.solver.case.case import Beam, Material
 
 
-def bending_wavelength(material: Material, thickness: float, frequency: float) -> float:
-    """Return the length of bending waves of a frequency, Hz, in a beam of this thickness, m."""
+def bending_wavelength(material: Material, beam: Beam, frequency: float) -> float:
+    """Return the length of bending waves of a frequency, Hz, in a beam, m."""
     omega, nu = 2.0 * pi * frequency, material.poisson_ratio
-    kappa = 10.0 * (1.0 + nu) / (12.0 + 11.0 * nu)
+    kappa = beam.shear_coefficient(nu)
     bar = material.density / material.young_modulus  # 1 / c^2
     shear = bar * 2.0 * (1.0 + nu) / kappa  # 1 / s^2
     mean = 0.5 * omega**2 * (bar + shear)
-    square = mean + sqrt((0.5 * omega**2 * (bar - shear)) ** 2 + 12.0 * bar * (omega / thickness) ** 2)
+    square = mean + sqrt((0.5 * omega**2 * (bar - shear)) ** 2 + bar * (omega / beam.gyration_radius) ** 2)
     return 2.0 * pi / sqrt(square)

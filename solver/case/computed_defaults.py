@@ -47,7 +47,7 @@ def overhang_frequency(case: Case, mode: int = 1) -> float:
     pinned at both ends, or, without contact points, the whole beam, free at both ends.
     """
     length, roots, _ = _bending(case)
-    radius = case.beam.thickness / sqrt(12.0)
+    radius = case.beam.gyration_radius
     speed = sqrt(case.material.young_modulus / case.material.density)
     return roots[mode - 1] ** 2 * radius * speed / (2.0 * pi * length * length)
 
@@ -79,7 +79,7 @@ def support_reaction(case: Case) -> float:
     supports, about the farther of their outermost edges, divided by the distance between these.
     """
     beam, layout = case.beam, case.layout
-    mass = case.material.density * beam.length * beam.thickness * beam.width
+    mass = case.material.density * beam.length * beam.area
     lever = layout.arm(0.5 * beam.length)
     moment = 0.0
     for load in case.load:
@@ -197,7 +197,7 @@ def contact_damping(case: Case, stiffness: float) -> Default | None:
         stiffness: K of the contact, Pa/m, or N/m of a point.
     """
     contact = case.contact
-    mass, unit = case.material.density * case.beam.thickness, "kg/m^2"
+    mass, unit = case.material.density * case.beam.height, "kg/m^2"
     if contact.points is not None:
         mass, unit = mass * case.beam.width * case.layout.length / len(contact.points), "kg a point"
     units = (unit, contact.stiffness_unit)
@@ -272,10 +272,10 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
     body = case.material.young_modulus / cell_length
     if bending_rank(case.joint, held_only=False) == BOTH:
         beam = case.beam
-        bending = case.material.young_modulus * beam.width * beam.thickness**3 / (12.0 * beam.length**3)
+        bending = case.material.young_modulus * beam.second_moment / beam.length**3
         return max(SEAT_SHARE * bending / area, SEAT_ROUND_OFF * body)
     softest = SEAT_SOFTNESS * min(stiffness, body)
-    mass = case.material.density * case.beam.length * case.beam.width * case.beam.thickness
+    mass = case.material.density * case.beam.length * case.beam.area
     weight = mass * sum(load.weight_acceleration for load in case.load)
     travel = case.layout.widest
     wanted = min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest

@@ -28,7 +28,7 @@ from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
 from gapbeam.solver.assembly.nitsche_terms import Nitsche
-from gapbeam.solver.assembly.point_rows import point_row
+from gapbeam.solver.assembly.section_rows import row_at
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
@@ -36,7 +36,6 @@ from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
-from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.memory.free_memory import free_memory
 from gapbeam.solver.memory.memory_estimate import memory_needs
 from gapbeam.solver.models.reduction.basis_report import BasisReport
@@ -185,7 +184,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         operators,
         contact,
         patterns,
-        {probe.name: point_row(space, axis_point(probe.point), f"[[probe]] {probe.name}") for probe in case.probe},
+        {probe.name: row_at(case, space, probe.point, f"[[probe]] {probe.name}") for probe in case.probe},
         np.stack([operators.apply_mass(motion) for motion in _heave_and_pitch(space)]),
         gamma,
         patch,

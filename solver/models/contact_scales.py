@@ -25,7 +25,7 @@ def slope_factor(case: Case) -> float:
 def contact_duration(case: Case, stiffness: float) -> float:
     """Return the duration of an impact, s: half a period of the supported part of the beam on one face.
 
-        T_c = pi / omega_c,    omega_c^2 = n K d^(n-1) / (density thickness)
+        T_c = pi / omega_c,    omega_c^2 = n K d^(n-1) / (density A / width)
 
     At least: a part of the beam that takes more of its length with it stays longer.
 
@@ -33,5 +33,5 @@ def contact_duration(case: Case, stiffness: float) -> float:
         case: The case.
         stiffness: K of the contact, Pa/m^n.
     """
-    mass = case.material.density * case.beam.thickness
+    mass = case.material.density * case.beam.height
     return pi * sqrt(mass / (slope_factor(case) * stiffness))

@@ -165,11 +165,11 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
 
 
 def _filled(case: Case, section: Section) -> str:
-    """Return volume and mass of a user's mesh, and how much of its box it fills."""
-    share = section.area / (case.beam.width * case.beam.thickness)
+    """Return volume and mass of a user's mesh, and its share of that of the section of the case."""
+    share = section.area / case.beam.area
     return (
         f"mesh file: {section.volume:.4g} m^3, {case.material.density * section.volume:.4g} kg; "
-        f"fills {100.0 * share:.3g} % of length x width x thickness"
+        f"fills {100.0 * share:.3g} % of length x the area of the section"
     )
 
 

@@ -6,7 +6,7 @@ in bending alone, with w along the bending axis and u_x = -z theta. The elements
 between its nodes takes exactly, so that they do not lock. Contact acts at the points of the mesh's contact faces, on w
 there: the thickness does not change. In plane strain E / (1 - nu^2) stands in the place of E.
 
-Source: Friedman and Kosmatka (1993) for the element, Cowper (1966) for kappa = 10 (1 + nu) / (12 + 11 nu).
+Source: Friedman and Kosmatka (1993) for the element; area, I and kappa are those of the cross-section.
 """
 
 from __future__ import annotations
@@ -62,9 +62,9 @@ class TimoshenkoBeam:
     def of_case(cls, case: Case, elements: int) -> TimoshenkoBeam:
         """Return the beam of a case."""
         beam, material = case.beam, case.material
-        area, second = beam.width * beam.thickness, beam.width * beam.thickness**3 / 12.0
+        area, second = beam.area, beam.second_moment
         young, poisson = material.young_modulus, material.poisson_ratio
-        kappa = 10.0 * (1.0 + poisson) / (12.0 + 11.0 * poisson)
+        kappa = beam.shear_coefficient(poisson)
         stiffened = young / (1.0 - poisson**2) if case.mesh.dimension == 2 and case.mesh.plane == "strain" else young
         return cls(
             length=beam.length,

@@ -72,13 +72,12 @@ def beams_of(case: Case, section: Section | None = None) -> dict[str, SpringBeam
 
     Args:
         case: The case.
-        section: That of its mesh; None: the rectangle of the case.
+        section: That of its mesh; None: that of the case.
     """
     beam = TimoshenkoBeam.of_case(case, 1)
     if section is not None:
-        rectangle = case.beam.width * case.beam.thickness
-        share = section.second_moment / (rectangle * case.beam.thickness**2 / 12.0)
-        beam = replace(beam, bending=share * beam.bending, mass=section.area / rectangle * beam.mass)
+        share = section.second_moment / case.beam.second_moment
+        beam = replace(beam, bending=share * beam.bending, mass=section.area / case.beam.area * beam.mass)
     held = isinstance(case.support, BaseAndGland)
     lengths = ({OVERHANG: case.beam.length - case.layout.end} if held else {}) | {WHOLE: case.beam.length}
     return {name: SpringBeam(length, beam.bending, beam.mass) for name, length in lengths.items()}
@@ -100,7 +99,7 @@ def compare_modes(
         count: How many bending modes are compared.
         measured: Measured frequencies by mode, Hz; empty: none.
         accuracy: Standard deviation of a frequency, relative.
-        section: Of a mesh file; None: the rectangle of the case.
+        section: Of a mesh file; None: that of the case.
     """
     beams = beams_of(case, section)
     seated, free, closed = states

@@ -127,10 +127,13 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
         level("rigid body", {"type": "rigid"}),
         level("beam, 24 elements", {"type": "beam", "elements": 24}),
         level("beam, 102 elements", {"type": "beam", "elements": 102}),
-        level("reduced 2D, coarse, lean basis", LEAN, 2.0, in_plane=True),
-        level("reduced 2D", USUAL, in_plane=True),
-        level("reduced 2D, degree 1", USUAL, in_plane=True, mesh__degree=1),
     ]
+    if case.beam.rectangular:
+        levels += [
+            level("reduced 2D, coarse, lean basis", LEAN, 2.0, in_plane=True),
+            level("reduced 2D", USUAL, in_plane=True),
+            level("reduced 2D, degree 1", USUAL, in_plane=True, mesh__degree=1),
+        ]
     if dimension == 3:
         levels += [
             level("reduced 3D, coarse, lean basis", LEAN, 2.0),
@@ -143,10 +146,13 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
         level(f"{own}, step / 2", USUAL, time__step=step / 2.0),
         level(f"{own}, implicit-midpoint", USUAL, time__scheme={"type": "implicit-midpoint"}),
         level(f"{own}, generalized-alpha", USUAL, time__scheme={"type": "generalized-alpha", "rho_inf": 0.5}),
-        level("full 2D, coarse", FULL, 2.0, in_plane=True),
-        level("full 2D", FULL, in_plane=True),
-        level("full 2D, degree 1", FULL, in_plane=True, mesh__degree=1),
     ]
+    if case.beam.rectangular:
+        levels += [
+            level("full 2D, coarse", FULL, 2.0, in_plane=True),
+            level("full 2D", FULL, in_plane=True),
+            level("full 2D, degree 1", FULL, in_plane=True, mesh__degree=1),
+        ]
     if dimension == 3:
         levels += [
             level("full 3D, degree 1", FULL, mesh__degree=1),

@@ -85,6 +85,12 @@ from gapbeam.solver.case.checks.place_checks import (
     probes_have_a_node,
     probes_lie_in_the_beam,
 )
+from gapbeam.solver.case.checks.section_checks import (
+    contact_points_fit_the_section,
+    points_are_in_the_section,
+    section_fits_the_beam,
+    sections_are_solids,
+)
 from gapbeam.solver.case.checks.support_checks import (
     own_contact_fits_the_case,
     something_carries_the_beam,
@@ -194,6 +200,10 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     own_contact_fits_the_case,
     something_carries_the_beam,
     clearance_is_small,
+    section_fits_the_beam,
+    sections_are_solids,
+    points_are_in_the_section,
+    contact_points_fit_the_section,
     damping_is_given_once,
     damping_is_positive,
     cells_fit_the_dimension,

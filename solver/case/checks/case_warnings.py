@@ -175,7 +175,7 @@ def weight_pressure(case: Case) -> float:
     """Return the weight of the beam spread over the base, Pa."""
     beam = case.beam
     gravity = max((load.weight_acceleration for load in case.load), default=0.0)
-    return case.material.density * gravity * beam.thickness * beam.length / case.layout.length
+    return case.material.density * gravity * beam.height * beam.length / case.layout.length
 
 
 def output(case: Case) -> Iterator[str]:
@@ -202,7 +202,7 @@ def mesh(case: Case) -> Iterator[str]:
     """Yield meshes that come out otherwise than asked for, or too large for a small machine."""
     points = [point for load in case.load if (point := load.place.point) is not None]
     points += [probe.point for probe in case.probe]
-    if any(not isinstance(point, tuple) or not any(point[1:]) for point in points):
+    if case.beam.rectangular and any(not isinstance(point, tuple) or not any(point[1:]) for point in points):
         for key in ("cells_through_thickness", "cells_across_width"):
             if (getattr(case.mesh, key) or 0) % 2 == 1:
                 yield f"[mesh] {key} is odd: a point on the axis makes it another number"
@@ -218,6 +218,8 @@ def estimated_unknowns(case: Case) -> float:
     near = wanted.support_size or beam.thickness / 3
     supported = case.layout.length
     along = supported / near + (beam.length - supported) / far
+    if (patches := case.beam.patches(wanted.cells_through_thickness, wanted.cells_across_width)) is not None:
+        return 3 * (wanted.degree * along + 1) * patches.nodes(wanted.degree)
     nodes = (wanted.degree * along + 1) * (wanted.degree * (wanted.cells_through_thickness or 4) + 1)
     across = wanted.degree * (wanted.cells_across_width or 4) + 1
     return 2 * nodes if wanted.dimension == 2 else 3 * nodes * across

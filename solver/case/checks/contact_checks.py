@@ -152,7 +152,7 @@ def contact_carries_the_beam(
     length = Layout.of(support).length
     if length <= 0.0:
         return
-    pressure = material.density * gravity * beam.thickness * beam.length / length
+    pressure = material.density * gravity * beam.height * beam.length / length
     meaning = "it is N/m divided by the area in m^2"
     if contact.points:
         pressure *= beam.width * length / len(contact.points)

@@ -100,23 +100,23 @@ def points_keep_apart(beam: Beam, support: AnySupports, mesh: Mesh, load: Loads,
             )
 
 
-def loads_have_a_node(mesh: Mesh, load: Loads) -> Iterator[Fault]:
+def loads_have_a_node(beam: Beam, mesh: Mesh, load: Loads) -> Iterator[Fault]:
     """A force on the axis acts at a node."""
     for number, entry in load.items():
         if (point := entry.place.point) is not None:
-            yield from _between_nodes(("load", number, "point"), point, mesh)
+            yield from _between_nodes(("load", number, "point"), point, beam, mesh)
 
 
-def probes_have_a_node(mesh: Mesh, probe: Probes) -> Iterator[Fault]:
+def probes_have_a_node(beam: Beam, mesh: Mesh, probe: Probes) -> Iterator[Fault]:
     """A probe on the axis looks at a node."""
     for number, entry in probe.items():
-        yield from _between_nodes(("probe", number, "point"), entry.point, mesh)
+        yield from _between_nodes(("probe", number, "point"), entry.point, beam, mesh)
 
 
-def _between_nodes(key: Key, point: float | Vector, mesh: Mesh) -> Iterator[Fault]:
+def _between_nodes(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
     """Say where a point on the axis falls between the nodes of an odd number of linear cells."""
     on_axis = not isinstance(point, tuple) or not any(point[1:])
-    if mesh.degree == 2 or mesh.file is not None or not on_axis:
+    if mesh.degree == 2 or mesh.file is not None or not on_axis or not beam.rectangular:
         return
     for name in ("cells_through_thickness", "cells_across_width"):
         cells = getattr(mesh, name)

@@ -10,7 +10,8 @@ with pi_a the orthonormal polynomials of the measure. Motions that are symmetric
 in y^2: the measure is then that of y^2, and k nodes integrate twice the degree.
 
 A mean over points with other initial gaps is the gap of no place: the lowest point of a round face touches long before.
-Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by.
+Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by; where
+all motion is symmetric, the points at y and -y are one.
 
 Source: Golub and Welsch (1969) for the rule from the recurrence of the polynomials.
 """
@@ -57,10 +58,10 @@ def across_lines(
     for face in range(len(contact.face_names)):
         for line in _lines(contact, np.flatnonzero(contact.faces == face), count, spacing):
             if np.ptp(contact.initial_gap[line]) > EVEN * length:
-                kept = line[touching[line]]
-                rows += [(np.array([point]), np.ones(1)) for point in kept]
-                areas += [float(area) for area in contact.weights[kept]]
-                owners += [face] * len(kept)
+                for points in _mirrored(contact, line[touching[line]], symmetric):
+                    rows.append((points, np.full(len(points), 1.0 / len(points))))
+                    areas.append(float(contact.weights[points].sum()))
+                    owners.append(face)
                 continue
             y, weights = contact.positions[line, 1], contact.weights[line]
             if symmetric:
@@ -101,6 +102,16 @@ def _lines(contact: ContactOperator, points: Indices, count: int, spacing: float
         strip = np.floor((x - x[0]) / spacing * (1.0 - SAME_PLACE))
         breaks = np.flatnonzero(np.diff(strip) > 0.0) + 1
     return np.split(points, breaks)
+
+
+def _mirrored(contact: ContactOperator, line: Indices, symmetric: bool) -> list[Indices]:
+    """Return the points of a line one by one, or in pairs at y and -y, where symmetric motion moves both alike."""
+    if not symmetric:
+        return list(line[:, None])
+    away = np.abs(contact.positions[line, 1])
+    order = np.argsort(away, kind="stable")
+    breaks = np.flatnonzero(np.diff(away[order]) > SAME_PLACE * away.max(initial=0.0)) + 1
+    return [points for points in np.split(line[order], breaks) if len(points)]
 
 
 def _gauss(y: Array, weights: Array, count: int) -> tuple[Array, Array]:

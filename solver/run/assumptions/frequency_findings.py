@@ -81,7 +81,7 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
         yield Finding(RIGID, highest / first, detail=f"{highest:.4g} Hz, {first:.4g} Hz")
         return
     highest = max([highest, *forcing_frequencies(case.load)])
-    wavelength = bending_wavelength(case.material, case.beam.thickness, highest)
+    wavelength = bending_wavelength(case.material, case.beam, highest)
     detail = f"{wavelength:.3g} m at {highest:.4g} Hz"
     if isinstance(case.model, BeamModel):
         spacing = case.beam.length / case.model.elements

@@ -1,0 +1,54 @@
+"""Hexahedra of a cross-section of patches, drawn in gmsh by extrusion along the beam."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from itertools import pairwise
+
+import gmsh
+import numpy as np
+
+from gapbeam.meshes.sections.section_patches import SectionPatches
+from gapbeam.meshes.sizing.layers import Positions
+
+
+def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[float], unit: float) -> None:
+    """Draw the section at x = 0 and extrude it over the layers, in the current gmsh model.
+
+    Args:
+        patches: The section, in m.
+        along: Layer boundaries along x, in m.
+        edges: Those of them between which the beam is one volume a patch, in m.
+        unit: What one unit of the gmsh model stands for, in m.
+    """
+    model = gmsh.model.geo
+    points = {place: model.addPoint(0.0, place[0] / unit, place[1] / unit) for place in patches.points}
+    center = model.addPoint(0.0, 0.0, 0.0) if patches.curved else 0
+    curves = []
+    for curve in patches.curves:
+        start, end = points[curve.start], points[curve.end]
+        curves.append(model.addCircleArc(start, center, end) if curve.arc else model.addLine(start, end))
+        model.mesh.setTransfiniteCurve(curves[-1], curve.cells + 1)
+    surfaces = []
+    for patch in patches.patches:
+        loop = model.addCurveLoop([-curves[number] if backward else curves[number] for number, backward in patch])
+        surfaces.append((2, model.addPlaneSurface([loop])))
+        model.mesh.setTransfiniteSurface(surfaces[-1][1])
+        model.mesh.setRecombine(*surfaces[-1])
+    ends = [int(np.searchsorted(along, edge)) for edge in edges]
+    for first, last in pairwise((0, *ends, len(along) - 1)):
+        surfaces = _extruded(surfaces, along[first : last + 1] / unit)
+    if center:
+        model.remove([(0, center)])
+    model.synchronize()
+
+
+def _extruded(surfaces: list[tuple[int, int]], positions: Positions) -> list[tuple[int, int]]:
+    """Extrude surfaces along x over the layers; returns their copies at the far end."""
+    reach = positions[-1] - positions[0]
+    heights = (positions[1:] - positions[0]) / reach
+    heights[-1] = 1.0
+    made = gmsh.model.geo.extrude(
+        surfaces, float(reach), 0.0, 0.0, numElements=[1] * len(heights), heights=heights.tolist(), recombine=True
+    )
+    return [before for before, after in pairwise(made) if after[0] == 3]  # the volume follows the copy

@@ -1,0 +1,1 @@
+"""Cross-sections as patches that structured meshes are made of."""

@@ -1,0 +1,158 @@
+"""A cross-section as patches with four sides each, from which layers of hexahedra are extruded."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import pairwise, product
+
+import numpy as np
+
+from gapbeam.meshes.sections.section_curve import Array, Place, SectionCurve, Side
+
+CELLS_THROUGH = 4
+"""Default number of structured cells through the thickness and across the width."""
+
+QUADRANTS = ((1.0, 0.0), (0.0, 1.0), (-1.0, 0.0), (0.0, -1.0))
+"""Where the circumference of a round section is divided: base and gland meet at y = +-R, the lowest point is a node."""
+
+
+@dataclass(frozen=True)
+class SectionPatches:
+    """Patches that fill a cross-section, with its axis at y = z = 0.
+
+    Attributes:
+        curves: All sides of patches, each once.
+        patches: For each patch the numbers of its sides in turn, and whether it passes the side backward.
+    """
+
+    curves: tuple[SectionCurve, ...]
+    patches: tuple[tuple[tuple[int, bool], ...], ...]
+
+    @property
+    def curved(self) -> bool:
+        """Whether a side is an arc, which cells of second order follow."""
+        return any(curve.arc for curve in self.curves)
+
+    @cached_property
+    def points(self) -> tuple[Place, ...]:
+        """The ends of all sides, each once."""
+        return tuple(dict.fromkeys(place for curve in self.curves for place in (curve.start, curve.end)))
+
+    @property
+    def cells(self) -> int:
+        """Number of cells."""
+        return sum(along * across for along, across in self._sizes())
+
+    def nodes(self, degree: int) -> int:
+        """Return the number of nodes of Lagrange elements of a degree."""
+        inside = sum((degree * along - 1) * (degree * across - 1) for along, across in self._sizes())
+        return len(self.points) + sum(degree * curve.cells - 1 for curve in self.curves) + inside
+
+    def quadrature(self, count: int) -> tuple[Array, Array]:
+        """Return Gauss points of all patches, (k, 2), m, and the areas that they stand for, (k,), m^2.
+
+        Args:
+            count: Points along each side of a patch. A patch is mapped from the unit square by transfinite
+                interpolation of its sides.
+        """
+        places, weights = np.polynomial.legendre.leggauss(count)
+        grid = np.array(list(product(0.5 * (1.0 + places), repeat=2)))
+        factors = np.array([0.25 * one * other for one, other in product(weights, repeat=2)])
+        found = [self._mapped(patch, grid) for patch in self.patches]
+        areas = [factors * np.abs(np.linalg.det(jacobian)) for _, jacobian in found]
+        return np.concatenate([place for place, _ in found]), np.concatenate(areas)
+
+    def _sizes(self) -> Iterator[tuple[int, int]]:
+        for patch in self.patches:
+            yield self.curves[patch[0][0]].cells, self.curves[patch[1][0]].cells
+
+    def _mapped(self, patch: tuple[tuple[int, bool], ...], grid: Array) -> tuple[Array, Array]:
+        """Return the places of a patch at points of the unit square, (k, 2), and their Jacobians, (k, 2, 2)."""
+        s, t = grid.T
+        south, south_s = self._along(patch[0], s)
+        east, east_t = self._along(patch[1], t)
+        north, north_s = self._along(patch[2], 1.0 - s)
+        west, west_t = self._along(patch[3], 1.0 - t)
+        zero, one = np.zeros(1), np.ones(1)
+        a, b = (self._along(patch[0], end)[0][0] for end in (zero, one))
+        c, d = (self._along(patch[2], end)[0][0] for end in (zero, one))
+        s, t = s[:, None], t[:, None]
+        place = (1 - t) * south + t * north + (1 - s) * west + s * east
+        place -= (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d
+        by_s = (1 - t) * south_s - t * north_s - west + east + (1 - t) * (a - b) - t * (c - d)
+        by_t = north - south - (1 - s) * west_t + s * east_t + (1 - s) * (a - d) + s * (b - c)
+        return place, np.stack([by_s, by_t], axis=2)
+
+    def _along(self, side: tuple[int, bool], share: Array) -> tuple[Array, Array]:
+        number, backward = side
+        if not backward:
+            return self.curves[number].at(share)
+        place, slope = self.curves[number].at(1.0 - share)
+        return place, -slope
+
+
+def patches_of(curves: Sequence[SectionCurve], corners: Sequence[Sequence[Place]]) -> SectionPatches:
+    """Return the patches with these corners in turn, whose sides are the curves between them."""
+    numbers = {(curve.start, curve.end): number for number, curve in enumerate(curves)}
+    found = []
+    for patch in corners:
+        sides = pairwise((*patch, patch[0]))
+        found.append(tuple((numbers.get((a, b), numbers.get((b, a), -1)), (a, b) not in numbers) for a, b in sides))
+    return SectionPatches(tuple(curves), tuple(found))
+
+
+def grid_patches(
+    lines: tuple[Sequence[float], Sequence[float]],
+    cells: tuple[Sequence[int], Sequence[int]],
+    filled: Sequence[Sequence[bool]],
+) -> SectionPatches:
+    """Return the patches of a section made of rectangles, whose lowest and highest sides face the supports.
+
+    Args:
+        lines: Increasing y and z of the lines between rectangles, m.
+        cells: Number of cells between these lines, along y and z.
+        filled: Which rectangles belong to the section: rows of z from below, in each the columns of y.
+    """
+    (across, up), (columns, rows) = lines, cells
+    found: dict[tuple[Place, Place], SectionCurve] = {}
+    corners = []
+    for row, column in product(range(len(rows)), range(len(columns))):
+        if not filled[row][column]:
+            continue
+        left, right, low, high = across[column], across[column + 1], up[row], up[row + 1]
+        corners.append(((left, low), (right, low), (right, high), (left, high)))
+        below: Side = "below" if row == 0 else "inside"
+        above: Side = "above" if row == len(rows) - 1 else "inside"
+        for start, end, count, side in (
+            ((left, low), (right, low), columns[column], below),
+            ((right, low), (right, high), rows[row], "inside"),
+            ((left, high), (right, high), columns[column], above),
+            ((left, low), (left, high), rows[row], "inside"),
+        ):
+            found.setdefault((start, end), SectionCurve(start, end, count, side=side))
+    return patches_of(list(found.values()), corners)
+
+
+def ring_patches(outer: float, inner: float, quarter: int, through: int, filled: bool) -> SectionPatches:
+    """Return the patches of a tube, or of a solid round bar: four patches around a square one.
+
+    Args:
+        outer: Radius of the section, m.
+        inner: Radius of the bore, or of the corners of the square, m.
+        quarter: Cells along a quarter of the circumference.
+        through: Cells between both radii.
+        filled: Whether it is a solid bar.
+    """
+    outside = [(outer * y, outer * z) for y, z in QUADRANTS]
+    inside = [(inner * y, inner * z) for y, z in QUADRANTS]
+    sides: tuple[Side, ...] = ("above", "above", "below", "below")
+    curves = [SectionCurve(a, b, through) for a, b in zip(inside, outside, strict=True)]
+    corners = []
+    for number, side in enumerate(sides):
+        after = (number + 1) % len(sides)
+        curves.append(SectionCurve(outside[number], outside[after], quarter, True, side))
+        curves.append(SectionCurve(inside[number], inside[after], quarter, not filled))
+        corners.append([inside[number], outside[number], outside[after], inside[after]])
+    return patches_of(curves, [*corners, inside] if filled else corners)

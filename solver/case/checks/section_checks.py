@@ -1,0 +1,78 @@
+"""Contradictions between the cross-section of [beam] and the rest of the case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from math import hypot
+
+from gapbeam.solver.case.case import Beam, Mesh, Probe
+from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.table import Vector
+
+SECTION: Key = ("beam", "section")
+ON_SURFACE = 1.0e-6  # relative: a point on the surface counts as one in the material
+
+
+def section_fits_the_beam(beam: Beam) -> Iterator[Fault]:
+    """Walls, webs and flanges have room within thickness and width."""
+    yield from beam.section.faults(beam.thickness, beam.width)
+
+
+def sections_are_solids(beam: Beam, mesh: Mesh) -> Iterator[Fault]:
+    """A slice in the bending plane is equally wide everywhere, and only hexahedra follow the patches of a section."""
+    if beam.rectangular:
+        return
+    kind = beam.section.type
+    if mesh.dimension == 2:
+        yield Fault(
+            ("mesh", "dimension"),
+            f'2, with the section "{kind}"',
+            "3: a slice in the bending plane is equally wide everywhere",
+            'dimension = 3 in [mesh]; with type = "beam" or "reduced" in [model] the march is as fast',
+            (SECTION,),
+        )
+    if mesh.cell == "tetrahedron":
+        yield Fault(
+            ("mesh", "cell"),
+            f'"tetrahedron", with the section "{kind}"',
+            "hexahedron: sections other than the rectangle are meshed in layers",
+            "leave cell out",
+            (SECTION,),
+        )
+
+
+def points_are_in_the_section(beam: Beam, mesh: Mesh, load: Loads, probe: Mapping[int, Probe]) -> Iterator[Fault]:
+    """Loads and probes are on the axis, or at points of the material."""
+    if mesh.dimension == 2 or mesh.file is not None:
+        return
+    points: list[tuple[Key, float | Vector | None]] = [
+        (("load", number, "point"), entry.place.point) for number, entry in load.items()
+    ]
+    points += [(("probe", number, "point"), entry.point) for number, entry in probe.items()]
+    for key, point in points:
+        if not isinstance(point, tuple) or len(point) != mesh.dimension or not any(point[1:]):
+            continue
+        y, z = point[1], point[-1]
+        inside = any(beam.contains(share * y, share * z) for share in (1.0, 1.0 - ON_SURFACE, 1.0 + ON_SURFACE))
+        if not inside and abs(y) <= 0.5 * beam.width and abs(z) <= 0.5 * beam.thickness:  # else another check says so
+            yield Fault(
+                key,
+                f"y = {y:g}, z = {z:g} m, {hypot(y, z):.4g} m off the axis and not in the material of the section",
+                f'a point of the section "{beam.section.type}", or x alone',
+                f"point = {point[0]:g} for the axis, which moves as the whole cross-section does on average",
+                (SECTION,),
+            )
+
+
+def contact_points_fit_the_section(beam: Beam, contact: Contact) -> Iterator[Fault]:
+    """Patches across the width need a flat face."""
+    if contact.points is not None and beam.section.round:
+        yield Fault(
+            ("contact", "points"),
+            f'{len(contact.points)} points, with the section "{beam.section.type}"',
+            "no points on a round section, which touches along lines",
+            "leave points out: contact then acts all over the faces",
+            (SECTION,),
+        )

@@ -1,0 +1,57 @@
+"""The hollow rectangle."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import Field
+
+from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.sections.section_table import SectionTable, thin_enough, wall_cells
+from gapbeam.solver.table import Positive
+
+
+class BoxSection(SectionTable):
+    """A hollow rectangle whose walls are all equally thick.
+
+    Source: Cowper (1966), table 1, thin-walled box section, for the shear coefficient.
+    """
+
+    type: Literal["box"] = Field(description="a hollow rectangle, thickness high and width wide")
+    wall: Positive = Field(description="thickness of all four walls, m", examples=[0.002])
+
+    def area(self, thickness: float, width: float) -> float:
+        """Return b h - b_i h_i."""
+        return width * thickness - (width - 2.0 * self.wall) * (thickness - 2.0 * self.wall)
+
+    def second_moment(self, thickness: float, width: float) -> float:
+        """Return (b h^3 - b_i h_i^3) / 12."""
+        inside = (width - 2.0 * self.wall) * (thickness - 2.0 * self.wall) ** 3
+        return (width * thickness**3 - inside) / 12.0
+
+    def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return Cowper's kappa with n = b / h and m = b t_1 / (h t), taken between the middles of the walls."""
+        n = (width - self.wall) / (thickness - self.wall)
+        m, nu = n, poisson_ratio
+        below = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3 + nu * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)
+        below += 10.0 * n**2 * ((3.0 + nu) * m + 3.0 * m**2)
+        return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / below
+
+    def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
+        """Return four corners and four walls."""
+        y, z, wall = 0.5 * width, 0.5 * thickness, self.wall
+        lines = (-y, wall - y, y - wall, y), (-z, wall - z, z - wall, z)
+        thin = wall_cells(through)
+        full, hollow = (True, True, True), (True, False, True)
+        return grid_patches(lines, ((thin, across, thin), (thin, through, thin)), (full, hollow, full))
+
+    def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
+        """Return whether a point is in a wall."""
+        outside = abs(y) > 0.5 * width or abs(z) > 0.5 * thickness
+        return not outside and (abs(y) >= 0.5 * width - self.wall or abs(z) >= 0.5 * thickness - self.wall)
+
+    def faults(self, thickness: float, width: float) -> Iterator[Fault]:
+        """Yield walls that leave no hollow."""
+        yield from thin_enough("wall", self.wall, 0.5 * min(thickness, width), "half of the thickness and of the width")

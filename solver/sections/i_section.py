@@ -1,0 +1,59 @@
+"""The I section."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Literal
+
+from pydantic import Field
+
+from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.sections.section_table import SectionTable, thin_enough, wall_cells
+from gapbeam.solver.table import Positive
+
+
+class ISection(SectionTable):
+    """Two flanges across the bending plane and a web between them.
+
+    Source: Cowper (1966), table 1, thin-walled I section, for the shear coefficient.
+    """
+
+    type: Literal["i"] = Field(description="two flanges, width wide, and a web between them, thickness high in all")
+    web: Positive = Field(description="thickness of the web across the bending plane, m", examples=[0.004])
+    flange: Positive = Field(description="thickness of each flange in the bending direction, m", examples=[0.003])
+
+    def area(self, thickness: float, width: float) -> float:
+        """Return 2 b t_f + (h - 2 t_f) t_w."""
+        return 2.0 * width * self.flange + (thickness - 2.0 * self.flange) * self.web
+
+    def second_moment(self, thickness: float, width: float) -> float:
+        """Return (b h^3 - (b - t_w) h_w^3) / 12."""
+        return (width * thickness**3 - (width - self.web) * (thickness - 2.0 * self.flange) ** 3) / 12.0
+
+    def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return Cowper's kappa with n = b / h and m = 2 b t_f / (h t_w), h between the middles of the flanges."""
+        height, nu = thickness - self.flange, poisson_ratio
+        n = width / height
+        m = 2.0 * n * self.flange / self.web
+        below = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3 + nu * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)
+        below += 30.0 * n**2 * (m + m**2) + 5.0 * nu * n**2 * (8.0 * m + 9.0 * m**2)
+        return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / below
+
+    def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
+        """Return three patches in each flange, and the web."""
+        y, z = 0.5 * width, 0.5 * thickness
+        lines = (-y, -0.5 * self.web, 0.5 * self.web, y), (-z, self.flange - z, z - self.flange, z)
+        outer, thin = max(1, across // 2), wall_cells(through)
+        full, middle = (True, True, True), (False, True, False)
+        return grid_patches(lines, ((outer, wall_cells(across), outer), (thin, through, thin)), (full, middle, full))
+
+    def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
+        """Return whether a point is in the web or in a flange."""
+        outside = abs(y) > 0.5 * width or abs(z) > 0.5 * thickness
+        return not outside and (abs(y) <= 0.5 * self.web or abs(z) >= 0.5 * thickness - self.flange)
+
+    def faults(self, thickness: float, width: float) -> Iterator[Fault]:
+        """Yield webs that are as wide as the flanges, and flanges that leave no web."""
+        yield from thin_enough("web", self.web, width, "the width of the flanges")
+        yield from thin_enough("flange", self.flange, 0.5 * thickness, "half of the thickness of the beam")

@@ -1,0 +1,47 @@
+"""The solid rectangle."""
+
+from __future__ import annotations
+
+from math import sqrt
+from typing import Literal
+
+from pydantic import Field
+
+from gapbeam.solver.sections.section_table import SectionTable
+
+
+class RectangularSection(SectionTable):
+    """A solid rectangle.
+
+    Source: Cowper (1966), J. Appl. Mech. 33, 335-340, table 1, for the shear coefficients of all sections.
+    """
+
+    type: Literal["rectangle"] = Field(description="a solid rectangle, thickness high and width wide")
+
+    def area(self, thickness: float, width: float) -> float:
+        """Return b h."""
+        return width * thickness
+
+    def second_moment(self, thickness: float, width: float) -> float:
+        """Return b h^3 / 12."""
+        return width * thickness**3 / 12.0
+
+    def gyration_radius(self, thickness: float, width: float) -> float:  # noqa: ARG002
+        """Return h / sqrt(12)."""
+        return thickness / sqrt(12.0)
+
+    def height(self, thickness: float, width: float) -> float:  # noqa: ARG002
+        """Return h."""
+        return thickness
+
+    def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:  # noqa: ARG002
+        """Return 10 (1 + nu) / (12 + 11 nu)."""
+        return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
+
+    def patches(self, thickness: float, width: float, through: int, across: int) -> None:  # noqa: ARG002
+        """Return None: layers follow the points of loads and probes."""
+        return
+
+    def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
+        """Return whether a point is in the rectangle."""
+        return abs(y) <= 0.5 * width and abs(z) <= 0.5 * thickness

@@ -1,0 +1,103 @@
+"""What all cross-sections have in common. They are upright and symmetric about both of their axes."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator
+from math import pi, sqrt
+
+from gapbeam.meshes.sections.section_patches import SectionPatches
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.table import Table
+
+KEY = ("beam", "section")
+WALL_SHARE = 4  # cells through the thickness that make one cell through a wall
+
+
+class SectionTable(Table, ABC):
+    """Table of a cross-section. Its outer dimensions are `beam.thickness` and `beam.width`, m."""
+
+    type: str
+
+    @abstractmethod
+    def area(self, thickness: float, width: float) -> float:
+        """Return the area, m^2."""
+
+    @abstractmethod
+    def second_moment(self, thickness: float, width: float) -> float:
+        """Return the second moment of area of bending in the bending plane, int z^2 dA, m^4."""
+
+    @property
+    def round(self) -> bool:
+        """Whether its lower and upper faces are curved."""
+        return False
+
+    def gyration_radius(self, thickness: float, width: float) -> float:
+        """Return sqrt(I / A), m."""
+        return sqrt(self.second_moment(thickness, width) / self.area(thickness, width))
+
+    def height(self, thickness: float, width: float) -> float:
+        """Return A over the width, m."""
+        return self.area(thickness, width) / width
+
+    @abstractmethod
+    def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return the share kappa of the area that carries shear in the bending plane, no unit."""
+
+    @abstractmethod
+    def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches | None:
+        """Return the patches of its mesh; None: layers through thickness and width.
+
+        Args:
+            thickness: Outer size in the bending direction, m.
+            width: Outer size across it, m.
+            through: Cells through the thickness.
+            across: Cells across the width.
+        """
+
+    @abstractmethod
+    def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
+        """Return whether a point of the plane of the section is in the material."""
+
+    def faults(self, thickness: float, width: float) -> Iterator[Fault]:  # noqa: ARG002
+        """Yield what does not fit the outer dimensions."""
+        yield from ()
+
+
+def wall_cells(through: int) -> int:
+    """Return the number of cells through a wall, one for every four through the thickness."""
+    return max(1, round(through / WALL_SHARE))
+
+
+def thin_enough(key: str, value: float, most: float, of: str) -> Iterator[Fault]:
+    """Yield the fault of a wall that leaves no room: at most half of what it is taken from."""
+    if not value < most:
+        yield Fault(
+            (*KEY, key),
+            f"{value:g} m",
+            f"less than {most:g} m, {of}",
+            f"is it in mm? In m it is {value / 1000:g}" if value / 1000 < most <= 1000 * value else "",
+            (("beam", "thickness"), ("beam", "width")),
+        )
+
+
+def round_faults(name: str, thickness: float, width: float) -> Iterator[Fault]:
+    """Yield the fault of a round section that is not as wide as it is thick."""
+    if thickness != width:
+        yield Fault(
+            KEY,
+            f'"{name}" with thickness = {thickness:g} and width = {width:g}',
+            "thickness and width both the outer diameter",
+            f"width = {thickness:g}",
+            (("beam", "thickness"), ("beam", "width")),
+        )
+
+
+def disc_area(diameter: float) -> float:
+    """Return the area of a disc, m^2."""
+    return 0.25 * pi * diameter**2
+
+
+def disc_moment(diameter: float) -> float:
+    """Return the second moment of a disc about a diameter, m^4."""
+    return pi * diameter**4 / 64.0

@@ -1,0 +1,79 @@
+"""Cross-sections that do not fit the beam, the mesh or the points of a case: what is said, and what to try."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from tests.shared.case_texts import BEAM, assert_says, faults_of, written
+
+HEAD = BEAM.replace("width = 0.02\n", "width = 0.012\nsection = {}\n") + "[mesh]\ndimension = 3\n"
+SUPPORT = "[support]\nlength = 0.05\nclearance = 1e-4\n"
+
+
+def text(section: str, old: str = "", new: str = "") -> str:
+    """Return a case with a section, something in it replaced."""
+    whole = HEAD.replace("{}", section) + SUPPORT
+    assert not old or old in whole
+    return whole.replace(old, new) if old else whole
+
+
+TUBE = '{ type = "tube", wall = 0.002 }'
+BOX = '{ type = "box", wall = 0.002 }'
+PROFILE = '{ type = "i", web = 0.002, flange = 0.002 }'
+
+BAD = {
+    "unknown section": (text('"hexagon"'), ["section", "hexagon", "tube", "round"]),
+    "no wall": (text('"tube"'), ["wall", "nothing", "thickness of the wall"]),
+    "a wall that fills the tube": (text(TUBE.replace("0.002", "0.006")), ["0.006 m", "less than 0.006 m", "diameter"]),
+    "a wall in mm": (text(TUBE.replace("0.002", "2.0")), ["2 m", "is it in mm? In m it is 0.002"]),
+    "no wall at all": (text(BOX.replace("0.002", "0.0")), ["wall", "greater than 0"]),
+    "a box without hollow": (text(BOX.replace("0.002", "0.007")), ["half of the thickness and of the width"]),
+    "a web as wide as the flanges": (text(PROFILE.replace("web = 0.002", "web = 0.012")), ["less than 0.012 m"]),
+    "flanges without a web": (text(PROFILE.replace("flange = 0.002", "flange = 0.006")), ["half of the thickness"]),
+    "an oval tube": (text(TUBE, "width = 0.012", "width = 0.02"), ["thickness and width both", "width = 0.012"]),
+    "an oval bar": (text('"round"', "width = 0.012", "width = 0.02"), ["the outer diameter"]),
+    "a slice": (text(TUBE, "dimension = 3", "dimension = 2"), ["2, with the section", "equally wide", "dimension = 3"]),
+    "tetrahedra": (
+        text(TUBE, "dimension = 3", 'dimension = 3\ncell = "tetrahedron"'),
+        ["tetrahedron", "layers", "leave cell out"],
+    ),
+    "a probe in the bore": (
+        text(TUBE, "point = 0.6", "point = [0.6, 0.0, 0.002]"),
+        ["not in the material", "point = 0.6 for the axis", "average"],
+    ),
+    "a probe beside the web": (
+        text(PROFILE, "point = 0.6", "point = [0.6, 0.004, 0.001]"),
+        ["not in the material", 'section "i"'],
+    ),
+    "a probe outside": (text(TUBE, "point = 0.6", "point = [0.6, 0.0, 0.008]"), ["outside the beam"]),
+    "points on a tube": (
+        text(TUBE) + "[contact]\npoints = [0.01, 0.04]\n",
+        ["2 points", "touches along lines", "leave points out"],
+    ),
+    "a wall of a rectangle": (text('{ type = "rectangle", wall = 0.002 }'), ["wall"]),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_sections_that_do_not_fit_are_refused(name: str, tmp_path: Path) -> None:
+    """With the key, what was found, what was expected and what to try."""
+    whole, words = BAD[name]
+    assert_says("\n".join(map(str, faults_of(written(tmp_path, whole)))), words)
+
+
+@pytest.mark.parametrize("section", [TUBE, BOX, PROFILE, '"round"', '"rectangle"'])
+def test_sections_are_written_as_they_were_read(section: str, tmp_path: Path) -> None:
+    """The case file that a run leaves behind gives the same case."""
+    case = read_case(written(tmp_path, text(section)))
+    assert read_case_text(case_to_toml(case)) == case
+
+
+@pytest.mark.parametrize("point", ["[0.6, 0.0, 0.006]", "[0.6, 0.006, 0.0]", "[0.6, 0.0, -0.004]", "[0.6, 0.0, 0.0]"])
+def test_points_on_the_surfaces_of_a_tube_are_points_of_it(point: str, tmp_path: Path) -> None:
+    """Outside, inside, and the axis."""
+    case = read_case(written(tmp_path, text(TUBE, "point = 0.6", f"point = {point}")))
+    assert case.beam.hollow

@@ -1,0 +1,155 @@
+"""Patches of cross-sections: areas, second moments, meshes, and the faces that supports touch."""
+
+from __future__ import annotations
+
+from math import pi
+
+import numpy as np
+import pytest
+from dolfinx.mesh import entities_to_geometry
+from mpi4py import MPI
+
+import gapbeam
+from gapbeam.meshes.section_figures import mean_section
+from gapbeam.meshes.sizing.expected_size import expected_cells, expected_nodes
+from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.solver.assembly.case_mesh import geometry_of, mesh_of_case, sizing_of
+from gapbeam.solver.assembly.section_rows import row_at
+from gapbeam.solver.case.case import Beam, Case
+from gapbeam.solver.models.body import mesh_beam
+
+pytestmark = pytest.mark.versions
+
+HIGH, WIDE = 0.04, 0.03  # m
+TUBE = {"type": "tube", "wall": 0.004}
+BOX = {"type": "box", "wall": 0.004}
+PROFILE = {"type": "i", "web": 0.006, "flange": 0.005}
+# section, width, area and second moment by hand, number of corners of its mesh
+SECTIONS = {
+    "tube": (TUBE, HIGH, pi * (0.020**2 - 0.016**2), pi / 4.0 * (0.020**4 - 0.016**4)),
+    "round": ("round", HIGH, pi * 0.020**2, pi / 4.0 * 0.020**4),
+    "box": (BOX, WIDE, 0.04 * 0.03 - 0.032 * 0.022, (0.03 * 0.04**3 - 0.022 * 0.032**3) / 12.0),
+    "i": (PROFILE, WIDE, 2 * 0.03 * 0.005 + 0.03 * 0.006, (0.03 * 0.04**3 - 0.024 * 0.03**3) / 12.0),
+}
+ALL = pytest.mark.parametrize("name", SECTIONS)
+
+
+def case_of(name: str, **mesh: object) -> Case:
+    """Return a case of a short beam with a section."""
+    section, width, _, _ = SECTIONS[name]
+    return gapbeam.read_case(
+        {
+            "beam": {"length": 0.2, "thickness": HIGH, "width": width, "section": section},
+            "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7919.0},
+            "support": {"length": 0.05, "clearance": 1.0e-4},
+            "mesh": {"dimension": 3, **mesh},
+            "load": [{"type": "gravity"}],
+            "time": {"end": 0.1, "step": 1.0e-4},
+        }
+    )
+
+
+def meshed(case: Case) -> TaggedMesh:
+    """Return the mesh of a case."""
+    return mesh_of_case(case, MPI.COMM_SELF)
+
+
+@ALL
+def test_formulas_are_those_by_hand(name: str) -> None:
+    """Area, second moment and what follows from them."""
+    beam, (_, width, area, second) = case_of(name).beam, SECTIONS[name]
+    assert (beam.area, beam.second_moment) == (pytest.approx(area, rel=1e-14), pytest.approx(second, rel=1e-14))
+    assert beam.gyration_radius == pytest.approx((second / area) ** 0.5)
+    assert beam.height == pytest.approx(area / width)
+
+
+@ALL
+def test_patches_fill_the_section(name: str) -> None:
+    """Gauss points of the patches integrate area, first and second moments; curved patches nearly so."""
+    patches = case_of(name).beam.patches(4, 4)
+    _, _, area, second = SECTIONS[name]
+    assert patches is not None
+    places, areas = patches.quadrature(5)
+    accuracy = 1e-8 if name == "round" else 1e-12
+    assert areas.sum() == pytest.approx(area, rel=accuracy)
+    assert areas @ places[:, 1] ** 2 == pytest.approx(second, rel=100.0 * accuracy)
+    assert np.abs(areas @ places).max() < 1e-12 * area * HIGH
+
+
+@ALL
+@pytest.mark.parametrize("cells", [2, 4, 6])
+def test_meshes_fill_the_section(name: str, cells: int) -> None:
+    """Volume and second moment of the mesh; those of round sections converge with the fourth power of the cells."""
+    found = mean_section(meshed(case_of(name, cells_through_thickness=cells, cells_across_width=cells)), 1.0)
+    _, _, area, second = SECTIONS[name]
+    curved = name in ("tube", "round")
+    assert found.area == pytest.approx(area, rel=0.02 / cells**4 if curved else 1e-12)
+    assert found.second_moment == pytest.approx(second, rel=0.04 / cells**4 if curved else 1e-12)
+
+
+@ALL
+@pytest.mark.parametrize("cells", [1, 4])
+def test_the_size_of_a_mesh_is_known_before(name: str, cells: int) -> None:
+    """Cells exactly, and the nodes of both degrees."""
+    case = case_of(name, cells_through_thickness=cells, cells_across_width=cells)
+    geometry, sizing = geometry_of(case), sizing_of(case)
+    tagged = meshed(case)
+    assert expected_cells(geometry, sizing) == tagged.cell_count
+    assert expected_nodes(geometry, sizing, 1) == tagged.vertex_count
+    nodes = mesh_beam(case, MPI.COMM_SELF).space.dofmap.index_map.size_global
+    assert expected_nodes(geometry, sizing, 2) == nodes
+
+
+@ALL
+def test_the_faces_of_a_support_look_at_it(name: str) -> None:
+    """Base and gland are the lowest and highest surfaces, as wide as the beam, from x = 0 to the end of the support."""
+    case = case_of(name)
+    tagged = meshed(case)
+    mesh = tagged.mesh
+    for face, side in (("base", -1.0), ("gland", 1.0)):
+        facets = tagged.facets_of(face)
+        mesh.topology.create_connectivity(2, 0)
+        corners = np.unique(np.concatenate([mesh.topology.connectivity(2, 0).links(facet) for facet in facets]))
+        mesh.topology.create_connectivity(0, 3)
+        x = mesh.geometry.x[np.unique(entities_to_geometry(mesh, 0, corners.astype(np.int32)))]
+        assert (x[:, 0].min(), x[:, 0].max()) == (pytest.approx(0.0, abs=1e-12), pytest.approx(0.05))
+        assert (x[:, 1].min(), x[:, 1].max()) == (
+            pytest.approx(-case.beam.width / 2),
+            pytest.approx(case.beam.width / 2),
+        )
+        curved = name in ("tube", "round")
+        assert np.all(side * x[:, 2] >= -1e-9 if curved else np.isclose(x[:, 2], 0.5 * side * HIGH))
+
+
+@pytest.mark.parametrize("name", ["tube", "box"])
+@pytest.mark.parametrize("cells", [1, 4])
+def test_the_axis_of_a_hollow_beam_is_its_section(name: str, cells: int) -> None:
+    """Forces that are spread over the section have the resultant of a force on the axis, and rigid motions agree."""
+    case = case_of(name, cells_through_thickness=cells, cells_across_width=cells)
+    space = mesh_beam(case, MPI.COMM_SELF).space
+    row = row_at(case, space, 0.123, "probe")
+    places = space.tabulate_dof_coordinates()
+    assert len(row.nodes) > 8
+    size = 3 * len(places)
+    for axis in range(3):
+        unit = np.identity(3)[axis]
+        force = row.force(unit, size).reshape(-1, 3)
+        assert force.sum(axis=0) == pytest.approx(unit, abs=1e-12)
+        assert np.cross(places, force).sum(axis=0) == pytest.approx(np.cross([0.123, 0.0, 0.0], unit), abs=1e-9)
+
+
+def test_the_axis_of_a_solid_beam_is_a_point() -> None:
+    """The web of an I section, or a disc, has a node or a cell there."""
+    for name in ("i", "round"):
+        case = case_of(name)
+        row = row_at(case, mesh_beam(case, MPI.COMM_SELF).space, 0.123, "probe")
+        assert len(row.nodes) <= 27
+        assert row.values.sum() == pytest.approx(1.0)
+
+
+def test_a_rectangle_is_what_it_was() -> None:
+    """The section is left out of a case, or named: the same beam."""
+    sizes = {"length": 0.2, "thickness": HIGH, "width": WIDE}
+    assert Beam(**sizes) == Beam.model_validate({**sizes, "section": "rectangle"})
+    assert Beam(**sizes).patches(4, 4) is None
+    assert Beam(**sizes).shear_coefficient(0.3) == pytest.approx(13.0 / 15.3)

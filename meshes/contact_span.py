@@ -13,9 +13,11 @@ class ContactSpan(NamedTuple):
         below: Whether they belong to the lower surface.
         start: Where they begin along the beam, m.
         end: Where they end, m.
+        around: Whether they belong to both surfaces of a round section, all around it.
     """
 
     name: str
     below: bool
     start: float
     end: float
+    around: bool = False

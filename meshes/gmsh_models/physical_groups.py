@@ -66,7 +66,7 @@ def _faces_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> li
     return [
         span.name
         for span in geometry.spans
-        if (below if span.below else above)
+        if (below or above if span.around else below if span.below else above)
         and span.start / unit - _NEAR <= low[0]
         and high[0] <= span.end / unit + _NEAR
     ]

@@ -6,12 +6,22 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 
-class RunPlane(NamedTuple):
-    """A plane of a support: the name of its face, whether it stands below the beam, and its distance from it, m."""
+class RunFace(NamedTuple):
+    """A face of a support.
+
+    Attributes:
+        face: Its name.
+        below: Whether it is a plane below the beam.
+        gap: Distance from the undeformed beam, or from the beam in the middle of a hole, m.
+        around: Whether it is a hole around the beam.
+        offset: How far a hole lies above the axis of the beam, m.
+    """
 
     face: str
     below: bool
     gap: float
+    around: bool = False
+    offset: float = 0.0
 
 
 class RunSupport(NamedTuple):
@@ -22,14 +32,14 @@ class RunSupport(NamedTuple):
         start: Where it begins along the beam, m.
         end: Where it ends, m.
         clearance: m.
-        planes: What the beam touches.
+        faces: What the beam touches.
     """
 
     name: str
     start: float
     end: float
     clearance: float
-    planes: tuple[RunPlane, ...]
+    faces: tuple[RunFace, ...]
 
 
 def supports_of(summary: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[RunSupport, ...]:
@@ -43,15 +53,20 @@ def supports_of(summary: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[Ru
     if described is None:
         table = case.get("support") or {}
         clearance = float(table.get("clearance", 0.0))
-        planes = (RunPlane("base", True, 0.0), RunPlane("gland", False, clearance))
-        return (RunSupport("support", 0.0, float(table.get("length", 0.0)), clearance, planes),)
+        faces = (RunFace("base", True, 0.0), RunFace("gland", False, clearance))
+        return (RunSupport("support", 0.0, float(table.get("length", 0.0)), clearance, faces),)
     return tuple(
         RunSupport(
             str(one["name"]),
             float(one["from"]),
             float(one["to"]),
             float(one["clearance"]),
-            tuple(RunPlane(str(face["name"]), face["side"] == "below", float(face["gap"])) for face in one["faces"]),
+            tuple(map(_face, one["faces"])),
         )
         for one in described
     )
+
+
+def _face(described: Mapping[str, Any]) -> RunFace:
+    side, offset = described["side"], float(described.get("offset", 0.0))
+    return RunFace(str(described["name"]), side == "below", float(described["gap"]), side == "around", offset)

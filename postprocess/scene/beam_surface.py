@@ -15,6 +15,7 @@ from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 PRESSURE = "contact pressure"
 
+_ON_CIRCLE = 1.0e-3  # of the radius
 _NEAR = 1.0e-6
 _ORIGINAL = "original point"
 _CELL = "vtkOriginalCellIds"
@@ -134,10 +135,14 @@ def _facing(
     first, last = points[facets, 0].min(axis=1, initial=np.inf), points[facets, 0].max(axis=1, initial=-np.inf)
     height = points[facets, support.dimension - 1].mean(axis=1)
     middle = 0.5 * (support.bottom + support.top)
+    radii = np.hypot(points[facets, 1], points[facets, -1 + support.dimension] - middle)
+    outside = radii.min(axis=1, initial=np.inf) > (1.0 - _ON_CIRCLE) * 0.5 * support.thickness
     down = (normals < -_LEAST_FACING) & (height < middle)
     up = (normals > _LEAST_FACING) & (height > middle)
     return {
-        block.face: (down if block.below else up) & (first >= block.along[0] - near) & (last <= block.along[1] + near)
+        block.face: (outside if block.around else down if block.below else up)
+        & (first >= block.along[0] - near)
+        & (last <= block.along[1] + near)
         for block in support.blocks
     }
 

@@ -15,6 +15,7 @@ from gapbeam.postprocess.scene.camera_view import PRESSURES
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 _MEGA = 1.0e-6
+_TOP = 179.99  # degrees
 
 
 class PressurePanel:
@@ -100,7 +101,10 @@ class PressurePanel:
             low = bottom + 0.5 * height * number
             panel = figure.add_axes((left, low, width, each))
             numbers = faces[face]
+            around = support.is_around(face)
             x, y = 1e3 * points[numbers, 0], 1e3 * points[numbers, 1]
+            if around:
+                numbers, x, y = _unrolled(numbers, points)
             if numbers.size:
                 self._artists[face] = panel.tripcolor(
                     Triangulation(x, y),
@@ -111,8 +115,8 @@ class PressurePanel:
                     vmax=self._limit,
                 )
                 self._numbers[face] = numbers
-            panel.set_ylabel("y (mm)")
-            panel.set_yticks([1e3 * support.front, 0.0, 1e3 * support.back])
+            panel.set_ylabel("angle (°)" if around else "y (mm)")
+            panel.set_yticks([-180.0, 0.0, 180.0] if around else [1e3 * support.front, 0.0, 1e3 * support.back])
             panel.set_title(
                 f"pressure on the {face} (MPa)" if face in BASE_AND_GLAND else f"{face} (MPa)",
                 loc="left",
@@ -124,3 +128,12 @@ class PressurePanel:
                 panel.set_xlabel("x (mm)", labelpad=0)
             else:
                 panel.tick_params(labelbottom=False)
+
+
+def _unrolled(numbers: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the points around a hole with x, mm, and the angle from the lowest line, degrees; the top twice."""
+    x, y, z = points[numbers].T
+    angles = np.degrees(np.arctan2(y, -(z - 0.5 * (z.max() + z.min()))))
+    top = np.flatnonzero(np.abs(angles) > _TOP)
+    angles[top] = 180.0
+    return np.r_[numbers, numbers[top]], 1e3 * np.r_[x, x[top]], np.r_[angles, np.full(len(top), -180.0)]

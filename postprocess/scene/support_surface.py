@@ -1,4 +1,4 @@
-"""The supports as they are drawn: a block for each plane, the gaps enlarged as the displacements are."""
+"""The supports as they are drawn: a block for each plane, a ring for each hole, gaps enlarged as the motion is."""
 
 from __future__ import annotations
 
@@ -15,23 +15,28 @@ Span = tuple[float, float]
 _BLOCK_HEIGHT = 0.9
 _BEHIND = 0.35
 _BEYOND = 0.3
+RING = 0.3  # thickness of a ring over that of the beam
 
 
 @dataclass(frozen=True)
-class PlaneBox:
-    """One plane of a support.
+class FaceBox:
+    """One face of a support.
 
     Attributes:
         face: Name of the face that touches it.
-        below: Whether the block stands below the beam.
+        below: Whether it is a block below the beam.
         along: Where it begins and ends along the beam, m.
-        gap: Distance from the undeformed beam, m.
+        gap: Distance from the undeformed beam, or from the beam in the middle of a hole, m.
+        around: Whether it is a ring around the beam.
+        offset: How far the middle of a ring lies above the axis of the beam, m.
     """
 
     face: str
     below: bool
     along: Span
     gap: float
+    around: bool = False
+    offset: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -40,7 +45,7 @@ class SupportBoxes:
 
     Attributes:
         dimension: 2 or 3; the bending direction is y or z.
-        blocks: The planes of all supports.
+        blocks: The faces of all supports.
         near: The support that is shown from near: where it begins and ends along the beam.
         clearance: Of this support.
         start: x of one end of the beam.
@@ -52,7 +57,7 @@ class SupportBoxes:
     """
 
     dimension: int
-    blocks: tuple[PlaneBox, ...]
+    blocks: tuple[FaceBox, ...]
     near: Span
     clearance: float
     start: float
@@ -73,17 +78,25 @@ class SupportBoxes:
         beyond = _BEYOND * (self.near[1] - self.near[0])
         return max(self.start, self.near[0] - beyond), min(self.end, self.near[1] + beyond)
 
-    def near_blocks(self) -> tuple[PlaneBox, ...]:
-        """The planes of the support that is shown from near."""
+    def near_blocks(self) -> tuple[FaceBox, ...]:
+        """The faces of the support that is shown from near."""
         return tuple(block for block in self.blocks if block.along == self.near)
 
-    def box(self, block: PlaneBox, scale: float) -> Box:
-        """The limits in x, y, z of a block, its plane `scale` times the gap away from the undeformed beam.
+    def is_around(self, face: str) -> bool:
+        """Return whether a face is a hole around the beam."""
+        return any(block.around for block in self.blocks if block.face == face)
+
+    def box(self, block: FaceBox, scale: float) -> Box:
+        """The limits in x, y, z of a block or a ring, its face `scale` times the gap away from the undeformed beam.
 
         A point of the beam displaced by u is drawn at its place + scale u: it touches this plane where u is the gap,
         neither earlier nor later.
         """
         height = _BLOCK_HEIGHT * self.thickness
+        if block.around:
+            reach, lift = 0.5 * self.thickness + scale * block.gap + RING * self.thickness, scale * block.offset
+            middle = 0.5 * (self.bottom + self.top) + lift
+            return (*block.along, -reach, reach, middle - reach, middle + reach)
         if block.below:
             plane = self.bottom - scale * block.gap
             low, high = plane - height, plane
@@ -95,7 +108,7 @@ class SupportBoxes:
             return (first, last, low, high, 0.0, 0.0)
         return (first, last, self.front, self.back + _BEHIND * (self.back - self.front), low, high)
 
-    def heights(self, blocks: tuple[PlaneBox, ...], scale: float) -> Span:
+    def heights(self, blocks: tuple[FaceBox, ...], scale: float) -> Span:
         """The limits of blocks and beam in the bending direction, m."""
         bending = self.dimension - 1
         boxes = [self.box(block, scale)[2 * bending : 2 * bending + 2] for block in blocks]
@@ -116,11 +129,11 @@ def support_of(
     low, high = points.min(axis=0), points.max(axis=0)
     bending, first = dimension - 1, float(low[0])
     blocks = tuple(
-        PlaneBox(plane.face, plane.below, (first + one.start, first + one.end), plane.gap)
+        FaceBox(met.face, met.below, (first + one.start, first + one.end), met.gap, met.around, met.offset)
         for one in supports
-        for plane in one.planes
+        for met in one.faces
     )
-    shown = next((one for one in supports if loudest in [plane.face for plane in one.planes]), supports[0])
+    shown = next((one for one in supports if loudest in [met.face for met in one.faces]), supports[0])
     return SupportBoxes(
         dimension=dimension,
         blocks=blocks,

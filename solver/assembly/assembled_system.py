@@ -22,7 +22,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from gapbeam.solver.assembly.attached_motions import attached_rows
+from gapbeam.solver.assembly.attached_motions import attached_rows, in_stiffness
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_choice import Load
@@ -110,9 +110,9 @@ def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator
 
 
 def _of_sections(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
-    """Yield what joints, masses and fluids fix to the beam; what joints hold is in its operators already."""
+    """Yield what joints, masses and fluids fix to the beam, but for what is in its operators already."""
     for one, row in attached_rows(case, patterns):
-        if not one.held:
+        if not in_stiffness(case, one):
             added = one.attachment
             numbers = (added.mass, added.stiffness, added.damping)
             driven = added.mass if one.driven is None else one.driven

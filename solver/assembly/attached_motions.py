@@ -12,10 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from gapbeam.solver.attachments.attached import Attached
-from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, OUT_OF_PLANE, MotionName
+from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, OUT_OF_PLANE, MeanMotion, MotionName
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, FullModel
 from gapbeam.solver.case.symmetry import is_symmetric
+from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.system.operators import Array, RankOnes
 
 HARD = 1.0e4  # times the stiffness of a section over its thickness
@@ -25,7 +26,27 @@ def attached_motions(case: Case) -> tuple[Attached, ...]:
     """Return what joints, masses and fluids do to the motions that the model of a case has."""
     motions = model_motions(case)
     entries = (*case.joint, *case.mass, *case.fluid)
-    return tuple(one for entry in entries for one in entry.attached() if one.motion.name in motions)
+    found = tuple(one for entry in entries for one in entry.attached() if one.motion.name in motions)
+    return (*found, *roll_springs(case))
+
+
+def in_stiffness(case: Case, one: Attached) -> bool:
+    """Return whether the stiffness of a body holds this: what joints hold, and what restrains a mesh."""
+    return one.held or (one.restrains and isinstance(case.model, FullModel))
+
+
+def roll_springs(case: Case) -> tuple[Attached, ...]:
+    """Return the weak spring that keeps a round beam in holes from turning about its axis; nothing without holes.
+
+    It stands in the place of the lateral restraint, which would pull the beam to the middle of a hole: that stiffness
+    at the radius of the beam.
+    """
+    holes = [one for one in case.layout.supports if any(face.around for face in one.faces)]
+    if not holes:
+        return ()
+    place = 0.5 * (holes[0].start + holes[0].end)
+    spring = Attachment(0.0, case.restraint.lateral * (0.5 * case.beam.thickness) ** 2, 0.0)
+    return (Attached(MeanMotion(place, "twist"), spring, restrains=True),)
 
 
 def model_motions(case: Case) -> tuple[MotionName, ...]:
@@ -60,7 +81,7 @@ def acting_rows(case: Case, patterns: Sequence[Array]) -> list[Array]:
 
 
 def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
-    """Return the springs that stand for holds in a full model; None where nothing is held.
+    """Return the springs that stand for holds in a full model, and those that restrain it; None without any.
 
     Args:
         case: The case.
@@ -69,7 +90,11 @@ def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
     section = HARD * case.material.young_modulus * case.beam.area
     rows, stiffness = list[Array](), list[float]()
     for one, row in attached_rows(case, patterns):
+        if not in_stiffness(case, one):
+            continue
+        rows.append(row)
         if one.held:
-            rows.append(row)
             stiffness.append(section * case.beam.thickness if one.motion.turns else section / case.beam.thickness)
+        else:
+            stiffness.append(one.attachment.stiffness)
     return RankOnes(np.array(rows), np.array(stiffness)) if rows else None

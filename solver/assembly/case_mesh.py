@@ -37,7 +37,9 @@ def geometry_of(case: Case) -> BeamGeometry:
         points=tuple(_coordinates(point, mesh.dimension) for point in points),
         section=beam.patches(mesh.cells_through_thickness, mesh.cells_across_width),
         spans=tuple(
-            ContactSpan(face.name, face.side > 0.0, one.start, one.end) for one in layout.supports for face in one.faces
+            ContactSpan(face.name, face.side > 0.0, one.start, one.end, face.around)
+            for one in layout.supports
+            for face in one.faces
         ),
     )
 

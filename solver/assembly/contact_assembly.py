@@ -1,8 +1,9 @@
 """From tagged faces to the contact operator G, H, T, w, g0.
 
-Contact points are the quadrature points of the facets that face a support. The faces are met along the bending
+Contact points are the quadrature points of the facets that face a support. Planes are met along the bending
 axis: a plane stands the gap of its face away from the outermost point of the facets, so faces that are not flat start
-with their own gaps. Weights are areas projected on the bending axis. Friction acts across it, along the other axes.
+with their own gaps. Weights are areas projected on the bending axis. Friction acts across it, along the other axes. The
+faces of holes are met along the radii of the section, and friction acts along the beam and around it.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def contact_operator(
     rule: PointRule,
     friction: bool = False,
 ) -> ContactOperator:
-    """Build G, w and g0: the gap is gap + u at a face below the beam, and gap - u at one above it.
+    """Build G, w and g0: the gap is gap + u at a face below the beam, gap - u at one above it, gap - u_r in a hole.
 
     Args:
         space: Blocked vector Lagrange space.
@@ -62,19 +63,28 @@ def contact_operator(
     points, _ = _points(space, faces, supported, width, rule)
     used = np.abs(points.merged.values) > NO_ENTRY
     numbers = points.merged.nodes * block
-    held = np.arange(block) if friction else np.array([axis])
-    touched = [(numbers[rows][used[rows]][:, None] + held).reshape(-1) for rows in points.rows]
+    touched = []
+    for face, rows in zip(supported, points.rows, strict=True):
+        held = np.arange(0 if friction else 1 if face.around else axis, block)
+        touched.append((numbers[rows][used[rows]][:, None] + held).reshape(-1))
     interface, slots = dof_interface(space, touched, block)
     row, local = np.nonzero(used)
-    columns = slots(numbers[row, local] + axis)
-    gap = (points.signs[:, None] * points.merged.values)[row, local]
-    operator = points.operator(interface, csr_matrix((gap, (row, columns)), (len(used), interface.size)))
-    if not friction:
-        return operator
-    along = np.arange(axis)
-    places = (axis * row[:, None] + along).reshape(-1), slots((numbers[row, local][:, None] + along).reshape(-1))
-    entries = np.repeat(points.merged.values[row, local], axis)
-    return replace(operator, tangents=csr_matrix((entries, places), (axis * len(used), interface.size)))
+    values, nodes = points.merged.values[row, local], numbers[row, local]
+
+    def rows_of(directions: Sequence[Array]) -> csr_matrix:
+        """Return the motions of all points along k directions, point by point, (m k, interface.size)."""
+        entries, places, columns = [], [], []
+        for number, along in enumerate(directions):
+            for component in range(block):
+                acting = np.flatnonzero(along[row, component])
+                entries.append(along[row[acting], component] * values[acting])
+                places.append(len(directions) * row[acting] + number)
+                columns.append(slots(nodes[acting] + component))
+        shape = (len(directions) * len(used), interface.size)
+        return csr_matrix((np.concatenate(entries), (np.concatenate(places), np.concatenate(columns))), shape)
+
+    operator = points.operator(interface, rows_of([points.opening]))
+    return replace(operator, tangents=rows_of(points.tangents())) if friction else operator
 
 
 def nitsche_operator(
@@ -96,7 +106,7 @@ def nitsche_operator(
     rows, columns = np.repeat(np.arange(len(numbers)), count), slots(numbers.reshape(-1))
     shape = (len(numbers), interface.size)
     gap = np.zeros(numbers.shape)
-    gap[..., -1] = points.signs[:, None] * points.merged.values
+    gap[..., -1] = points.opening[:, -1, None] * points.merged.values
     geometry = csr_matrix((gap.reshape(-1), (rows, columns)), shape)
     geometry.eliminate_zeros()
     stress = csr_matrix((stress_rows(points.merged, settings.lame).reshape(-1), (rows, columns)), shape)
@@ -109,12 +119,25 @@ def nitsche_operator(
 
 @dataclass(frozen=True)
 class _Points:
-    """The points of all faces, one face after the other: the faces, the rows of each, and its side s at each point."""
+    """The points of all faces, one face after the other: the faces, the rows of each, and what opens the gaps."""
 
     merged: FacePoints
     supported: tuple[Face, ...]
     rows: list[slice]
-    signs: Array
+    opening: Array
+
+    def tangents(self) -> list[Array]:
+        """Return unit vectors along the faces, (m, dimension) each: along the beam and, in 3D, across or around it."""
+        count, dimension = self.opening.shape
+        along, across = np.zeros((count, dimension)), np.zeros((count, dimension))
+        along[:, 0] = 1.0
+        if dimension == 2:
+            return [along]
+        across[:, 1] = 1.0
+        for face, rows in zip(self.supported, self.rows, strict=True):
+            if face.around:
+                across[rows, 1], across[rows, 2] = -self.opening[rows, 2], self.opening[rows, 1]
+        return [along, across]
 
     def operator(
         self,
@@ -123,11 +146,11 @@ class _Points:
         force_matrix: csr_matrix | None = None,
         geometry_matrix: csr_matrix | None = None,
     ) -> ContactOperator:
-        height = self.merged.positions[:, gap_axis(self.merged)]
         support = Support(self.supported, float(self.merged.weights.sum()))
-        gaps = np.empty(len(height))
+        places = self.merged.positions[:, : self.opening.shape[1]]
+        gaps = np.empty(len(places))
         for face, rows in zip(support.faces, self.rows, strict=True):
-            gaps[rows] = face.gaps(height[rows])
+            gaps[rows] = face.gaps(places[rows])
         return ContactOperator(
             interface=interface,
             gap_matrix=gap_matrix,
@@ -141,21 +164,17 @@ class _Points:
         )
 
 
-def gap_axis(points: FacePoints) -> int:
-    """Return the bending axis: the last one."""
-    return points.gradients.shape[2] - 1
-
-
 def _points(
     space: Any, faces: Mapping[str, Indices], supported: Sequence[Face], width: float, rule: PointRule
 ) -> tuple[_Points, dict[str, FacePoints]]:
     """Return the points of all ranks, and those of this rank by face. Collective."""
-    mine = {face.name: face_points(space, faces[face.name], rule, width) for face in supported}
+    mine = {face.name: face_points(space, faces[face.name], rule, width, face) for face in supported}
     gathered = [gather_points(space.mesh.comm, points, merged=rule.nodal) for points in mine.values()]
     ends = np.cumsum([len(points.weights) for points in gathered])
     rows = [slice(int(end) - len(points.weights), int(end)) for end, points in zip(ends, gathered, strict=True)]
-    signs = np.concatenate([np.full(r.stop - r.start, face.side) for face, r in zip(supported, rows, strict=True)])
-    return _Points(FacePoints.join(gathered), tuple(supported), rows, signs), mine
+    dimension = space.mesh.geometry.dim
+    opening = [face.opening(points.positions[:, :dimension]) for face, points in zip(supported, gathered, strict=True)]
+    return _Points(FacePoints.join(gathered), tuple(supported), rows, np.concatenate(opening)), mine
 
 
 def dof_interface(space: Any, numbers: list[Indices], block: int) -> tuple[Interface, Callable[[Indices], Indices]]:

@@ -11,6 +11,7 @@ import numpy as np
 from mpi4py import MPI
 
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
+from gapbeam.solver.supports.support import Face
 from gapbeam.solver.system.operators import Array, Indices
 
 STEEPEST = 1.0e-6  # component of the unit normal along the bending axis, of faces that can be met along it
@@ -85,17 +86,18 @@ class _Rule:
     factors: Array
 
 
-def face_points(space: Any, facets: Indices, rule: PointRule, width: float) -> FacePoints:
+def face_points(space: Any, facets: Indices, rule: PointRule, width: float, face: Face | None = None) -> FacePoints:
     """Tabulate a scalar or blocked Lagrange space at the quadrature points of facets of this rank.
 
-    The faces are met along the bending axis (the last one), so weights are areas projected on it, and points where
-    the face is parallel to it are left out.
+    Planes are met along the bending axis (the last one), so weights are areas projected on it, and points where
+    the face is parallel to it are left out. A face around the beam is met along its radii.
 
     Args:
         space: The space; its nodes (blocks) are meant, not its components.
         facets: Local numbers of exterior facets.
         rule: Where the points of a facet lie.
         width: Factor of the weights.
+        face: What the facets meet; None: a plane.
 
     Not collective; facets of ghost cells are left out, so every facet counts on one rank only.
     """
@@ -130,14 +132,18 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float) -> F
         cell_nodes = space.dofmap.index_map.local_to_global(space.dofmap.cell_dofs(cell).astype(np.int32))
         jacobian = np.einsum("dqc,cx->qdx", here.shape_derivatives, corners[:, :dimension])
         normals = _normals(np.einsum("td,qdx->tqx", here.tangents, jacobian))
-        met = np.abs(normals[:, -1]) > STEEPEST * np.linalg.norm(normals, axis=1)
+        places = here.shape @ corners
+        toward = normals[:, -1]
+        if face is not None and face.around:
+            toward = np.einsum("qx,qx->q", normals, face.opening(places[:, :dimension]))
+        met = np.abs(toward) > STEEPEST * np.linalg.norm(normals, axis=1)
         points = FacePoints(
             np.broadcast_to(cell_nodes, here.basis.shape).astype(np.int64),
             here.basis,
-            here.factors * width * np.abs(normals[:, -1]),
-            here.shape @ corners,
+            here.factors * width * np.abs(toward),
+            places,
             np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), here.derivatives),
-            normals / np.where(met, normals[:, -1], 1.0)[:, None],
+            normals / np.where(met, toward, 1.0)[:, None],
             np.full(len(here.factors), first_cell + cell),
         )
         parts.append(points if np.all(met) else points.taken(np.flatnonzero(met)))

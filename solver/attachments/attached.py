@@ -18,6 +18,7 @@ class Attached:
         held: Whether the section does not move so at all.
         driven: Mass that gravity and the motion of the frame act on; None: the mass that is attached.
         spread: Whether it is a part of something along the beam, which calls for no static shape of its own in a basis.
+        restrains: Whether nothing else may hold the body so: a mesh takes the spring into its stiffness.
     """
 
     motion: MeanMotion
@@ -25,3 +26,4 @@ class Attached:
     held: bool = False
     driven: float | None = None
     spread: bool = False
+    restrains: bool = False

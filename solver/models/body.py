@@ -20,7 +20,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.section_figures import Section, mean_section
 from gapbeam.meshes.tagged_mesh import TaggedMesh
-from gapbeam.solver.assembly.attached_motions import holding_springs
+from gapbeam.solver.assembly.attached_motions import holding_springs, roll_springs
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
 from gapbeam.solver.assembly.elasticity import elastic_forms, lame
@@ -166,7 +166,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         case.material,
         case.mesh.plane == "stress",
         width,
-        (case.restraint.axial / area, case.restraint.lateral / area),
+        (case.restraint.axial / area, 0.0 if roll_springs(case) else case.restraint.lateral / area),
         measure(tuple(tagged.groups[name] for name in meshed.faces)),
     )
     moved = None

@@ -202,9 +202,8 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
 def _on_beam(contact: ContactOperator, beam: TimoshenkoBeam) -> ContactOperator:
     """Return the operator at the same points of the faces, on the DOFs of the beam."""
     w, _ = beam.rows(contact.positions[:, 0])
-    signs = contact.support.sides[contact.faces]
     everywhere = np.arange(beam.size)
-    gap = csr_matrix(w.multiply(signs[:, None]))
+    gap = csr_matrix(w.multiply(contact.upward[:, None]))
     return replace(contact, interface=Interface(beam.size, everywhere, everywhere), gap_matrix=gap)
 
 

@@ -129,7 +129,7 @@ class Layout:
 
     def spans(self) -> Iterator[float]:
         """Yield the lengths between one support that a beam can rest on and the next, m."""
-        resting = [one for one in self.supports if any(plane.side > 0.0 for plane in one.planes)]
+        resting = [one for one in self.supports if any(face.carries for face in one.faces)]
         for one, following in pairwise(resting):
             if following.start > one.end:
                 yield following.start - one.end

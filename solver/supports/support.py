@@ -1,12 +1,13 @@
 """The supports: the rigid faces that the beam touches, with their sides, gaps, area and stiffness.
 
-The faces are met along the bending axis e (y in 2D, z in 3D). A contact point at height h = e . x of a face whose plane
+Planes are met along the bending axis e (y in 2D, z in 3D). A contact point at height h = e . x of a face whose plane
 stands at the level z has the gap
 
     g = s (h - z),    s = +1 for a plane below the beam, -1 for a plane above it
 
 The plane stands the initial gap of the face away from the outermost point of the undeformed beam there; where that gap
-is negative, the undeformed beam reaches into the face.
+is negative, the undeformed beam reaches into the face. Other faces have a type of their own, such as
+`regions.bore_face`.
 """
 
 from __future__ import annotations
@@ -14,16 +15,18 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
 
 Array = NDArray[np.float64]
+Indices = NDArray[np.integer]
 
 
 @dataclass(frozen=True)
 class Face:
-    """One rigid plane of a support.
+    """One rigid plane of a support, and what other faces are made from.
 
     Attributes:
         name: Name in the mesh, in results and in messages.
@@ -35,15 +38,34 @@ class Face:
     side: float
     gap: float = 0.0
 
-    def gaps(self, heights: Array) -> Array:
+    around: ClassVar[bool] = False
+    """Whether it is met all around the beam, and not along the bending axis."""
+
+    @property
+    def carries(self) -> bool:
+        """Whether a beam with weight can rest on it."""
+        return self.side > 0.0
+
+    def gaps(self, positions: Array) -> Array:
         """Return the gaps of the undeformed body, (m,), m.
 
         Args:
-            heights: Position along the bending axis of the contact points of this face, (m,), m.
+            positions: Contact points of this face, (m, dimension), m.
         """
+        heights = positions[:, -1]
         outermost = heights.min() if self.side > 0.0 else heights.max()
         level = outermost - self.side * self.gap
         return np.asarray(self.side * (heights - level))
+
+    def opening(self, positions: Array) -> Array:
+        """Return the unit vectors along which motion of contact points opens their gaps, (m, dimension)."""
+        along = np.zeros(positions.shape)
+        along[:, -1] = self.side
+        return along
+
+    def growth(self, old: Face, positions: Array) -> Array:
+        """Return by how much the gaps of contact points are larger than those of the same face as it was, (m,), m."""
+        return np.full(len(positions), self.gap - old.gap)
 
 
 @dataclass(frozen=True)
@@ -67,7 +89,7 @@ class Support:
 
     @cached_property
     def sides(self) -> Array:
-        """The side s of each face, (faces,)."""
+        """The side s of each face, (faces,); 0 for one that is met all around."""
         return np.array([face.side for face in self.faces])
 
     @property
@@ -84,19 +106,34 @@ class Support:
         """Return a stiffness of all contact points of a face together as one per area of the face."""
         return stiffness / self.face_area
 
-    def with_gaps_of(self, faces: Sequence[Face]) -> tuple[Support, Array]:
-        """Return the supports with other gaps, and by how much the gap of each face grows, (faces,), m.
+    def with_gaps_of(self, faces: Sequence[Face], owners: Indices, positions: Array) -> tuple[Support, Array]:
+        """Return the supports with other gaps, and by how much the gap of each contact point grows, (m,), m.
 
         Args:
             faces: The same faces with other gaps.
+            owners: Index of the face of each contact point, (m,).
+            positions: Contact points, (m, 3), m.
 
         Raises:
             ValueError: They are other faces.
         """
         if [(face.name, face.side) for face in faces] != [(face.name, face.side) for face in self.faces]:
             raise ValueError(f"the faces {[face.name for face in faces]}; expected {list(self.face_names)}")
-        growth = np.array([new.gap - old.gap for new, old in zip(faces, self.faces, strict=True)])
+        growth = np.zeros(len(owners))
+        for number, (new, old) in enumerate(zip(faces, self.faces, strict=True)):
+            growth[owners == number] = new.growth(old, positions[owners == number])
         return replace(self, faces=tuple(faces)), growth
+
+    def upward(self, owners: Indices, positions: Array) -> Array:
+        """Return the component along the bending axis of what opens the gap of each contact point, (m,)."""
+        found = np.empty(len(owners))
+        for number, face in enumerate(self.faces):
+            found[owners == number] = face.opening(positions[owners == number])[:, -1]
+        return found
+
+    def named(self, name: str) -> Face:
+        """Return the face with a name."""
+        return next(face for face in self.faces if face.name == name)
 
     def with_stiffness(self, face_stiffness: float) -> Support:
         """Return the supports with K of all contact points of a face together, N/m^n."""

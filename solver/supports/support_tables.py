@@ -7,7 +7,6 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
 
-from gapbeam.solver.supports.regions.region import Plane
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.support import Face
@@ -39,14 +38,14 @@ class BaseAndGland(Table):
         return self.length
 
     @property
-    def planes(self) -> tuple[Plane, ...]:
-        """The base touches the undeformed beam, and the gland stands the clearance above it."""
-        return Plane("base", 1.0, 0.0), Plane("gland", -1.0, self.clearance)
+    def sides(self) -> tuple[float, ...]:
+        """Below and above."""
+        return 1.0, -1.0
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """Base and gland."""
-        return tuple(Face(*plane) for plane in self.planes)
+        """The base touches the undeformed beam, and the gland stands the clearance above it."""
+        return Face("base", 1.0, 0.0), Face("gland", -1.0, self.clearance)
 
     def without_play(self) -> BaseAndGland:
         """Return the support with everything taken out that changes its gaps and its contact law alone."""
@@ -58,8 +57,8 @@ class _OneOfSeveral(AlongBeam):
 
     name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
     clearance: Number = Field(
-        description="how far the beam can move between both planes of a slot, or to a stop; negative for an "
-        "interference fit, m",
+        description="how far the beam can move between both planes of a slot, to a stop, or from the middle of a hole "
+        "to its wall; negative for an interference fit, m",
         examples=[0.2e-3],
     )
     offset: Number = Field(default=0.0, description="how far the support is moved upward from the axis of the beam, m")
@@ -84,14 +83,14 @@ class _OneOfSeveral(AlongBeam):
     )
 
     @property
-    def planes(self) -> tuple[Plane, ...]:
-        """The planes of the region."""
-        return self.region.planes(self.clearance, self.offset)
+    def sides(self) -> tuple[float, ...]:
+        """The sides of the beam on which its region is bounded."""
+        return self.region.sides
 
     @property
     def faces(self) -> tuple[Face, ...]:
-        """A face for each plane, named after the support and the plane: front_below."""
-        return tuple(Face(f"{self.name}_{plane.word}", plane.side, plane.gap) for plane in self.planes)
+        """The faces of the region, named after the support and where they are: front_below."""
+        return self.region.faces(self.name, self.clearance, self.offset)
 
     def without_play(self) -> _OneOfSeveral:
         """Return the support with everything taken out that changes its gaps and its contact law alone."""
@@ -107,7 +106,7 @@ PlacedSupport: type[_OneOfSeveral] = create_model(
     "PlacedSupport",
     __base__=_OneOfSeveral,
     __module__=__name__,
-    __doc__="A support along the beam, from x = from to x = to; the beam touches the planes of its region.",
+    __doc__="A support along the beam, from x = from to x = to; the beam touches the faces of its region.",
     **_PLACE,
 )
 

@@ -67,6 +67,11 @@ class ContactOperator:
         """Area of all faces, m^2."""
         return float(self.weights.sum())
 
+    @cached_property
+    def upward(self) -> Array:
+        """The component along the bending axis of the unit vectors that open the gaps, (m,): the sides of planes."""
+        return self.support.upward(self.faces, self.positions)
+
     def spread(self, forces: Array) -> Array:
         """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""
         return forces
@@ -80,8 +85,8 @@ class ContactOperator:
         """Return the operator of the same faces with other gaps."""
         if tuple(faces) == self.support.faces:
             return self
-        support, growth = self.support.with_gaps_of(faces)
-        return replace(self, support=support, initial_gap=self.initial_gap + growth[self.faces])
+        support, growth = self.support.with_gaps_of(faces, self.faces, self.positions)
+        return replace(self, support=support, initial_gap=self.initial_gap + growth)
 
     def depth(self, interface_values: Array) -> Array:
         """Return what the law takes, d = -(g0 + G u), (m,), m; negative where the gap is open."""

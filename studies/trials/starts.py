@@ -154,9 +154,9 @@ def _rigid(model: Model) -> Array:
     contact, operators = model.system.contact, model.system.operators
     soft = operators.factor(SOFT**2, 1.0)
     lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
-    signs = contact.support.sides[contact.faces]
+    upward = contact.weights * contact.upward
     motions = []
-    for forces in (contact.weights * signs, contact.weights * signs * lever):
+    for forces in (upward, upward * lever):
         right_side = np.zeros(operators.size)
         contact.interface.add(right_side, contact.resultant(forces))
         motions.append(soft.solve(right_side))

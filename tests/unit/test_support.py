@@ -28,21 +28,21 @@ def test_gaps_of_base_and_gland() -> None:
     """The base touches the lowest point, the gland stands the clearance above the highest one."""
     base, gland = paper(1.0e-4)
     assert (base.name, gland.name) == ("base", "gland")
-    assert base.gaps(HEIGHTS) == pytest.approx(HEIGHTS, rel=1e-12)
-    assert gland.gaps(HEIGHTS) == pytest.approx([1.05e-4, 1.03e-4, 1.0e-4], rel=1e-12)
+    assert base.gaps(HEIGHTS[:, None]) == pytest.approx(HEIGHTS, rel=1e-12)
+    assert gland.gaps(HEIGHTS[:, None]) == pytest.approx([1.05e-4, 1.03e-4, 1.0e-4], rel=1e-12)
 
 
 def test_an_interference_fit_presses_the_gland_into_the_beam() -> None:
     """A negative clearance gives negative gaps at the gland and none at the base."""
     base, gland = paper(-6.0e-6)
-    assert gland.gaps(np.zeros(2)) == pytest.approx([-6.0e-6, -6.0e-6])
-    assert base.gaps(np.zeros(2)) == pytest.approx([0.0, 0.0])
+    assert gland.gaps(np.zeros((2, 1))) == pytest.approx([-6.0e-6, -6.0e-6])
+    assert base.gaps(np.zeros((2, 1))) == pytest.approx([0.0, 0.0])
 
 
 @pytest.mark.parametrize("offset", [0.0, 3.0e-5, -8.0e-5])
 def test_a_slot_keeps_its_clearance_wherever_it_stands(offset: float) -> None:
     """Both gaps together are the clearance; a slot that is moved upward is nearer below by the offset."""
-    below, above = Slot(type="slot").planes(1.0e-4, offset)
+    below, above = Slot(type="slot").faces("s", 1.0e-4, offset)
     assert below.gap + above.gap == pytest.approx(1.0e-4)
     assert (below.side, above.side) == (1.0, -1.0)
     assert above.gap - below.gap == pytest.approx(2.0 * offset)
@@ -51,7 +51,7 @@ def test_a_slot_keeps_its_clearance_wherever_it_stands(offset: float) -> None:
 @pytest.mark.parametrize(("side", "gap"), [("below", 0.8e-4), ("above", 1.2e-4)])
 def test_a_stop_has_one_plane(side: str, gap: float) -> None:
     """A stop that is moved upward comes nearer from below and goes away from above."""
-    (plane,) = Stop.model_validate({"type": "stop", "side": side}).planes(1.0e-4, 0.2e-4)
+    (plane,) = Stop.model_validate({"type": "stop", "side": side}).faces("s", 1.0e-4, 0.2e-4)
     assert plane.gap == pytest.approx(gap)
     assert plane.side == (1.0 if side == "below" else -1.0)
 
@@ -59,11 +59,11 @@ def test_a_stop_has_one_plane(side: str, gap: float) -> None:
 def test_faces_move_as_their_supports_do() -> None:
     """Other gaps open each face by what its own gap grew; other faces are an error."""
     support = Support(paper(1.0e-4), area=2.0e-3)
-    opened, growth = support.with_gaps_of(paper(3.0e-4))
+    opened, growth = support.with_gaps_of(paper(3.0e-4), np.array([0, 1]), np.zeros((2, 3)))
     assert [face.gap for face in opened.faces] == [0.0, 3.0e-4]
     assert growth == pytest.approx([0.0, 2.0e-4])
     with pytest.raises(ValueError, match=r"the faces \['stop'\]; expected \['base', 'gland'\]"):
-        support.with_gaps_of((Face("stop", 1.0),))
+        support.with_gaps_of((Face("stop", 1.0),), np.array([0]), np.zeros((1, 3)))
 
 
 def test_stiffness_per_area_of_a_face() -> None:

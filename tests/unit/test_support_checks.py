@@ -62,7 +62,10 @@ BAD = {
         GOOD.replace("offset", "friction = -0.1\noffset"),
         ["back", "friction", "-0.1", "a number from 0 to 100"],
     ),
-    "unknown region": (GOOD.replace("offset", 'region = "slit"\noffset'), ['"slit"', '"slot" or "stop"', "slot"]),
+    "unknown region": (
+        GOOD.replace("offset", 'region = "slit"\noffset'),
+        ['"slit"', '"slot", "stop" or "hole"', "slot"],
+    ),
     "unknown side": (
         GOOD.replace("offset", 'region = {type = "stop", side = "left"}\noffset'),
         ["side", '"left"', '"below" or "above"'],

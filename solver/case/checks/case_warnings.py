@@ -25,6 +25,7 @@ USUAL = (
 
 FEWEST_ELEMENTS = 5  # of a beam in its support
 MOST_UNKNOWNS = 1e6
+FIXED_NORMALS = 0.01  # clearance over radius, up to which forces act along the radii of the beam
 MOST_STEPS = 1e7
 MOST_FIELDS = 1e4
 
@@ -78,6 +79,12 @@ def shape(case: Case) -> Iterator[str]:
             yield (
                 f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
                 "the equations are those of small rotations, and the unit is m, not mm"
+            )
+        share = abs(support.clearance) / (0.5 * beam.thickness)
+        if any(face.around for face in support.faces) and share > FIXED_NORMALS:
+            yield (
+                f"{place} clearance = {support.clearance:g} is {100 * share:.2g} % of the radius of the beam: forces "
+                f"in the hole act along radii of the beam, which is up to {share:.2g} rad off"
             )
         if support.clearance < -0.01 * beam.thickness:
             strain = -support.clearance / beam.thickness

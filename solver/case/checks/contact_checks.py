@@ -74,7 +74,7 @@ def exact_contact_starts_outside(support: AnySupports, contact: Contact, analysi
     if not exact or getattr(analysis, "start", None) != "undeformed":
         return
     for key, one in keyed(support):
-        deepest = -min((plane.gap for plane in one.planes), default=0.0)
+        deepest = -min((face.gap for face in one.faces), default=0.0)
         if deepest > 0.0:
             yield Fault(
                 ("analysis", "start"),

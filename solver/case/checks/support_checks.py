@@ -54,7 +54,7 @@ def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:
         return
     for (_, one), (key, other) in combinations(keyed(support), 2):
         first, last = max(one.start, other.start), min(one.end, other.end)
-        sides = {plane.side for plane in one.planes} & {plane.side for plane in other.planes}
+        sides = set(one.sides) & set(other.sides)
         if sides and last - first > 0.0:
             where = " and ".join("below" if side > 0.0 else "above" for side in sorted(sides, reverse=True))
             yield Fault(
@@ -114,7 +114,7 @@ def something_carries_the_beam(support: AnySupports, load: Loads, joint: Mapping
         return
     if bending_rank(tuple(joint.values()), held_only=False) > 0:
         return
-    if not any(plane.side > 0.0 for _, one in keyed(support) for plane in one.planes):
+    if not any(face.carries for _, one in keyed(support) for face in one.faces):
         yield Fault(
             ("support",),
             "supports above the beam only, with gravity",

@@ -11,7 +11,7 @@ in y^2: the measure is then that of y^2, and k nodes integrate twice the degree.
 
 A mean over points with other initial gaps is the gap of no place: the lowest point of a round face touches long before.
 Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by; where
-all motion is symmetric, the points at y and -y are one.
+all motion is symmetric, the points at y and -y are one. Holes keep all points of the mesh.
 
 Source: Golub and Welsch (1969) for the rule from the recurrence of the polynomials.
 """
@@ -55,7 +55,13 @@ def across_lines(
     rows: list[tuple[Indices, Array]] = []
     areas: list[float] = []
     owners: list[int] = []
-    for face in range(len(contact.face_names)):
+    for face, met in enumerate(contact.support.faces):
+        if met.around:
+            around = np.flatnonzero(contact.faces == face)
+            rows += [(np.array([point]), np.ones(1)) for point in around]
+            areas += [float(area) for area in contact.weights[around]]
+            owners += [face] * len(around)
+            continue
         for line in _lines(contact, np.flatnonzero(contact.faces == face), count, spacing):
             if np.ptp(contact.initial_gap[line]) > EVEN * length:
                 for points in _mirrored(contact, line[touching[line]], symmetric):

@@ -53,7 +53,7 @@ SLENDER = Assumption(
 )  # fmt: skip
 RIGID = Assumption(
     "rigid model beside the frequencies", "highest frequency that carries energy over the first of bending", "1", 0.3,
-    None, 'a rigid body does not bend; compare with model.type = "beam"',
+    None, 'a rigid body does not bend; compare with model.type = "reduced"',
 )  # fmt: skip
 
 

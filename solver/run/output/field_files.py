@@ -263,11 +263,11 @@ class FieldWriter:
     def _points_on(self, face: str, model: Model) -> FacePoints:
         """Return the contact points of a face with the hat functions of the linear mesh. Collective."""
         width = model.case.beam.width if model.case.mesh.dimension == 2 else 1.0
-        facets, rule = model.tagged.facets_of(face), model.point_rule
-        coarse = gather_points(self._comm, face_points(self._space, facets, rule, width))
+        facets, rule, met = model.tagged.facets_of(face), model.point_rule, model.support.named(face)
+        coarse = gather_points(self._comm, face_points(self._space, facets, rule, width, met))
         if not rule.nodal:
             return coarse
-        rows, weights = at_nodes(gather_points(self._comm, face_points(model.space, facets, rule, width)))
+        rows, weights = at_nodes(gather_points(self._comm, face_points(model.space, facets, rule, width, met)))
         return replace(coarse.taken(rows), weights=weights)
 
     def _nodal(self, values: Array) -> Any:

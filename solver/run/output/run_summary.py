@@ -18,6 +18,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FORMAT_VERSION, SUMMARY_FILE
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.seat.static_seat import Seat
+from gapbeam.solver.supports.support import Face
 from gapbeam.solver.supports.support_tables import OWN_CONTACT
 from gapbeam.solver.system.semi_discrete import VALUE
 
@@ -55,13 +56,19 @@ def _supports(model: Model) -> list[dict[str, Any]]:
             "to": one.end,
             "clearance": one.clearance,
             "faces": [
-                {"name": face.name, "side": "below" if face.side > 0.0 else "above", "gap": face.gap}
+                {"name": face.name, "side": _side(face), "gap": face.gap}
+                | ({"offset": one.offset} if face.around else {})
                 for face in one.faces
             ],
             **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
         }
         for one in model.case.layout.supports
     ]
+
+
+def _side(face: Face) -> str:
+    """Return where a face is, seen from the beam."""
+    return "around" if face.around else "below" if face.side > 0.0 else "above"
 
 
 def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:

@@ -6,7 +6,8 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gapbeam.solver.supports.regions.hole import Hole
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.regions.stop import Stop
 
-RegionChoice = Annotated[Slot | Stop, Field(discriminator="type")]
+RegionChoice = Annotated[Slot | Stop | Hole, Field(discriminator="type")]

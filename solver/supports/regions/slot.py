@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.supports.regions.region import Plane, Region
+from gapbeam.solver.supports.regions.region import Region
+from gapbeam.solver.supports.support import Face
 
 
 class Slot(Region):
@@ -14,9 +15,10 @@ class Slot(Region):
 
     type: Literal["slot"] = Field(description="one plane below and one above the beam")
 
-    def planes(self, clearance: float, offset: float) -> tuple[Plane, ...]:
+    def faces(self, name: str, clearance: float, offset: float) -> tuple[Face, ...]:
         """Return both planes: an offset opens the upper gap and closes the lower one."""
-        return Plane("below", 1.0, 0.5 * clearance - offset), Plane("above", -1.0, 0.5 * clearance + offset)
+        below, above = 0.5 * clearance - offset, 0.5 * clearance + offset
+        return Face(f"{name}_below", 1.0, below), Face(f"{name}_above", -1.0, above)
 
     @property
     def sides(self) -> tuple[float, ...]:

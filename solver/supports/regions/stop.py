@@ -6,7 +6,8 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.supports.regions.region import Plane, Region
+from gapbeam.solver.supports.regions.region import Region
+from gapbeam.solver.supports.support import Face
 
 SIDES = {"below": 1.0, "above": -1.0}
 
@@ -17,10 +18,10 @@ class Stop(Region):
     type: Literal["stop"] = Field(description="one plane on one side of the beam")
     side: Literal["below", "above"] = Field(default="below", description="where the plane is, seen from the beam")
 
-    def planes(self, clearance: float, offset: float) -> tuple[Plane, ...]:
+    def faces(self, name: str, clearance: float, offset: float) -> tuple[Face, ...]:
         """Return the plane; an offset moves it upward."""
         side = SIDES[self.side]
-        return (Plane(self.side, side, clearance - side * offset),)
+        return (Face(f"{name}_{self.side}", side, clearance - side * offset),)
 
     @property
     def sides(self) -> tuple[float, ...]:

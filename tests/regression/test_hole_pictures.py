@@ -1,0 +1,70 @@
+"""Results of a tube in holes: figures, pictures and reports of a beam that moves in space."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image
+
+import gapbeam
+from gapbeam.postprocess.render import RenderError, render
+from gapbeam.postprocess.results.supports_of_run import supports_of
+from gapbeam.postprocess.scene import offscreen
+from gapbeam.postprocess.scene.support_surface import support_of
+from tests.shared.command import DEMO
+
+KEYS = (
+    "model.type=rigid",
+    "support.right.offset=5e-5",
+    "mesh.cells_through_thickness=2",
+    "mesh.cells_across_width=2",
+    "mesh.support_size=0.01",
+    "mesh.size=0.1",
+    "contact.stiffness=1e11",
+    "time.end=0.02",
+    "output.fields_interval=0.01",
+    "output.errors=none",
+)
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """Run a rigid tube in two holes."""
+    path: Path = tmp_path_factory.mktemp("holes") / "run"
+    gapbeam.run(DEMO.with_name("tube-holes.toml"), KEYS, path)
+    return path
+
+
+def test_a_hole_is_described(folder: Path) -> None:
+    """The summary has one face for each hole, all around the tube, with its offset."""
+    results = gapbeam.open_results(folder)
+    left, right = supports_of(results.summary, results.case)
+    assert [face.face for one in (left, right) for face in one.faces] == ["left_hole", "right_hole"]
+    assert all(face.around and face.gap == 1.2e-4 for one in (left, right) for face in one.faces)
+    assert (left.faces[0].offset, right.faces[0].offset) == (0.0, 5e-5)
+
+
+def test_a_ring_is_drawn_where_the_tube_touches_it(folder: Path) -> None:
+    """Its inner radius is that of the tube and the enlarged clearance, its middle that of the enlarged offset."""
+    results = gapbeam.open_results(folder)
+    points = np.array([[0.0, -0.0125, -0.0125], [1.0, 0.0125, 0.0125]])
+    boxes = support_of(points, 3, supports_of(results.summary, results.case))
+    left, right = (boxes.box(block, 10.0) for block in boxes.blocks)
+    assert left == pytest.approx((0.1, 0.12, -0.0212, 0.0212, -0.0212, 0.0212))
+    assert right[4:] == pytest.approx((0.0005 - 0.0212, 0.0005 + 0.0212))
+    assert boxes.is_around("left_hole")
+
+
+def test_orbits_and_pictures_are_drawn(folder: Path, tmp_path: Path) -> None:
+    """The figure of the orbits, and pictures that are not blank."""
+    names = [path.name for path in gapbeam.plot(folder, output=tmp_path / "figures")]
+    assert "orbits.png" in names
+    try:
+        offscreen.prepare_offscreen()
+    except RenderError as fault:
+        pytest.skip(str(fault))
+    paths = render(folder, output=tmp_path / "pictures", size=(800, 450), film=False)
+    for path in paths:
+        assert np.asarray(Image.open(path)).std() > 10.0

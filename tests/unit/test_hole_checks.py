@@ -1,0 +1,59 @@
+"""Round holes that do not go with the rest of a case: what is said, and what to try."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from tests.shared.case_texts import BEAM, assert_says, faults_of, written
+
+HEAD = (
+    BEAM.replace("width = 0.02\n", 'width = 0.012\nsection = "round"\n')
+    + '[mesh]\ndimension = 3\n[model]\ntype = "reduced"\n'
+)
+HOLE = '[[support]]\nname = "a"\nfrom = 0.0\nto = 0.02\nclearance = 1e-4\nregion = "hole"\n'
+OTHER = HOLE.replace('"a"', '"b"').replace("0.0\n", "0.5\n").replace("0.02", "0.52")
+GOOD = HEAD + HOLE + OTHER
+
+BAD = {
+    "a square beam": (GOOD.replace('section = "round"\n', ""), ["hole", "rectangle", "round section", '"slot"']),
+    "a slice": (GOOD.replace("dimension = 3", "dimension = 2"), ["dimension", "3", "equally wide"]),
+    "beam elements": (GOOD.replace('"reduced"', '"beam"'), ["beam, with a hole", "one plane", "reduced"]),
+    "nitsche": (
+        GOOD.replace('type = "reduced"', 'type = "full"') + '[contact]\nformulation = "nitsche"\n',
+        ["nitsche, with a hole", "penalty"],
+    ),
+    "wide": (GOOD.replace("clearance = 1e-4", "clearance = 1e-3", 1), ["0.167 of the radius", "not of the diameters"]),
+    "out of line": (
+        GOOD.replace("clearance = 1e-4", "clearance = 1e-4\noffset = 2e-4", 1),
+        ["0.0002 m", "more than the clearance"],
+    ),
+    "a slot in a hole": (
+        GOOD + '[[support]]\nname = "c"\nfrom = 0.51\nto = 0.53\nclearance = 1e-4\n',
+        ["b and c both stand below and above"],
+    ),
+    "points": (GOOD + "[contact]\npoints = [0.01, 0.51]\n", ["no points on a round section"]),
+    "a mesh file": (
+        GOOD.replace("dimension = 3", 'dimension = 3\nfile = "tube.msh"'),
+        ["hole, with a mesh file", "leave file out"],
+    ),
+    "an unknown region": (GOOD.replace('"hole"', '"ring"', 1), ["ring", "hole", "slot", "stop"]),
+}
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_holes_that_do_not_fit_are_refused(name: str, tmp_path: Path) -> None:
+    """With the key, what was found, what was expected and what to try."""
+    whole, words = BAD[name]
+    assert_says("\n".join(map(str, faults_of(written(tmp_path, whole)))), words)
+
+
+def test_a_beam_rests_in_holes_alone(tmp_path: Path) -> None:
+    """A hole carries the weight; the case is written as it was read."""
+    case = read_case(written(tmp_path, GOOD))
+    assert read_case_text(case_to_toml(case)) == case
+    assert [face.name for face in case.layout.faces] == ["a_hole", "b_hole"]
+    assert list(case.layout.spans()) == pytest.approx([0.48])

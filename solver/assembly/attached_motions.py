@@ -12,10 +12,10 @@ from collections.abc import Sequence
 import numpy as np
 
 from gapbeam.solver.attachments.attached import Attached
-from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, OUT_OF_PLANE, MeanMotion, MotionName
+from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, OUT_OF_PLANE, SIDEWAYS, MeanMotion, MotionName
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, FullModel
-from gapbeam.solver.case.symmetry import is_symmetric
+from gapbeam.solver.case.symmetry import bends_in_two_planes, is_symmetric
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.system.operators import Array, RankOnes
 
@@ -27,7 +27,7 @@ def attached_motions(case: Case) -> tuple[Attached, ...]:
     motions = model_motions(case)
     entries = (*case.joint, *case.mass, *case.fluid)
     found = tuple(one for entry in entries for one in entry.attached() if one.motion.name in motions)
-    return (*found, *roll_springs(case))
+    return (*found, *(one for one in roll_springs(case) if one.motion.name in motions))
 
 
 def in_stiffness(case: Case, one: Attached) -> bool:
@@ -50,9 +50,9 @@ def roll_springs(case: Case) -> tuple[Attached, ...]:
 
 
 def model_motions(case: Case) -> tuple[MotionName, ...]:
-    """Return the motions of cross-sections that a model has: bending alone, all in the plane, or all."""
+    """Return the motions of cross-sections that a model has: bending in one plane or two, all in the plane, or all."""
     if isinstance(case.model, BeamModel):
-        return BENDING
+        return SIDEWAYS if bends_in_two_planes(case) else BENDING
     if case.mesh.dimension == 2 or (not isinstance(case.model, FullModel) and is_symmetric(case)):
         return IN_PLANE
     return (*IN_PLANE, *OUT_OF_PLANE)

@@ -85,6 +85,15 @@ class Beam(Table):
         """Return the share kappa of the area that carries shear in the bending plane, no unit."""
         return self.section.shear_coefficient(self.thickness, self.width, poisson_ratio)
 
+    @property
+    def lateral_moment(self) -> float:
+        """Second moment of area of bending across the bending plane, m^4."""
+        return self.section.lateral_moment(self.thickness, self.width)
+
+    def lateral_shear_coefficient(self, poisson_ratio: float) -> float:
+        """Return the share kappa of the area that carries shear across the bending plane, no unit."""
+        return self.section.lateral_shear_coefficient(self.thickness, self.width, poisson_ratio)
+
     def contains(self, y: float, z: float) -> bool:
         """Return whether a point of the plane of the section is in the material."""
         return self.section.contains(y, z, self.thickness, self.width)

@@ -46,7 +46,7 @@ class ReducedModel(Table):
 
 
 class BeamModel(Table):
-    """Timoshenko beam elements between the contact faces of the mesh: bending alone."""
+    """Timoshenko beam elements between the contact faces of the mesh: bending alone, in one plane or in two."""
 
     type: Literal["beam"] = Field(description="name of the model")
     elements: Whole = Field(default=102, ge=2, le=2000, description="number of elements along the beam")

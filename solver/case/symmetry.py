@@ -1,8 +1,12 @@
-"""Whether a case is symmetric about its bending plane."""
+"""Whether a case is symmetric about its bending plane, and what moves a beam out of it."""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
+
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.supports.support import Face
 
 
 def is_symmetric(case: Case) -> bool:
@@ -16,3 +20,16 @@ def is_symmetric(case: Case) -> bool:
     points = [load.place.point for load in case.load]
     directions = [load.direction for load in case.load if load.direction is not None]
     return not any(isinstance(vector, tuple) and len(vector) > 1 and vector[1] != 0.0 for vector in points + directions)
+
+
+def bends_in_two_planes(case: Case) -> bool:
+    """Return whether something moves the beam out of its bending plane: a hole, or a load beside the bending axis."""
+    return moves_in_space(case.mesh.dimension, case.layout.faces, case.load)
+
+
+def moves_in_space(dimension: int, faces: Iterable[Face], loads: Iterable[Load]) -> bool:
+    """Return the same by the dimension of the mesh, the faces of supports and the loads."""
+    if dimension == 2:
+        return False
+    sideways = any(load.direction is not None and load.direction[1] != 0.0 for load in loads)
+    return sideways or any(face.around for face in faces)

@@ -29,6 +29,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
+from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.contact_scales import contact_duration
 from gapbeam.solver.models.contact_setting import contact_setting, friction_coefficients
@@ -36,7 +37,6 @@ from gapbeam.solver.models.explicit_step import with_stable_step
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.reduction.rigid_body import rigid_body
 from gapbeam.solver.models.time_step import with_time_step
-from gapbeam.solver.models.timoshenko_beam import beam_body
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem

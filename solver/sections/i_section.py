@@ -40,6 +40,15 @@ class ISection(SectionTable):
         below += 30.0 * n**2 * (m + m**2) + 5.0 * nu * n**2 * (8.0 * m + 9.0 * m**2)
         return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / below
 
+    def lateral_moment(self, thickness: float, width: float) -> float:
+        """Return (2 t_f b^3 + h_w t_w^3) / 12."""
+        return (2.0 * self.flange * width**3 + (thickness - 2.0 * self.flange) * self.web**3) / 12.0
+
+    def lateral_shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return the kappa of a rectangle over both flanges, which carry the shear."""
+        share = 2.0 * width * self.flange / self.area(thickness, width)
+        return share * 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
+
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
         """Return three patches in each flange, and the web."""
         y, z = 0.5 * width, 0.5 * thickness

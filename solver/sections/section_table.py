@@ -44,6 +44,14 @@ class SectionTable(Table, ABC):
     def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
         """Return the share kappa of the area that carries shear in the bending plane, no unit."""
 
+    def lateral_moment(self, thickness: float, width: float) -> float:
+        """Return the second moment of area of bending across the bending plane, int y^2 dA, m^4."""
+        return self.second_moment(width, thickness)
+
+    def lateral_shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return the share of the area that carries shear across the bending plane, no unit."""
+        return self.shear_coefficient(width, thickness, poisson_ratio)
+
     @abstractmethod
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches | None:
         """Return the patches of its mesh; None: layers through thickness and width.

@@ -31,7 +31,7 @@ SECTIONS: dict[str, tuple[Any, float, float]] = {
 ALL = pytest.mark.parametrize("name", SECTIONS)
 
 
-def clamped(name: str, model: dict[str, Any], length: float = 0.6) -> Model:
+def clamped(name: str, model: dict[str, Any], length: float = 0.6, **load: Any) -> Model:
     """Return a cantilever in a slot that it does not touch, with a force at its tip."""
     section, width, _ = SECTIONS[name]
     case = {
@@ -42,7 +42,7 @@ def clamped(name: str, model: dict[str, Any], length: float = 0.6) -> Model:
         "mesh": {"dimension": 3, "size": 0.04, "support_size": 0.025},
         "model": model,
         "load": [
-            {"type": "harmonic_force", "name": "f", "point": length, "amplitude": 1.0, "frequency": 5.0},
+            {"type": "harmonic_force", "name": "f", "point": length, "amplitude": 1.0, "frequency": 5.0, **load},
         ],
         "probe": [{"name": "tip", "point": length}],
         "time": {"end": 0.1, "step": 1.0e-4},
@@ -67,6 +67,31 @@ def test_beam_elements_bend_and_shear_as_their_section_does(name: str) -> None:
     found = float(np.sum(force**2 / squares))
     wanted = length**3 / (3.0 * YOUNG * beam.second_moment) + length / (kappa * SHEAR * beam.area)
     assert found == pytest.approx(wanted, rel=1e-8)
+
+
+# int y^2 dA by hand, and the area that carries shear across over all
+ASIDE = {
+    "rectangle": (0.04 * 0.04**3 / 12.0, 13.0 / 15.3),
+    "round": (pi * 0.04**4 / 64.0, 7.8 / 8.8),
+    "box": ((0.04**4 - 0.032**4) / 12.0, None),
+    "i": ((2.0 * 0.006 * 0.03**3 + 0.028 * 0.006**3) / 12.0, 13.0 / 15.3 * 0.36 / 0.528),
+}
+
+
+@pytest.mark.parametrize("name", ASIDE)
+def test_beam_elements_bend_in_two_planes(name: str) -> None:
+    """Under a force 30 degrees off the bending axis the tip moves as under both components, each in its own plane."""
+    slanted = clamped(name, {"type": "beam", "elements": 8}, direction=[0.0, 0.5, sqrt(0.75)])
+    beam, length = slanted.case.beam, slanted.case.beam.length
+    second, share = ASIDE[name]
+    kappa = share or beam.lateral_shear_coefficient(POISSON)
+    squares, shapes = slanted.system.operators.modes
+    moved = slanted.probes["tip"].matrix @ (shapes @ ((slanted.body.patterns[0] @ shapes) / squares))
+    across = length**3 / (3.0 * YOUNG * second) + length / (kappa * SHEAR * beam.area)
+    upward = length**3 / (3.0 * YOUNG * beam.second_moment) + length / (
+        beam.shear_coefficient(POISSON) * SHEAR * beam.area
+    )
+    assert moved == pytest.approx([0.0, 0.5 * across, sqrt(0.75) * upward], rel=1e-8, abs=1e-16)
 
 
 @ALL

@@ -161,7 +161,7 @@ def test_nothing_but_its_springs_holds_a_tube_that_touches_no_wall() -> None:
 def test_a_tube_rests_as_its_solid_does(offset: float) -> None:
     """Reduced and full models in two holes, one of them out of line: same forces and places; the weight is carried."""
     places = {}
-    for name in ("full", "reduced"):
+    for name in ("full", "reduced", "beam"):
         holes = [
             {"name": "a", "from": 0.0, "to": 0.02, "clearance": CLEARANCE, "region": "hole"},
             {"name": "b", "from": 0.6, "to": 0.62, "clearance": CLEARANCE, "region": "hole", "offset": offset},
@@ -180,6 +180,23 @@ def test_a_tube_rests_as_its_solid_does(offset: float) -> None:
     by_hand = -CLEARANCE + offset + slope * 0.19
     assert places["full"][2] == pytest.approx(by_hand, abs=0.03 * CLEARANCE)
     assert places["reduced"] == pytest.approx(places["full"], abs=2e-3 * CLEARANCE)
+    assert places["beam"] == pytest.approx(places["full"], abs=0.01 * CLEARANCE)
+
+
+def test_beam_elements_move_alike_in_all_directions() -> None:
+    """A blow on a tube in its holes, upward or aside: the same motion, turned by a quarter."""
+    moved = []
+    for direction in ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]):
+        load = {"type": "harmonic_force", "name": "f", "point": 0.03, "amplitude": 2000.0, "frequency": 400.0}
+        model = model_of(
+            [load | {"direction": direction}], model={"type": "beam", "elements": 10}, analysis={"type": "transient", "start": "undeformed"},
+            damping={"mass": 0.0, "stiffness": 1e-5},
+        )  # fmt: skip
+        moved.append(np.array([motion(model, step.new.u[VALUE]) for step in Simulation(model).march(None, 60)]))
+    upward, aside = moved
+    assert np.ptp(upward[:, 2]) > 2.0 * CLEARANCE
+    assert aside[:, 1] == pytest.approx(upward[:, 2], abs=1e-6 * CLEARANCE)
+    assert np.abs(aside[:, 2]).max() < 1e-6 * CLEARANCE
 
 
 def test_motions_of_the_points_of_a_hole() -> None:

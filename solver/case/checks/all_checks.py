@@ -53,7 +53,7 @@ from gapbeam.solver.case.checks.geometry_checks import (
     mesh_file_says_it_all,
     support_is_part_of_the_beam,
 )
-from gapbeam.solver.case.checks.hole_checks import holes_hold_round_beams, holes_need_a_body_in_space
+from gapbeam.solver.case.checks.hole_checks import holes_are_met_along_radii, holes_hold_round_beams
 from gapbeam.solver.case.checks.load_checks import (
     attached_masses_sit_on_mass,
     loads_are_sound,
@@ -201,7 +201,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     own_contact_fits_the_case,
     something_carries_the_beam,
     holes_hold_round_beams,
-    holes_need_a_body_in_space,
+    holes_are_met_along_radii,
     clearance_is_small,
     section_fits_the_beam,
     sections_are_solids,

@@ -11,12 +11,13 @@ from gapbeam.solver.attachments.joint_table import ElasticJoint, Joint, bending_
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Beam, Mesh
-from gapbeam.solver.case.checks.place_checks import namesakes, outside
+from gapbeam.solver.case.checks.place_checks import Loads, namesakes, outside
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, ModelTable, RigidModel
+from gapbeam.solver.case.symmetry import moves_in_space
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.supports.layout import keyed, support_at
+from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
 
 ALLOWED = 1.0e-9  # of the largest displacement: what round-off leaves of a rotation about a joint
@@ -61,11 +62,14 @@ def joints_keep_apart(beam: Beam, joint: Joints) -> Iterator[Fault]:
             )
 
 
-def elastic_joints_do_something(joint: Joints, model: ModelTable, mesh: Mesh) -> Iterator[Fault]:
+def elastic_joints_do_something(
+    joint: Joints, model: ModelTable, mesh: Mesh, support: AnySupports, load: Loads
+) -> Iterator[Fault]:
     """An elastic joint has a spring or a damper, on a motion that the model has."""
     missing = []
     if isinstance(model, BeamModel):
-        missing = ["axial", "lateral", "lateral_rotation", "twist"]
+        space = moves_in_space(mesh.dimension, Layout.of(support).faces, load.values())
+        missing = ["axial", "twist"] if space else ["axial", "lateral", "lateral_rotation", "twist"]
     elif mesh.dimension == 2:
         missing = ["lateral", "lateral_rotation", "twist"]
     for number, entry in joint.items():

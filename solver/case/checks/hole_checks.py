@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import BeamModel, ModelTable
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
@@ -58,17 +57,9 @@ def holes_hold_round_beams(beam: Beam, support: AnySupports, mesh: Mesh) -> Iter
             )
 
 
-def holes_need_a_body_in_space(support: AnySupports, model: ModelTable, contact: Contact) -> Iterator[Fault]:
-    """A beam in a hole moves in two planes, and is met along radii."""
+def holes_are_met_along_radii(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """The stress at the points of a hole is not known along its radii."""
     for key, _ in _holes(support):
-        if isinstance(model, BeamModel):
-            yield Fault(
-                ("model", "type"),
-                "beam, with a hole",
-                "reduced, rigid or full: beam elements bend in one plane, and a hole lets the beam move in two",
-                'type = "reduced"',
-                (key,),
-            )
         if contact.formulation.stress_terms is not None:
             yield Fault(
                 ("contact", "formulation"),

@@ -101,7 +101,12 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     """Return the tables of a whole case: those that are given, with names, directions, sizes."""
     whole = {key: value for key, value in tables.items() if not isinstance(value, LeftOut)}
     whole = {key: dict(value) if isinstance(value, dict) else value for key, value in whole.items()}
+    if draw.focus.value == "hole":
+        whole["beam"] = whole["beam"] | {"section": {"type": "tube", "wall": 0.1 * draw.scene.thickness}}
+        whole["mesh"] = whole["mesh"] | {"dimension": 3}
     whole["beam"], whole["mesh"] = _beam(draw, whole["beam"], whole["mesh"])
+    if isinstance(whole["support"], list):
+        whole["support"] = [_region(one, whole["beam"]) for one in whole["support"]]
     dimension = whole["mesh"].get("dimension", 2)
     whole["load"] = [_load(draw, load, number, dimension) for number, load in enumerate(whole["load"])]
     whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
@@ -130,6 +135,17 @@ def _beam(draw: Draw, beam: dict[str, Any], mesh: dict[str, Any]) -> tuple[dict[
         beam = beam | {"width": beam["thickness"]}
     kept = {key: value for key, value in mesh.items() if key not in ("cell", "plane")}
     return beam, kept | {"dimension": 3}
+
+
+def _region(support: dict[str, Any], beam: dict[str, Any]) -> dict[str, Any]:
+    """Keep holes to round sections, with a play that is small beside the radius and an offset within it."""
+    if support.get("region", {}).get("type") != "hole":
+        return support
+    if beam.get("section", {"type": "rectangle"})["type"] not in ("round", "tube"):
+        return {key: value for key, value in support.items() if key != "region"}
+    play = max(min(support["clearance"], 0.02 * beam["thickness"]), -0.001 * beam["thickness"])
+    offset = min(max(support.get("offset", 0.0), -max(play, 0.0)), max(play, 0.0))
+    return support | {"clearance": play, "offset": offset}
 
 
 def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict[str, Any]:

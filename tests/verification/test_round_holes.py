@@ -189,9 +189,11 @@ def test_beam_elements_move_alike_in_all_directions() -> None:
     for direction in ([0.0, 0.0, 1.0], [0.0, 1.0, 0.0]):
         load = {"type": "harmonic_force", "name": "f", "point": 0.03, "amplitude": 2000.0, "frequency": 400.0}
         model = model_of(
-            [load | {"direction": direction}], model={"type": "beam", "elements": 10}, analysis={"type": "transient", "start": "undeformed"},
+            [load | {"direction": direction}],
+            model={"type": "beam", "elements": 10},
+            analysis={"type": "transient", "start": "undeformed"},
             damping={"mass": 0.0, "stiffness": 1e-5},
-        )  # fmt: skip
+        )
         moved.append(np.array([motion(model, step.new.u[VALUE]) for step in Simulation(model).march(None, 60)]))
     upward, aside = moved
     assert np.ptp(upward[:, 2]) > 2.0 * CLEARANCE

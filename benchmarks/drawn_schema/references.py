@@ -14,6 +14,7 @@ import gapbeam
 from benchmarks.drawn_schema.ways import FINER, Way
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.response import TrialResponse, respond
 from gapbeam.studies.trials.starts import seated
@@ -54,7 +55,7 @@ def motion_by(way: Way, case: Case, run: MotionRecord, step: float, computed: di
     end = run.end if way.exact is None else min(run.end, max(FIRST_PART * run.end, FEWEST * run.interval))
     with _step_by_step(way.step_by_step):
         response = respond(model, seated(model).state, round(end / model.step), run.interval)
-    return MotionRecord.of_history(as_history(_passed(response).history, response.labels))
+    return MotionRecord.of_history(as_history(_passed(response).history, response.labels), bends_in_two_planes(case))
 
 
 def long_march(way: Way, case: Case, step: float, computed: dict[str, float]) -> tuple[MotionRecord, float]:
@@ -75,7 +76,7 @@ def long_march(way: Way, case: Case, step: float, computed: dict[str, float]) ->
     model = gapbeam.model(case, changes).model
     rises = ceil(frequency * max((load.rise_time for load in case.load), default=0.0))
     response = respond(model, seated(model).state, (PERIODS + rises) * whole, step)
-    motion = MotionRecord.of_history(as_history(_passed(response).history, response.labels))
+    motion = MotionRecord.of_history(as_history(_passed(response).history, response.labels), bends_in_two_planes(case))
     length = periods / frequency
     last = motion.between(motion.end - length, motion.end)
     before = motion.between(motion.end - 2.0 * length, motion.end - length)

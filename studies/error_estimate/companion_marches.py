@@ -13,6 +13,7 @@ from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.studies.error_estimate.companions import COST, Companion
@@ -91,7 +92,7 @@ def companion_motions(
             raise EstimateError(f"{companion.name}: {response.message}")
         if len(response.history["time"]) < FEWEST_RECORDS:
             raise EstimateError(f"{companion.name}: too slow for the {budget:.3g} s that it may take")
-        motion = MotionRecord.of_history(as_history(response.history, response.labels))
+        motion = MotionRecord.of_history(as_history(response.history, response.labels), bends_in_two_planes(case))
         reached = min(reached, motion.end)
         yield CompanionMotion(companion.name, motion, model.dofs, model.step, time.perf_counter() - clock)
 

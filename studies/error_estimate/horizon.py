@@ -28,7 +28,7 @@ def horizon_of(motion: MotionRecord, others: Iterable[MotionRecord]) -> float | 
     """
     found = []
     mine = _waves(motion)
-    spans = np.ptp(mine, axis=0)
+    spans = motion.spans if motion.probes else np.ptp(mine, axis=0)
     for other in others:
         theirs = _waves(other)
         count = min(len(mine), len(theirs))

@@ -71,8 +71,8 @@ def key_figures(motion: MotionRecord, span: Span) -> dict[str, KeyFigure]:
     """Return the key figures of a motion over the windows of a span, by name.
 
     For each probe: peak to peak of the displacement and of the 2.5 ms mean of the absolute acceleration, and, over
-    whole periods of the forcing, the amplitudes of the first three harmonics of the displacement; for each face the
-    largest 0.5 ms mean of the contact force and the impulse.
+    whole periods of the forcing, the amplitudes of the first three harmonics of the displacement, of bodies that move
+    in space for both directions; for each face the largest 0.5 ms mean of the contact force and the impulse.
     """
     found: dict[str, list[tuple[str, str, float]]] = {}
     for window in span.windows(motion):
@@ -89,12 +89,13 @@ def _figures(motion: MotionRecord, frequency: float | None) -> Iterator[tuple[st
     ranges = np.ptp(motion.displacement, axis=0)
     gains = np.ptp(window_means(motion.velocity_gained, motion.interval, ACCELERATION_WINDOW), axis=0)
     for number, probe in enumerate(motion.probes):
-        yield f"{probe} displacement", "m", "", float(ranges[number])
-        yield f"{probe} smoothed acceleration", "m/s^2", "", float(gains[number])
+        of = probe.removesuffix(" lateral") if motion.in_space else ""  # both directions are judged together
+        yield f"{probe} displacement", "m", of and f"{of} displacements", float(ranges[number])
+        yield f"{probe} smoothed acceleration", "m/s^2", of and f"{of} accelerations", float(gains[number])
         if frequency is not None:
             amplitudes = _harmonics(motion.times, motion.displacement[:, number], frequency)
             for order, amplitude in enumerate(amplitudes, 1):
-                yield f"{probe} harmonic {order}", "m", f"{probe} harmonics", float(amplitude)
+                yield f"{probe} harmonic {order}", "m", f"{of or probe} harmonics", float(amplitude)
     peaks = window_means(motion.impulse, motion.interval, FORCE_WINDOW).max(axis=0)
     for number, face in enumerate(motion.faces):
         yield f"{face} peak force", "N", "peak forces", float(peaks[number])

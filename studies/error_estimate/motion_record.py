@@ -1,4 +1,4 @@
-"""What error estimates read of a motion: bending displacement, velocity gained, impulses, at evenly spaced times."""
+"""What error estimates read of a motion: displacements, velocity gained, impulses, at evenly spaced times."""
 
 from __future__ import annotations
 
@@ -16,12 +16,13 @@ class MotionRecord:
 
     Attributes:
         times: Of the records, evenly spaced from t = 0, (n,), s.
-        probes: Names of the probes.
-        displacement: In the bending direction, (n, probes), m.
+        probes: Names of the probes, in space followed by the same with "lateral".
+        displacement: In the bending direction, and of lateral ones across it, (n, probes), m.
         velocity_gained: Absolute acceleration integrated over time, (n, probes), m/s.
         faces: Names of the contact faces.
         force: Normal contact force, (n, faces), N.
         impulse: Contact force integrated over time, (n, faces), N s.
+        in_space: Whether the second half of the probes is the lateral motion of the first.
     """
 
     times: Array
@@ -31,24 +32,45 @@ class MotionRecord:
     faces: tuple[str, ...]
     force: Array
     impulse: Array
+    in_space: bool = False
 
     @classmethod
-    def of_history(cls, history: xr.Dataset) -> MotionRecord:
-        """Return the motion in the records of a run, up to the last whole interval."""
+    def of_history(cls, history: xr.Dataset, in_space: bool = False) -> MotionRecord:
+        """Return the motion in the records of a run, up to the last whole interval.
+
+        Args:
+            history: The records.
+            in_space: Whether the motion across the bending plane counts, too.
+        """
         times = np.asarray(history["time"].values, dtype=float)
         even = len(times)
         if even > 2 and abs((times[-1] - times[-2]) - (times[1] - times[0])) > 1.0e-6 * times[1]:
             even -= 1  # the end of a run is recorded whatever its interval
         probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
         count, still = len(times), np.zeros((len(times), 0))
-        displacement = np.asarray(history["displacement"].values)[:, :, -1] if probes else still
-        gained = still
+        displacement = gained = still
         if probes:
             steps = np.diff(times, prepend=times[0])[:, None]
-            gained = np.cumsum(np.asarray(history["acceleration_absolute"].values)[:, :, -1] * steps, axis=0)
+            axes = (-1, 1) if in_space else (-1,)
+            displacement, acceleration = (
+                np.concatenate([np.asarray(history[name].values)[:, :, axis] for axis in axes], axis=1)
+                for name in ("displacement", "acceleration_absolute")
+            )
+            gained = np.cumsum(acceleration * steps, axis=0)
+            probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
         faces = tuple(str(name) for name in history["face"].values)
         force, impulse = (np.asarray(history[name].values).reshape(count, -1) for name in ("contact_force", "impulse"))
-        return cls(times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even])
+        return cls(
+            times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space
+        )
+
+    @property
+    def spans(self) -> Array:
+        """Range of each displacement, (probes,), m; in space the larger one of both directions."""
+        ranges = np.ptp(self.displacement, axis=0)
+        if not self.in_space:
+            return np.asarray(ranges)
+        return np.tile(ranges.reshape(2, -1).max(axis=0), 2)
 
     @property
     def interval(self) -> float:
@@ -66,7 +88,7 @@ class MotionRecord:
         part = slice(first, last + 1)
         return MotionRecord(
             self.times[part], self.probes, self.displacement[part], self.velocity_gained[part],
-            self.faces, self.force[part], self.impulse[part],
+            self.faces, self.force[part], self.impulse[part], self.in_space,
         )  # fmt: skip
 
 

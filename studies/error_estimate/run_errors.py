@@ -17,6 +17,7 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
 from gapbeam.solver.run.output.run_summary import write_summary
@@ -94,7 +95,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
     try:
         if not isinstance(case.analysis, Transient):
             raise EstimateError("a periodic response has its residual")
-        run = MotionRecord.of_history(open_results(outcome.folder).history)
+        run = MotionRecord.of_history(open_results(outcome.folder).history, bends_in_two_planes(case))
         if len(run.times) < FEWEST_RECORDS:
             raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, case)

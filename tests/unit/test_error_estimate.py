@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import gapbeam
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
@@ -219,3 +220,41 @@ def test_accelerations_beyond_the_resolution_are_not_known() -> None:
     errors = {one.name: one.error for one in found.figures}
     assert errors["tip smoothed acceleration"] is None
     assert all(error is not None for name, error in errors.items() if name != "tip smoothed acceleration")
+
+
+def in_space(lateral: float, noise: float = 0.0) -> MotionRecord:
+    """Return a probe that moves on an ellipse, 1 mm high, as the records of a run have it."""
+    times = np.arange(2001) * INTERVAL
+    waves = np.zeros((len(times), 1, 3))
+    waves[:, 0, 2] = 1.0e-3 * np.sin(OMEGA * times)
+    waves[:, 0, 1] = lateral * np.cos(OMEGA * times) + noise * np.sin(7.3 * OMEGA * times)
+    force = np.ones((len(times), 1))
+    history = xr.Dataset(
+        {
+            "displacement": (("time", "probe", "component"), waves),
+            "acceleration_absolute": (("time", "probe", "component"), -(OMEGA**2) * waves),
+            "contact_force": (("time", "face"), force),
+            "impulse": (("time", "face"), np.cumsum(force, axis=0) * INTERVAL),
+        },
+        {"time": times, "probe": ["tip"], "face": ["hole"], "component": ["x", "y", "z"]},
+    )
+    return MotionRecord.of_history(history, in_space=True)
+
+
+def test_motion_in_space_has_figures_in_both_directions() -> None:
+    """The lateral range of an ellipse stands beside the vertical one, and both are judged by the larger one."""
+    motion = in_space(2.0e-3)
+    assert motion.probes == ("tip", "tip lateral")
+    assert motion.spans == pytest.approx([4.0e-3, 4.0e-3], rel=1e-4)
+    figures = key_figures(motion, Span("whole run", 0.0, 0.2, 1, FREQUENCY))
+    assert figures["tip displacement"].mean == pytest.approx(2.0e-3, rel=1e-4)
+    assert figures["tip lateral displacement"].mean == pytest.approx(4.0e-3, rel=1e-4)
+    assert figures["tip lateral harmonic 1"].mean == pytest.approx(2.0e-3, rel=1e-9)
+    assert figures["tip lateral displacement"].group == figures["tip displacement"].group != ""
+
+
+def test_round_off_aside_does_not_end_what_can_be_predicted() -> None:
+    """A beam that moves upward but for round-off is predictable; one that leaves its orbit by 5 % is not."""
+    still = in_space(0.0)
+    assert horizon_of(still, [in_space(0.0, 1.0e-12)]) is None
+    assert horizon_of(still, [in_space(0.0, 1.0e-4)]) is not None

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import pairwise
 from os import PathLike
 from typing import TYPE_CHECKING
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from mpi4py import MPI
 
     from gapbeam.solver.march.simulation import Simulation
-    from gapbeam.solver.run.run_case import Outcome
+    from gapbeam.solver.run.outcome import Outcome
     from gapbeam.studies.modes.find_modes import ModesResult
     from gapbeam.studies.prediction.case_description import CaseDescription
 
@@ -64,7 +65,8 @@ def run(
     read = shared_case(case, overrides, comm)
     wanted = errors_wanted(read)
     outcome = run_case(read, folder, comm, overwrite, resume)
-    return with_errors(read, outcome, comm) if wanted else outcome
+    outcome = with_errors(read, outcome, comm) if wanted else outcome
+    return replace(outcome, body=None)  # its memory goes
 
 
 def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = None) -> Simulation:

@@ -6,7 +6,6 @@ import logging
 import time
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any
@@ -19,6 +18,7 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.case.record_checksums import with_checksums
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError
 from gapbeam.solver.loads.forcing import forcing_frequencies
@@ -35,6 +35,7 @@ from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
 from gapbeam.solver.run.interruption import Interruption, Signals, Wish
 from gapbeam.solver.run.march_summary import describe_march
+from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
@@ -49,26 +50,6 @@ from gapbeam.solver.seat.static_seat import Seat
 
 LOG = logging.getLogger("gapbeam")
 MARCHED = "the model was marched"
-
-
-@dataclass(frozen=True, repr=False)
-class Outcome:
-    """Result of a run.
-
-    Attributes:
-        folder: Where its results are.
-        exit_status: 0, or the status of what went wrong.
-        message: One line for the user.
-        summary: The contents of summary.json.
-    """
-
-    folder: Path
-    exit_status: int
-    message: str
-    summary: dict[str, Any]
-
-    def __repr__(self) -> str:
-        return f"<Outcome: exit status {self.exit_status}: {self.message}; in {self.folder}>"
 
 
 def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, resume: bool = False) -> Outcome:
@@ -158,7 +139,8 @@ def _run_case(
             summary["wall_time"]["total"] = time.perf_counter() - signals.started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
             _close(folder, comm, summary)
-    return Outcome(folder, summary["exit_status"], summary["message"], summary)
+    small = comm.size == 1 and not isinstance(case.model, FullModel)
+    return Outcome(folder, summary["exit_status"], summary["message"], summary, model.body if small else None)
 
 
 def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:

@@ -16,6 +16,7 @@ from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
+from gapbeam.solver.models.body import Body
 from gapbeam.studies.error_estimate.companions import COST, Companion
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.kept_body import KeptBody
@@ -52,7 +53,13 @@ class CompanionMotion:
 
 
 def companion_motions(
-    case: Case, companions: Sequence[Companion], end: float, step: float, interval: float, budget: float
+    case: Case,
+    companions: Sequence[Companion],
+    end: float,
+    step: float,
+    interval: float,
+    budget: float,
+    body: Body | None = None,
 ) -> Iterator[CompanionMotion]:
     """March the companions of a case, all up to the same time.
 
@@ -66,11 +73,12 @@ def companion_motions(
         step: Of the run, s.
         interval: Between records, s, a whole number of steps of every companion.
         budget: Wall time for all marches, s; setting up does not count.
+        body: That of the run, which companions with its mesh and model share; None: they set up their own.
 
     Raises:
         EstimateError: A companion is refused, finds no seat, does not converge or takes far too long.
     """
-    kept, reached = KeptBody(), None
+    kept, reached = KeptBody(body), None
     whole = sum(COST[one.name] for one in companions)
     for companion in companions:
         clock = time.perf_counter()

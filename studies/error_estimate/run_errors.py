@@ -19,9 +19,10 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.models.body import Body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
+from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.run_summary import write_summary
-from gapbeam.solver.run.run_case import Outcome
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import SAME, STIFFER, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
@@ -100,7 +101,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
             raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, case)
         warnings += doubtful_peaks(errors["force_peaks"])
-        found, beyond = estimate(case, run, summary), beyond_resolution(summary)
+        found, beyond = estimate(case, run, summary, outcome.body), beyond_resolution(summary)
         found = without_accelerations(found) if beyond else found
         errors |= describe(found)
         warnings += [*doubts(found, case.time.end), *beyond]
@@ -139,13 +140,14 @@ def without_accelerations(found: RunErrors) -> RunErrors:
     return replace(found, figures=figures)
 
 
-def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any]) -> RunErrors:
+def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Body | None = None) -> RunErrors:
     """Estimate the errors of the key figures of a run, on this process alone.
 
     Args:
         case: The case of the run.
         run: Its motion.
         summary: Its summary.
+        body: That of its model, where it is still there.
 
     Raises:
         EstimateError: A companion is refused, finds no seat or does not converge, or there is no time for it.
@@ -155,7 +157,7 @@ def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any]) -> RunEr
     stiff = computed.get("contact.stiffness", None if case.contact.stiffness == "auto" else case.contact.stiffness)
     plan = companions_of(case, step, stiff, "contact.stiffness" in computed)
     budget = _budget(case, summary)
-    marches = companion_motions(case, plan.companions, run.end, step, run.interval, budget)
+    marches = companion_motions(case, plan.companions, run.end, step, run.interval, budget, body)
     return errors_of(case, run, {one.name: one for one in marches}, plan)
 
 

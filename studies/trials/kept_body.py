@@ -21,8 +21,9 @@ class KeptBody:
         seconds: What the body that is kept has cost, s.
     """
 
-    def __init__(self) -> None:
-        self._kept: tuple[Case, Body] | None = None
+    def __init__(self, body: Body | None = None) -> None:
+        """Start with the body of a model that is there already, or with none."""
+        self._kept: tuple[Case, Body] | None = None if body is None else (body_key(body.case), body)
         self.seconds = 0.0
 
     def model(self, case: Case) -> Model:

@@ -15,7 +15,8 @@ from mpi4py import MPI
 
 import gapbeam.solver.march.step_blocks
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.run.run_case import Outcome, run_case
+from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.run_case import run_case
 from tests.shared.models import COARSE, GRAVITY, beam_case
 from tests.shared.processes import until
 

@@ -26,7 +26,8 @@ from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.periodic.periodic_response import PeriodicResponse, find_response
 from gapbeam.solver.record_table import CURVE_FILE, CURVE_TABLE_FILE, HISTORY
 from gapbeam.solver.run import periodic_search
-from gapbeam.solver.run.run_case import Outcome, run_case
+from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.run_case import run_case
 from tests.shared.case_texts import GOOD, assert_says, faults_of, written
 
 CASE = Path(__file__).parents[2] / "cases" / "periodic.toml"

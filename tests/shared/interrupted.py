@@ -12,7 +12,7 @@ import pytest
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.run.interruption import Interruption, Wish
-from gapbeam.solver.run.run_case import Outcome
+from gapbeam.solver.run.outcome import Outcome
 
 
 @contextmanager

@@ -9,7 +9,9 @@ import pytest
 import xarray as xr
 
 import gapbeam
+from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
+from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.companions import (
     COARSER,
     FINEST,
@@ -25,6 +27,7 @@ from gapbeam.studies.error_estimate.horizon import horizon_of, spans_of
 from gapbeam.studies.error_estimate.key_figures import Span, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 from gapbeam.studies.error_estimate.run_errors import RunErrors, beyond_resolution, without_accelerations
+from gapbeam.studies.trials import kept_body
 from tests.shared.command import DEMO
 
 FREQUENCY, INTERVAL = 20.0, 1.0e-4
@@ -258,3 +261,18 @@ def test_round_off_aside_does_not_end_what_can_be_predicted() -> None:
     still = in_space(0.0)
     assert horizon_of(still, [in_space(0.0, 1.0e-12)]) is None
     assert horizon_of(still, [in_space(0.0, 1.0e-4)]) is not None
+
+
+def test_companions_share_the_body_of_their_run(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A reduced run sets up no mesh again for half its step; the coarser mesh is another one."""
+    changes = ["model.type=reduced", "time.end=0.01", "output.errors=none"]
+    case = gapbeam.read_case(DEMO, changes)
+    built = gapbeam.model(case).model
+    found = []
+    monkeypatch.setattr(kept_body, "build_body", lambda key, comm: found.append(key) or build_body(key, comm))
+    plan = companions_of(case, 1.0e-4, 1.0e12, False)
+    for body in (None, built.body):
+        found.clear()
+        motions = list(companion_motions(case, plan.companions[:2], 0.01, 1.0e-4, 1.0e-4, 60.0, body))
+        assert [one.name for one in motions] == ["half step", "coarser mesh"]
+        assert len(found) == (2 if body is None else 1)

@@ -20,7 +20,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix, hstack
 
-from gapbeam.solver.assembly.attached_motions import attached_motions
+from gapbeam.solver.assembly.attached_motions import attached_motions, roll_springs
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.case.case import Case
@@ -123,8 +123,9 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     """Return the body of a case as a beam, whose mesh gives the contact faces and the fields. Collective."""
     started = time.perf_counter()
     beam = BeamInPlanes.of_case(case, settings.elements)
-    operators, dimension = beam.operators(), case.mesh.dimension
+    dimension = case.mesh.dimension
     contact = contact_operator(meshed.space, meshed.faces, case.layout.faces, meshed.width, point_rule(case))
+    operators = _restrained(case, beam, contact)
     contact, patch = gathered(case, _on_beam(contact, beam))
     contact = gathered_points(case, contact, True, 1, meshed.facet_length)
     patterns = []
@@ -155,6 +156,17 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
         return body
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
     return projected(body, contact, held(body, modal_basis(operators, np.identity(beam.size), shift), shift))
+
+
+def _restrained(case: Case, beam: BeamInPlanes, contact: ContactOperator) -> DenseOperators:
+    """Return M and K, with the lateral restraint over flat faces where the beam bends across its plane."""
+    operators = beam.operators()
+    if len(beam.beams) == 1 or roll_springs(case):
+        return operators
+    sideways = np.tile(np.identity(beam.dimension)[1], (contact.size, 1))
+    rows = beam.across(contact.positions[:, 0], sideways)
+    spread = case.restraint.lateral / contact.area * contact.weights
+    return DenseOperators(operators.mass, operators.stiffness, (rows.T @ rows.multiply(spread[:, None])).toarray())
 
 
 def _on_beam(contact: ContactOperator, beam: BeamInPlanes) -> ContactOperator:

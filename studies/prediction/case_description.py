@@ -12,6 +12,7 @@ from mpi4py import MPI
 from rich.table import Table
 from rich.text import Text
 
+from gapbeam.solver.assembly.attached_motions import roll_springs
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import warnings
@@ -159,7 +160,7 @@ def _dynamics_rows(model: Model) -> list[Row]:
         ),
         ("axial restraint", f"{restraint_frequency(case, case.restraint.axial):.3g} Hz", "rigid beam on it"),
     ]
-    if case.mesh.dimension == 3:
+    if case.mesh.dimension == 3 and not roll_springs(case):
         frequency = restraint_frequency(case, case.restraint.lateral)
         rows.append(("lateral restraint", f"{frequency:.3g} Hz", "rigid beam on it"))
     rows.append(
@@ -221,6 +222,7 @@ def _restraint_warnings(model: Model) -> list[str]:
     wanted = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
     lowest = min([overhang_frequency(case), *wanted])
     held = {one.motion.name for joint in case.joint for one in joint.attached()}  # there the restraint has no say
+    held |= {"lateral"} if roll_springs(case) else set()
     names = [name for name in ("axial", "lateral")[: case.mesh.dimension - 1] if name not in held]
     return [
         f"restraint.{name} gives {frequency:.3g} Hz, not soft against the lowest frequency of interest, "

@@ -9,6 +9,7 @@ import pytest
 from PIL import Image
 
 import gapbeam
+from gapbeam.postprocess.figures.orbits_figure import holes_at_probes
 from gapbeam.postprocess.render import RenderError, render
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene import offscreen
@@ -55,6 +56,15 @@ def test_a_ring_is_drawn_where_the_tube_touches_it(folder: Path) -> None:
     assert left == pytest.approx((0.1, 0.12, -0.0212, 0.0212, -0.0212, 0.0212))
     assert right[4:] == pytest.approx((0.0005 - 0.0212, 0.0005 + 0.0212))
     assert boxes.is_around("left_hole")
+
+
+def test_the_circle_of_a_hole_stands_behind_its_probe(folder: Path) -> None:
+    """A probe on the axis within a hole has its clearance; the others have none."""
+    results = gapbeam.open_results(folder)
+    supports = supports_of(results.summary, results.case)
+    assert holes_at_probes(results.case, supports) == {"left_orbit": (1.2e-4, 0.0)}
+    moved = results.history["displacement"].sel(probe="left_orbit").values
+    assert 1.0e-4 < np.hypot(moved[:, 1], moved[:, 2]).max() < 1.4e-4  # it reaches the wall
 
 
 def test_orbits_and_pictures_are_drawn(folder: Path, tmp_path: Path) -> None:

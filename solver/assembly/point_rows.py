@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
+from operator import itemgetter
 from typing import Any
 
 import numpy as np
@@ -62,12 +63,14 @@ class PointFinder:
         padding = BULGE * float(np.min(sides)) if self.curved else 0.0
         self.tree = geometry.bb_tree(mesh, mesh.topology.dim, padding=padding)
 
-    def row(self, point: Array, name: str) -> PointRow:
+    def row(self, point: Array, name: str, beyond: float = IN_CELL) -> PointRow:
         """Find the basis functions at a point: a node where one lies there, else by interpolation in its cell.
 
         Args:
             point: (3,), m.
             name: What to call the point in an error.
+            beyond: How far a point may lie outside of a curved cell, over the size of the cell: coarse cells do not
+                follow an arc exactly.
 
         Raises:
             UserError: The point lies outside the mesh; on all ranks.
@@ -82,7 +85,7 @@ class PointFinder:
         if min(candidates) <= ON_NODE * self.span:
             here = comm.rank == int(np.argmin(candidates))
             return PointRow(np.array([nearest] if here else [], dtype=np.int64), np.array([1.0] if here else []), block)
-        found = comm.allgather(self._in_cell(point))
+        found = comm.allgather(self._in_cell(point, beyond))
         holders = [entry for entry in found if entry is not None]
         if not holders:
             place = ", ".join(f"{x:.6g}" for x in point[: self.space.mesh.geometry.dim])
@@ -90,40 +93,46 @@ class PointFinder:
                 f"{name}: the point ({place}) m is not in the mesh; the nearest node is {min(candidates):.3g} m away. "
                 "Move the point into the body, or check that the mesh is in meters with x = 0 at the supported end"
             )
-        nodes, values = holders[0]
+        _, nodes, values = min(holders, key=itemgetter(0))
         first, last = index_map.local_range
         mine = (nodes >= first) & (nodes < last)
         return PointRow(nodes[mine] - first, values[mine], block)
 
-    def _in_cell(self, point: Array) -> tuple[Indices, Array] | None:
-        """Return global nodes and basis functions at a point of an owned cell of this rank, or None."""
+    def _in_cell(self, point: Array, beyond: float) -> tuple[float, Indices, Array] | None:
+        """Return how far a point is outside of the nearest owned cell, global nodes, and the basis functions there."""
         mesh = self.space.mesh
         candidates = geometry.compute_collisions_points(self.tree, point.reshape(1, 3))
         if not self.curved:  # else cells bulge beyond the hull of their nodes, which is what is tested here
             candidates = geometry.compute_colliding_cells(mesh, candidates, point.reshape(1, 3))
         cells = candidates.links(0)
+        nearest: tuple[float, int, Array] | None = None
         for cell in map(int, cells[cells < mesh.topology.index_map(mesh.topology.dim).size_local]):
-            reference = self._reference(cell, point)
-            if reference is None:
-                continue
-            values = self.space.element.basix_element.tabulate(0, reference)[0, 0, :, 0]
-            nodes = self.space.dofmap.index_map.local_to_global(self.space.dofmap.cell_dofs(cell).astype(np.int32))
-            return nodes.astype(np.int64), values
-        return None
+            away, reference = self._reference(cell, point)
+            if away <= beyond and (nearest is None or away < nearest[0]):
+                nearest = away, cell, reference
+            if away <= IN_CELL:
+                break
+        if nearest is None:
+            return None
+        away, cell, reference = nearest
+        values = self.space.element.basix_element.tabulate(0, reference)[0, 0, :, 0]
+        nodes = self.space.dofmap.index_map.local_to_global(self.space.dofmap.cell_dofs(cell).astype(np.int32))
+        return away, nodes.astype(np.int64), values
 
-    def _reference(self, cell: int, point: Array) -> Array | None:
-        """Return a point in the reference cell, (1, dimension); None where a curved cell does not hold the point."""
+    def _reference(self, cell: int, point: Array) -> tuple[float, Array]:
+        """Return how far a point is outside of the reference cell, and where it is there, (1, dimension)."""
         mesh, dimension = self.space.mesh, self.space.mesh.geometry.dim
         corners = mesh.geometry.x[coordinate_dofs(mesh)[cell]][:, :dimension]
         try:
             found = np.asarray(coordinate_element(mesh).pull_back(point[:dimension].reshape(1, -1), corners))
         except RuntimeError:  # Newton's method ends far outside of the cell
-            return None
+            return np.inf, np.empty((1, dimension))
         if not self.curved:
-            return found
-        inside = np.all((found >= -IN_CELL) & (found <= 1.0 + IN_CELL))
-        simplex = len(corners) in SIMPLICES[dimension]
-        return found if inside and (not simplex or np.sum(found) <= 1.0 + IN_CELL) else None
+            return 0.0, found
+        outside = [float(np.max(-found)), float(np.max(found - 1.0))]
+        if len(corners) in SIMPLICES[dimension]:
+            outside.append(float(np.sum(found) - 1.0))
+        return max(0.0, *outside), found
 
 
 def point_row(space: Any, point: Array, name: str) -> PointRow:

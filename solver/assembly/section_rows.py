@@ -24,6 +24,7 @@ from gapbeam.solver.system.operators import Array
 
 POINTS = 4  # Gauss points through the thickness and across the width, or along each side of a patch
 INSIDE = 1.0e-9  # of the length, by which a section at an end lies in the body
+BEYOND = 0.2  # of a curved cell: how far coarse cells leave an arc
 FEWEST = 3  # points of a user's mesh that a section has to have
 
 
@@ -104,7 +105,7 @@ def _section(case: Case, space: Any, place: float) -> _Section:
     for number, away in enumerate(across):
         point = np.pad(np.array([x, *away]), (0, 2 - len(away)))
         with suppress(UserError):  # outside of the body
-            rows[number] = finder.row(point, f"the cross-section at x = {place:g} m")
+            rows[number] = finder.row(point, f"the cross-section at x = {place:g} m", BEYOND)
     if not (len(rows) == len(across) or (case.mesh.file is not None and len(rows) >= FEWEST)):
         raise UserError(
             f"the cross-section at x = {place:g} m has {len(rows)} of {len(across)} points in the "

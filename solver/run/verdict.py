@@ -26,6 +26,7 @@ from gapbeam.solver.periodic.continuation import LARGEST_NUMBER
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.output.run_summary import describe_energy, describe_gates
+from gapbeam.solver.system.operators import Array
 
 LOG = logging.getLogger("gapbeam")
 NOTABLE_LOSS = 0.2  # of the loss that ends a run
@@ -55,7 +56,8 @@ def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, A
     }
     if model.law.friction is not None:
         largest = dict(zip(faces, (float(x) for x in peaks.friction), strict=True))
-        found["friction"] = vars(model.law.friction) | {"peak_force": largest}
+        by_face = _by_face(model, model.law.friction.coefficient)
+        found["friction"] = vars(model.law.friction) | {"coefficient": by_face, "peak_force": largest}
     return found
 
 
@@ -200,3 +202,11 @@ def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> 
             "gates.total_loss allows more, gates.accept_energy_loss = true accepts it"
         )
     let_pass(findings)
+
+
+def _by_face(model: Model, values: float | Array) -> float | dict[str, float]:
+    """Return a figure that all contact points share, or that of each face by its name."""
+    if isinstance(values, float | int):
+        return float(values)
+    contact = model.system.contact
+    return {name: float(values[contact.faces == face][0]) for face, name in enumerate(contact.face_names)}

@@ -10,7 +10,7 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, ring_patches
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.sections.section_table import SectionTable, disc_area, disc_moment, round_faults
+from gapbeam.solver.sections.section_table import SectionTable, disc_area, disc_moment, quarter_cells, round_faults
 
 CORE = 0.55  # of the radius: the corners of the square of cells in the middle
 
@@ -42,7 +42,7 @@ class RoundSection(SectionTable):
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:  # noqa: ARG002
         """Return a square of cells and four patches around it."""
-        quarter = max(through, across)
+        quarter = quarter_cells(through, across)
         return ring_patches(0.5 * thickness, 0.5 * CORE * thickness, quarter, max(1, quarter // 2), filled=True)
 
     def contains(self, y: float, z: float, thickness: float, width: float) -> bool:  # noqa: ARG002

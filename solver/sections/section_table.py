@@ -77,6 +77,11 @@ def wall_cells(through: int) -> int:
     return max(1, round(through / WALL_SHARE))
 
 
+def quarter_cells(through: int, across: int) -> int:
+    """Return the number of cells along a quarter of a circumference; a single one folds where it follows 90 degrees."""
+    return max(through, across, 2)
+
+
 def thin_enough(key: str, value: float, most: float, of: str) -> Iterator[Fault]:
     """Yield the fault of a wall that leaves no room: at most half of what it is taken from."""
     if not value < most:

@@ -14,6 +14,7 @@ from gapbeam.solver.sections.section_table import (
     SectionTable,
     disc_area,
     disc_moment,
+    quarter_cells,
     round_faults,
     thin_enough,
     wall_cells,
@@ -51,7 +52,7 @@ class TubeSection(SectionTable):
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:  # noqa: ARG002
         """Return four quarters."""
-        radius, quarter = 0.5 * thickness, max(through, across)
+        radius, quarter = 0.5 * thickness, quarter_cells(through, across)
         return ring_patches(radius, radius - self.wall, quarter, wall_cells(quarter), filled=False)
 
     def contains(self, y: float, z: float, thickness: float, width: float) -> bool:  # noqa: ARG002

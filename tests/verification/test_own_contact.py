@@ -12,6 +12,7 @@ from scipy.linalg import expm
 import gapbeam
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.run.output.run_summary import describe_seat
+from tests.shared.command import DEMO
 
 LENGTH, THICKNESS, WIDTH, DENSITY, GRAVITY = 0.5, 0.01, 0.02, 7850.0, 9.81
 MASS = DENSITY * LENGTH * THICKNESS * WIDTH
@@ -170,3 +171,14 @@ def test_a_soft_stop_is_no_deep_penetration(tmp_path: Path) -> None:
         one["clearance"] = 1.0e-5
     done = gapbeam.run(shared, output=tmp_path / "shared")
     assert [line for line in done.summary["warnings"] if "penetration" in line]
+
+
+def test_a_run_tells_the_friction_of_each_face(tmp_path: Path) -> None:
+    """The summary has one coefficient by face, where supports bring their own."""
+    first = '{name = "a", from = 0.0, to = 0.02, clearance = 1e-4, friction = 0.0}'
+    last = '{name = "b", from = 0.45, to = 0.48, clearance = 1e-4}'
+    keys = (f"support=[{first}, {last}]", "contact.friction={coefficient = 0.3}", "time.end=2e-3", "output.errors=none")
+    outcome = gapbeam.run(DEMO, keys, tmp_path / "run")
+    assert outcome.exit_status == 0
+    found = gapbeam.open_results(tmp_path / "run").summary["friction"]["coefficient"]
+    assert found == {"a_below": 0.0, "a_above": 0.0, "b_below": 0.3, "b_above": 0.3}

@@ -173,8 +173,8 @@ def test_a_soft_stop_is_no_deep_penetration(tmp_path: Path) -> None:
     assert [line for line in done.summary["warnings"] if "penetration" in line]
 
 
-def test_a_run_tells_the_friction_of_each_face(tmp_path: Path) -> None:
-    """The summary has one coefficient by face, where supports bring their own."""
+def test_the_summary_has_the_friction_of_each_face(tmp_path: Path) -> None:
+    """One coefficient by face, where supports bring their own."""
     first = '{name = "a", from = 0.0, to = 0.02, clearance = 1e-4, friction = 0.0}'
     last = '{name = "b", from = 0.45, to = 0.48, clearance = 1e-4}'
     keys = (f"support=[{first}, {last}]", "contact.friction={coefficient = 0.3}", "time.end=2e-3", "output.errors=none")

@@ -11,6 +11,7 @@ import hashlib
 import os
 import signal
 import tempfile
+import threading
 import time
 import warnings
 from collections.abc import Callable
@@ -73,7 +74,8 @@ def compile_in_another_process(call: Callable[[], object], look: Callable[[], No
         call: Calls the entry on what it will be called on, without lasting effects outside of its memory.
         look: Called twenty times a second meanwhile; an error that it, or a signal handler, raises kills the child.
     """
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, HEARD)  # one that came now would leave the child behind
+    noted: list[int] = []
+    handlers = _only_noting(noted)  # an error of a handler that came between fork and try would leave the child behind
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", DeprecationWarning)  # of forks beside threads: the child uses none of these
         child = os.fork()
@@ -81,13 +83,15 @@ def compile_in_another_process(call: Callable[[], object], look: Callable[[], No
         try:
             for number in HEARD:
                 signal.signal(number, signal.SIG_DFL)
-            signal.pthread_sigmask(signal.SIG_SETMASK, before)
             call()
         finally:
             os._exit(0)
     ended = False
     try:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+        for heard, handler in handlers.items():
+            signal.signal(heard, handler)
+        for came in noted:
+            signal.raise_signal(came)
         while not ended:
             look()
             ended = os.waitpid(child, os.WNOHANG)[0] != 0
@@ -96,6 +100,17 @@ def compile_in_another_process(call: Callable[[], object], look: Callable[[], No
         if not ended:
             os.kill(child, signal.SIGKILL)
             os.waitpid(child, 0)
+
+
+def _only_noting(noted: list[int]) -> dict[int, Any]:
+    """Have the signals that end a run noted, and return their handlers; a mask of this thread leaves them to others.
+
+    Outside the main thread no handler interrupts: there is nothing to do.
+    """
+    if threading.current_thread() is not threading.main_thread():
+        return {}
+    heard = [number for number in HEARD if callable(signal.getsignal(number))]
+    return {number: signal.signal(number, lambda came, _: noted.append(came)) for number in heard}
 
 
 def compiled(function: Function) -> Function:

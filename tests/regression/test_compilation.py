@@ -6,10 +6,13 @@ import json
 import os
 import signal
 import subprocess
+import threading
+import time
 from pathlib import Path
 
 import pytest
 
+from gapbeam.solver.jit import compile_in_another_process
 from tests.shared.command import DEMO, GAPBEAM, PROJECT, alone, process_environment, settings
 from tests.shared.processes import LONGEST, until
 
@@ -54,6 +57,34 @@ def test_a_signal_is_heard_while_the_march_compiles(tmp_path: Path) -> None:
     for number in children:
         with pytest.raises(ProcessLookupError):
             os.kill(number, 0)
+
+
+def test_a_signal_that_another_thread_takes_during_the_fork_leaves_no_process(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The handler acts once the child can be ended: one that raised at once left the child behind."""
+    began, fork = [], os.fork
+
+    def fork_and_signal() -> int:
+        child = fork()
+        if child:
+            began.append(child)
+            thread = threading.Thread(target=os.kill, args=(os.getpid(), signal.SIGTERM))
+            thread.start()
+            thread.join()
+        return child
+
+    def stop(number: int, _: object) -> None:
+        raise InterruptedError(number)
+
+    monkeypatch.setattr(os, "fork", fork_and_signal)
+    before = signal.signal(signal.SIGTERM, stop)
+    try:
+        with pytest.raises(InterruptedError):
+            compile_in_another_process(lambda: time.sleep(LONGEST), lambda: None)
+        assert signal.getsignal(signal.SIGTERM) is stop
+    finally:
+        signal.signal(signal.SIGTERM, before)
+    with pytest.raises(ProcessLookupError):
+        os.kill(began[0], 0)
 
 
 @pytest.mark.slow(minutes=2)

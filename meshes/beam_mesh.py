@@ -11,7 +11,6 @@ from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
 from gapbeam.meshes.group_names import groups_of
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
-from gapbeam.meshes.sizing.layers import structured_partition
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 
@@ -59,8 +58,7 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
     with gmsh_errors("building the mesh", "a mesh of the beam"):
         _refuse_too_many(expected_cells(geometry, sizing))
         if geometry.section is not None:
-            along = structured_partition(geometry.breakpoints(0), sizing.cell_length(geometry))
-            draw_section(geometry.section, along, geometry.edges, unit)
+            draw_section(geometry.section, sizing.layers_along(geometry), geometry.edges, unit)
         elif cell in STRUCTURED:
             draw_structured(geometry, beam_layers(geometry, sizing), unit)
         else:

@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from itertools import pairwise
 
 import gmsh
-import numpy as np
 
+from gapbeam.meshes.gmsh_models.layered_extrusion import extrude_beam
 from gapbeam.meshes.sections.section_patches import SectionPatches
 from gapbeam.meshes.sizing.layers import Positions
 
@@ -35,20 +34,7 @@ def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[floa
         surfaces.append((2, model.addPlaneSurface([loop])))
         model.mesh.setTransfiniteSurface(surfaces[-1][1])
         model.mesh.setRecombine(*surfaces[-1])
-    ends = [int(np.searchsorted(along, edge)) for edge in edges]
-    for first, last in pairwise((0, *ends, len(along) - 1)):
-        surfaces = _extruded(surfaces, along[first : last + 1] / unit)
+    extrude_beam(surfaces, along, edges, unit)
     if center:
         model.remove([(0, center)])
     model.synchronize()
-
-
-def _extruded(surfaces: list[tuple[int, int]], positions: Positions) -> list[tuple[int, int]]:
-    """Extrude surfaces along x over the layers; returns their copies at the far end."""
-    reach = positions[-1] - positions[0]
-    heights = (positions[1:] - positions[0]) / reach
-    heights[-1] = 1.0
-    made = gmsh.model.geo.extrude(
-        surfaces, float(reach), 0.0, 0.0, numElements=[1] * len(heights), heights=heights.tolist(), recombine=True
-    )
-    return [before for before, after in pairwise(made) if after[0] == 3]  # the volume follows the copy

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.sizing.layers import Positions, structured_partition
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 
 STRUCTURED = ("quadrilateral", "hexahedron")
@@ -19,7 +18,7 @@ def expected_cells(geometry: BeamGeometry, sizing: BeamSizing) -> float:
     from gapbeam.meshes.gmsh_models.unstructured import cells_that_fill
 
     if geometry.section is not None:
-        return float(geometry.section.cells * (len(_layers(geometry, sizing)) - 1))
+        return float(geometry.section.cells * (len(sizing.layers_along(geometry)) - 1))
     if sizing.cell_of(geometry.dimension) not in STRUCTURED:
         return cells_that_fill(geometry, sizing.cell_length(geometry))
     count = 1.0
@@ -37,7 +36,7 @@ def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> f
     from gapbeam.meshes.gmsh_models.structured import beam_layers
 
     if geometry.section is not None:
-        return float(geometry.section.nodes(degree) * (degree * (len(_layers(geometry, sizing)) - 1) + 1))
+        return float(geometry.section.nodes(degree) * (degree * (len(sizing.layers_along(geometry)) - 1) + 1))
     if sizing.cell_of(geometry.dimension) not in STRUCTURED:
         share = degree**2 / 2.0 if geometry.dimension == 2 else degree**3 / 6.0
         return share * expected_cells(geometry, sizing)
@@ -45,8 +44,3 @@ def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> f
     for axis in beam_layers(geometry, sizing):
         count *= degree * (len(axis) - 1) + 1
     return count
-
-
-def _layers(geometry: BeamGeometry, sizing: BeamSizing) -> Positions:
-    """Layer boundaries along a beam whose section is made of patches, m."""
-    return structured_partition(geometry.breakpoints(0), sizing.cell_length(geometry))

@@ -10,6 +10,7 @@ from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH
 from gapbeam.meshes.sizing.cell_length import CellLength
+from gapbeam.meshes.sizing.layers import Positions, structured_partition
 
 Cell = Literal["triangle", "quadrilateral", "tetrahedron", "hexahedron"]
 
@@ -69,6 +70,10 @@ class BeamSizing:
             regions=tuple((end, support_size if supported else size) for _, end, supported in geometry.parts),
             sources=tuple((edge, edge_size) for edge in geometry.span_ends),
         )
+
+    def layers_along(self, geometry: BeamGeometry) -> Positions:
+        """Boundaries of structured layers along the beam, in m; errors as in `cell_length`."""
+        return structured_partition(geometry.breakpoints(0), self.cell_length(geometry))
 
     def layers(self, geometry: BeamGeometry) -> tuple[int, ...]:
         """Number of structured cells in the directions after x: (thickness) or (width, thickness)."""

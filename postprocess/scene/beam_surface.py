@@ -135,7 +135,7 @@ def _facing(
     first, last = points[facets, 0].min(axis=1, initial=np.inf), points[facets, 0].max(axis=1, initial=-np.inf)
     height = points[facets, support.dimension - 1].mean(axis=1)
     middle = 0.5 * (support.bottom + support.top)
-    radii = np.hypot(points[facets, 1], points[facets, -1 + support.dimension] - middle)
+    radii = np.hypot(points[facets, 1], points[facets, support.dimension - 1] - middle)
     outside = radii.min(axis=1, initial=np.inf) > (1.0 - _ON_CIRCLE) * 0.5 * support.thickness
     down = (normals < -_LEAST_FACING) & (height < middle)
     up = (normals > _LEAST_FACING) & (height > middle)

@@ -41,7 +41,7 @@ def roll_springs(case: Case) -> tuple[Attached, ...]:
     It stands in the place of the lateral restraint, which would pull the beam to the middle of a hole: that stiffness
     at the radius of the beam.
     """
-    holes = [one for one in case.layout.supports if any(face.around for face in one.faces)]
+    holes = case.layout.holes
     if not holes:
         return ()
     place = 0.5 * (holes[0].start + holes[0].end)

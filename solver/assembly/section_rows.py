@@ -60,7 +60,10 @@ def section_rows(case: Case, space: Any, size: int, motions: Sequence[MeanMotion
 
     Collective.
     """
-    sections = {x: _section(case, space, x) for x in dict.fromkeys(motion.x for motion in motions)}
+    if not motions:
+        return
+    finder = PointFinder(space)
+    sections = {x: _section(case, finder, x) for x in dict.fromkeys(motion.x for motion in motions)}
     for motion in motions:
         section = sections[motion.x]
         found = np.zeros(size)
@@ -86,7 +89,7 @@ def row_at(case: Case, space: Any, point: float | tuple[float, ...], name: str) 
     place = axis_point(point)
     if not (case.beam.hollow and case.mesh.file is None) or np.any(place[1:]):
         return point_row(space, place, name)
-    section = _section(case, space, float(place[0]))
+    section = _section(case, PointFinder(space), float(place[0]))
     shares = section.areas / section.areas.sum()
     nodes = np.concatenate([row.nodes for row in section.rows])
     values = np.concatenate([share * row.values for share, row in zip(shares, section.rows, strict=True)])
@@ -96,12 +99,12 @@ def row_at(case: Case, space: Any, point: float | tuple[float, ...], name: str) 
     )
 
 
-def _section(case: Case, space: Any, place: float) -> _Section:
+def _section(case: Case, finder: PointFinder, place: float) -> _Section:
     """Find the points of the cross-section at a place. Collective."""
-    beam, dimension = case.beam, space.mesh.geometry.dim
+    beam, dimension = case.beam, finder.space.mesh.geometry.dim
     x = min(max(place, INSIDE * beam.length), (1.0 - INSIDE) * beam.length)
     across, areas = _quadrature(case, dimension)
-    rows, finder = dict[int, PointRow](), PointFinder(space)
+    rows = dict[int, PointRow]()
     for number, away in enumerate(across):
         point = np.pad(np.array([x, *away]), (0, 2 - len(away)))
         with suppress(UserError):  # outside of the body

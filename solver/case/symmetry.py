@@ -6,14 +6,14 @@ from collections.abc import Iterable
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.supports.support import Face
+from gapbeam.solver.supports.layout import Layout
 
 
 def is_symmetric(case: Case) -> bool:
     """Return whether mesh and loads of a case are symmetric about the bending plane (3D), as far as its keys show."""
     if case.mesh.dimension == 2 or case.mesh.file is not None or case.mesh.cell not in (None, "hexahedron"):
         return False
-    if any(face.around for face in case.layout.faces):  # the beam may roll to one side of a hole
+    if case.layout.holes:  # the beam may roll to one side of a hole
         return False
     if case.contact.rubs is not None or case.contact.points is not None:
         return False
@@ -24,12 +24,12 @@ def is_symmetric(case: Case) -> bool:
 
 def bends_in_two_planes(case: Case) -> bool:
     """Return whether something moves the beam out of its bending plane: a hole, or a load beside the bending axis."""
-    return moves_in_space(case.mesh.dimension, case.layout.faces, case.load)
+    return moves_in_space(case.mesh.dimension, case.layout, case.load)
 
 
-def moves_in_space(dimension: int, faces: Iterable[Face], loads: Iterable[Load]) -> bool:
-    """Return the same by the dimension of the mesh, the faces of supports and the loads."""
+def moves_in_space(dimension: int, layout: Layout, loads: Iterable[Load]) -> bool:
+    """Return the same by the dimension of the mesh, the supports and the loads."""
     if dimension == 2:
         return False
     sideways = any(load.direction is not None and load.direction[1] != 0.0 for load in loads)
-    return sideways or any(face.around for face in faces)
+    return sideways or bool(layout.holes)

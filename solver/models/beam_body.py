@@ -171,10 +171,7 @@ def _restrained(case: Case, beam: BeamInPlanes, contact: ContactOperator) -> Den
 
 def _on_beam(contact: ContactOperator, beam: BeamInPlanes) -> ContactOperator:
     """Return the operator at the same points of the faces, on the DOFs of the beam."""
-    opening = np.zeros((contact.size, beam.dimension))
-    for number, face in enumerate(contact.support.faces):
-        here = contact.faces == number
-        opening[here] = face.opening(contact.positions[here, : beam.dimension])
+    opening = contact.support.opening(contact.faces, contact.positions[:, : beam.dimension])
     everywhere = np.arange(beam.size)
     gap = beam.across(contact.positions[:, 0], opening)
     return replace(contact, interface=Interface(beam.size, everywhere, everywhere), gap_matrix=gap)

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.sections.section_table import SectionTable, thin_enough, wall_cells
+from gapbeam.solver.sections.section_table import SectionTable, thin_enough, thin_walled_shear, wall_cells
 from gapbeam.solver.table import Positive
 
 
@@ -32,12 +32,10 @@ class BoxSection(SectionTable):
         return (width * thickness**3 - inside) / 12.0
 
     def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
-        """Return Cowper's kappa with n = b / h and m = b t_1 / (h t), taken between the middles of the walls."""
+        """Return Cowper's kappa with m = n = b / h, taken between the middles of the walls."""
         n = (width - self.wall) / (thickness - self.wall)
-        m, nu = n, poisson_ratio
-        below = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3 + nu * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)
-        below += 10.0 * n**2 * ((3.0 + nu) * m + 3.0 * m**2)
-        return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / below
+        more = 10.0 * n**2 * ((3.0 + poisson_ratio) * n + 3.0 * n**2)
+        return thin_walled_shear(n, more, poisson_ratio)
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
         """Return four corners and four walls."""

@@ -9,7 +9,7 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.sections.section_table import SectionTable, thin_enough, wall_cells
+from gapbeam.solver.sections.section_table import SectionTable, solid_shear, thin_enough, thin_walled_shear, wall_cells
 from gapbeam.solver.table import Positive
 
 
@@ -36,9 +36,8 @@ class ISection(SectionTable):
         height, nu = thickness - self.flange, poisson_ratio
         n = width / height
         m = 2.0 * n * self.flange / self.web
-        below = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3 + nu * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)
-        below += 30.0 * n**2 * (m + m**2) + 5.0 * nu * n**2 * (8.0 * m + 9.0 * m**2)
-        return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / below
+        more = 30.0 * n**2 * (m + m**2) + 5.0 * nu * n**2 * (8.0 * m + 9.0 * m**2)
+        return thin_walled_shear(m, more, nu)
 
     def lateral_moment(self, thickness: float, width: float) -> float:
         """Return (2 t_f b^3 + h_w t_w^3) / 12."""
@@ -47,7 +46,7 @@ class ISection(SectionTable):
     def lateral_shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
         """Return the kappa of a rectangle over both flanges, which carry the shear."""
         share = 2.0 * width * self.flange / self.area(thickness, width)
-        return share * 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
+        return share * solid_shear(poisson_ratio)
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
         """Return three patches in each flange, and the web."""

@@ -7,7 +7,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.sections.section_table import SectionTable
+from gapbeam.solver.sections.section_table import SectionTable, solid_shear
 
 
 class RectangularSection(SectionTable):
@@ -36,7 +36,7 @@ class RectangularSection(SectionTable):
 
     def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:  # noqa: ARG002
         """Return 10 (1 + nu) / (12 + 11 nu)."""
-        return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
+        return solid_shear(poisson_ratio)
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> None:  # noqa: ARG002
         """Return None: layers follow the points of loads and probes."""

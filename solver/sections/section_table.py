@@ -106,6 +106,24 @@ def round_faults(name: str, thickness: float, width: float) -> Iterator[Fault]:
         )
 
 
+def solid_shear(poisson_ratio: float) -> float:
+    """Return Cowper's kappa of a solid rectangle, 10 (1 + nu) / (12 + 11 nu)."""
+    return 10.0 * (1.0 + poisson_ratio) / (12.0 + 11.0 * poisson_ratio)
+
+
+def thin_walled_shear(m: float, more: float, poisson_ratio: float) -> float:
+    """Return Cowper's kappa of a section of thin walls.
+
+    Args:
+        m: Area of both flanges over that of the webs.
+        more: What the width of the flanges adds to the denominator.
+        poisson_ratio: nu.
+    """
+    nu = poisson_ratio
+    below = 12.0 + 72.0 * m + 150.0 * m**2 + 90.0 * m**3 + nu * (11.0 + 66.0 * m + 135.0 * m**2 + 90.0 * m**3)
+    return 10.0 * (1.0 + nu) * (1.0 + 3.0 * m) ** 2 / (below + more)
+
+
 def disc_area(diameter: float) -> float:
     """Return the area of a disc, m^2."""
     return 0.25 * pi * diameter**2

@@ -61,6 +61,11 @@ class Layout:
         """The faces of all supports, one support after the other."""
         return tuple(face for one in self.supports for face in one.faces)
 
+    @property
+    def holes(self) -> tuple[OneSupport, ...]:
+        """The supports that are met all around the beam."""
+        return tuple(one for one in self.supports if one.around)
+
     def own(self, key: str) -> tuple[float | None, ...]:
         """Return a figure of the contact that supports bring themselves, for each face; None: that of [contact].
 

@@ -14,7 +14,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
 from typing import ClassVar
 
 import numpy as np
@@ -87,11 +86,6 @@ class Support:
         """Names of the faces."""
         return tuple(face.name for face in self.faces)
 
-    @cached_property
-    def sides(self) -> Array:
-        """The side s of each face, (faces,); 0 for one that is met all around."""
-        return np.array([face.side for face in self.faces])
-
     @property
     def face_area(self) -> float:
         """Mean area of a face, m^2."""
@@ -124,11 +118,16 @@ class Support:
             growth[owners == number] = new.growth(old, positions[owners == number])
         return replace(self, faces=tuple(faces)), growth
 
-    def upward(self, owners: Indices, positions: Array) -> Array:
-        """Return the component along the bending axis of what opens the gap of each contact point, (m,)."""
-        found = np.empty(len(owners))
+    def opening(self, owners: Indices, positions: Array) -> Array:
+        """Return the unit vectors along which motion of contact points opens their gaps, (m, dimension).
+
+        Args:
+            owners: Index of the face of each contact point, (m,).
+            positions: Contact points, (m, dimension), m.
+        """
+        found = np.empty(positions.shape)
         for number, face in enumerate(self.faces):
-            found[owners == number] = face.opening(positions[owners == number])[:, -1]
+            found[owners == number] = face.opening(positions[owners == number])
         return found
 
     def named(self, name: str) -> Face:

@@ -28,6 +28,7 @@ class BaseAndGland(Table):
     name: ClassVar[str] = "support"
     start: ClassVar[float] = 0.0
     offset: ClassVar[float] = 0.0
+    around: ClassVar[bool] = False
     stiffness: ClassVar[None] = None
     damping: ClassVar[None] = None
     friction: ClassVar[None] = None
@@ -86,6 +87,11 @@ class _OneOfSeveral(AlongBeam):
     def sides(self) -> tuple[float, ...]:
         """The sides of the beam on which its region is bounded."""
         return self.region.sides
+
+    @property
+    def around(self) -> bool:
+        """Whether it is a hole, met all around the beam."""
+        return any(face.around for face in self.faces)
 
     @property
     def faces(self) -> tuple[Face, ...]:

@@ -70,7 +70,7 @@ class ContactOperator:
     @cached_property
     def upward(self) -> Array:
         """The component along the bending axis of the unit vectors that open the gaps, (m,): the sides of planes."""
-        return self.support.upward(self.faces, self.positions)
+        return self.support.opening(self.faces, self.positions)[:, -1]
 
     def spread(self, forces: Array) -> Array:
         """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""

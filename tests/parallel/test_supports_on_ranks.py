@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.postprocess.results.results import Results
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.shared.command import DEMO, RATTLE, alone, on_ranks, settings
 
@@ -32,12 +33,17 @@ KEYS = (
 )
 
 
+def on_one_and_two(case: Path, keys: tuple[str, ...], folder: Path) -> list[Results]:
+    """Run a case on one rank and on two; both have to pass."""
+    assert gapbeam.run(case, keys, folder / "1").exit_status == 0
+    done = on_ranks(2, "run", case, "--output", folder / "2", *settings(*keys))
+    assert done.returncode == 0, done.stderr
+    return [gapbeam.open_results(folder / name) for name in ("1", "2")]
+
+
 def test_three_supports_on_two_ranks(tmp_path: Path) -> None:
     """Every face of every support closes, and histories agree as those of base and gland do."""
-    assert gapbeam.run(DEMO, KEYS, tmp_path / "1").exit_status == 0
-    done = on_ranks(2, "run", DEMO, "--output", tmp_path / "2", *settings(*KEYS))
-    assert done.returncode == 0, done.stderr
-    results = [gapbeam.open_results(tmp_path / name) for name in ("1", "2")]
+    results = on_one_and_two(DEMO, KEYS, tmp_path)
     forces = results[0].history["contact_force"]
     assert forces["face"].values.tolist() == ["left_below", "left_above", "stop_above", "right_below", "right_above"]
     assert np.all(forces.values.max(axis=0) > 0.0)
@@ -60,10 +66,7 @@ HOLES = (
 
 def test_a_tube_in_holes_on_two_ranks(tmp_path: Path) -> None:
     """Curved cells, mean motions of hollow sections, contact all around: the histories of a struck tube agree."""
-    assert gapbeam.run(TUBE, HOLES, tmp_path / "1").exit_status == 0
-    done = on_ranks(2, "run", TUBE, "--output", tmp_path / "2", *settings(*HOLES))
-    assert done.returncode == 0, done.stderr
-    results = [gapbeam.open_results(tmp_path / name) for name in ("1", "2")]
+    results = on_one_and_two(TUBE, HOLES, tmp_path)
     forces = results[0].history["contact_force"].values
     assert np.all(forces.max(axis=0) > 3.0 * forces[0])
     assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}

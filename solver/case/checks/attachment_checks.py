@@ -68,7 +68,7 @@ def elastic_joints_do_something(
     """An elastic joint has a spring or a damper, on a motion that the model has."""
     missing = []
     if isinstance(model, BeamModel):
-        space = moves_in_space(mesh.dimension, Layout.of(support).faces, load.values())
+        space = moves_in_space(mesh.dimension, Layout.of(support), load.values())
         missing = ["axial", "twist"] if space else ["axial", "lateral", "lateral_rotation", "twist"]
     elif mesh.dimension == 2:
         missing = ["lateral", "lateral_rotation", "twist"]

@@ -81,7 +81,7 @@ def shape(case: Case) -> Iterator[str]:
                 "the equations are those of small rotations, and the unit is m, not mm"
             )
         share = abs(support.clearance) / (0.5 * beam.thickness)
-        if any(face.around for face in support.faces) and share > FIXED_NORMALS:
+        if support.around and share > FIXED_NORMALS:
             yield (
                 f"{place} clearance = {support.clearance:g} is {100 * share:.2g} % of the radius of the beam: forces "
                 f"in the hole act along radii of the beam, which is up to {share:.2g} rad off"

@@ -16,7 +16,7 @@ WIDEST = 0.1  # of the radius: up to here the normals of the section stand for t
 def _holes(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
     """Yield the holes among the supports of a case."""
     for key, one in keyed(support):
-        if any(face.around for face in one.faces):
+        if one.around:
             yield (*key, "region"), one
 
 
@@ -52,7 +52,7 @@ def holes_hold_round_beams(beam: Beam, support: AnySupports, mesh: Mesh) -> Iter
                 (*key[:-1], "offset"),
                 f"{one.offset:g} m, more than the clearance of {one.clearance:g} m",
                 "a hole that the straight beam fits in",
-                "supports farther apart leave the beam room to bend: make the others lower, or the clearance larger",
+                "a smaller offset, or a larger clearance",
                 ((*key[:-1], "clearance"),),
             )
 

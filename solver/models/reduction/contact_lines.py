@@ -56,15 +56,11 @@ def across_lines(
     areas: list[float] = []
     owners: list[int] = []
     for face, met in enumerate(contact.support.faces):
-        if met.around:
-            around = np.flatnonzero(contact.faces == face)
-            rows += [(np.array([point]), np.ones(1)) for point in around]
-            areas += [float(area) for area in contact.weights[around]]
-            owners += [face] * len(around)
-            continue
-        for line in _lines(contact, np.flatnonzero(contact.faces == face), count, spacing):
-            if np.ptp(contact.initial_gap[line]) > EVEN * length:
-                for points in _mirrored(contact, line[touching[line]], symmetric):
+        here = np.flatnonzero(contact.faces == face)
+        for line in [here] if met.around else _lines(contact, here, count, spacing):
+            if met.around or np.ptp(contact.initial_gap[line]) > EVEN * length:
+                kept = line if met.around else line[touching[line]]
+                for points in _mirrored(contact, kept, symmetric and not met.around):
                     rows.append((points, np.full(len(points), 1.0 / len(points))))
                     areas.append(float(contact.weights[points].sum()))
                     owners.append(face)

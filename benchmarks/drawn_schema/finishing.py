@@ -15,6 +15,8 @@ from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.integrators.scheme_choice import Scheme
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, TimeScheme
 from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.supports.regions.around_region import AroundRegion
+from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.table import models_in, type_name
 
 TILTED = 0.15  # share of the loads with a direction beside the bending direction
@@ -22,6 +24,7 @@ SEVERAL = 0.3  # share of the cases with [[support]]
 ATTACHED = 0.15  # share of the cases with joints, and of those with masses
 WEIGHTLESS = 0.05  # share of the cases without gravity
 SLOW_STEPS = 120  # of a mesh, which takes milliseconds for one
+AROUND = [type_name(model) for model in models_in(RegionChoice) if issubclass(model, AroundRegion)]
 SOFT = 0.5  # of E over the length of the support
 STIFF = 8  # one in so many cases of a scheme that creates energy with stiff contact is left stiff
 _LAW: TypeAdapter[ChosenLaw] = TypeAdapter(Law)
@@ -101,7 +104,7 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     """Return the tables of a whole case: those that are given, with names, directions, sizes."""
     whole = {key: value for key, value in tables.items() if not isinstance(value, LeftOut)}
     whole = {key: dict(value) if isinstance(value, dict) else value for key, value in whole.items()}
-    if draw.focus.value == "hole":
+    if draw.focus.value in AROUND:
         whole["beam"] = whole["beam"] | {"section": {"type": "tube", "wall": 0.1 * draw.scene.thickness}}
         whole["mesh"] = whole["mesh"] | {"dimension": 3}
     whole["beam"], whole["mesh"] = _beam(draw, whole["beam"], whole["mesh"])
@@ -138,14 +141,15 @@ def _beam(draw: Draw, beam: dict[str, Any], mesh: dict[str, Any]) -> tuple[dict[
 
 
 def _region(support: dict[str, Any], beam: dict[str, Any]) -> dict[str, Any]:
-    """Keep holes to round sections, with a play that is small beside the radius and an offset within it."""
-    if support.get("region", {}).get("type") != "hole":
-        return support
+    """Keep what is met around the beam to round sections, its play small beside the radius, its offset within it."""
+    if support.get("region", {}).get("type") not in AROUND:
+        return {key: value for key, value in support.items() if key != "lateral"}
     if beam.get("section", {"type": "rectangle"})["type"] not in ("round", "tube"):
-        return {key: value for key, value in support.items() if key != "region"}
+        return {key: value for key, value in support.items() if key not in ("region", "lateral")}
     play = max(min(support["clearance"], 0.02 * beam["thickness"]), -0.001 * beam["thickness"])
-    offset = min(max(support.get("offset", 0.0), -max(play, 0.0)), max(play, 0.0))
-    return support | {"clearance": play, "offset": offset}
+    most = 0.7 * max(play, 0.0)
+    moved = {key: min(max(support[key], -most), most) for key in ("offset", "lateral") if key in support}
+    return support | {"clearance": play} | moved
 
 
 def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict[str, Any]:

@@ -89,6 +89,10 @@ def _turning_damper(chance: random.Random, scene: Scene) -> float:
     return scene.length**2 * _damper(chance, scene)
 
 
+def _inclined(chance: random.Random, scene: Scene) -> float:
+    return abs(scene.clearance) / scene.support * chance.uniform(-0.3, 0.3)
+
+
 def _thin(chance: random.Random, *sides: float) -> float:
     return min(sides) * chance.uniform(0.1, 0.3)
 
@@ -115,6 +119,14 @@ RULES: dict[tuple[str, str], Rule] = {
     ("BaseAndGland", "clearance"): lambda _, scene: scene.clearance,
     ("PlacedSupport", "clearance"): lambda chance, scene: scene.clearance * chance.choice((1.0, 1.0, 2.0, 0.0)),
     ("PlacedSupport", "offset"): seldom(lambda chance, scene: abs(scene.clearance) * chance.uniform(-0.5, 0.5), 0.4),
+    ("PlacedSupport", "lateral"): seldom(lambda chance, scene: abs(scene.clearance) * chance.uniform(-0.5, 0.5), 0.2),
+    ("PlacedSupport", "tilt"): seldom(lambda chance, scene: _inclined(chance, scene), 0.1),
+    ("Polygon", "walls"): one_of(
+        [-45.0, 45.0, 180.0], [0.0, 90.0, 180.0, 270.0], [30.0, 90.0, 150.0, 210.0, 270.0, 330.0]
+    ),
+    ("Polygon", "recesses"): never,  # as many as walls
+    ("Profile", "angles"): one_of([-180.0, -90.0, 0.0, 90.0]),
+    ("Profile", "recesses"): lambda chance, scene: [abs(scene.clearance) * chance.uniform(0.0, 0.5) for _ in range(4)],
     ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
     ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, VERMILION, letter, panels
+from gapbeam.postprocess.figures.room_in_support import room_of
 from gapbeam.postprocess.results.supports_of_run import RunSupport
 
 ASIDE = 1.0e-6  # of the vertical motion; less is round-off
@@ -25,25 +26,39 @@ def moves_in_space(history: xr.Dataset) -> bool:
     return bool(np.any(lateral > ASIDE * vertical.max(initial=0.0)) and np.all(np.isfinite(lateral)))
 
 
-def holes_at_probes(case: Mapping[str, Any], supports: Sequence[RunSupport]) -> dict[str, tuple[float, float]]:
-    """Return clearance and offset, m, of the hole in which a probe on the axis is, by the name of the probe."""
+def farthest(history: xr.Dataset) -> float:
+    """Return the largest distance of a probe from its place across the beam, m."""
+    return float(np.hypot(*(history["displacement"].sel(component=axis).values for axis in "yz")).max())
+
+
+def rooms_at_probes(
+    case: Mapping[str, Any], supports: Sequence[RunSupport], motion: float = 0.0
+) -> dict[str, np.ndarray]:
+    """Return the region that a support leaves to each probe on the axis in it, (n, 2), m, by the name of the probe.
+
+    Args:
+        case: The case as run.
+        supports: Its supports.
+        motion: The largest distance of a probe from its place, m: open regions are shown somewhat farther.
+    """
     found = {}
     for probe in case.get("probe") or ():
         place, *aside = np.atleast_1d(probe["point"])
         for one in supports:
             if one.faces[0].around and one.start <= place <= one.end and not np.any(aside):
-                found[str(probe["name"])] = one.clearance, one.faces[0].offset
+                rise = one.faces[0].tilt * (place - 0.5 * (one.start + one.end))
+                found[str(probe["name"])] = room_of(one.faces[0], motion) + np.array([0.0, rise])
     return found
 
 
-def draw_orbits(history: xr.Dataset, start: float, holes: Mapping[str, tuple[float, float]]) -> Figure:
+def draw_orbits(history: xr.Dataset, start: float, rooms: Mapping[str, np.ndarray]) -> Figure:
     """Draw z over y of every probe on equal scales, from the undeformed beam in the origin.
 
     Args:
         history: `Results.history`, with displacements in space.
         start: What is drawn before this time is gray, s.
-        holes: Clearance and offset, m, of the hole that a probe is in: a circle that its orbit does not leave but by
-            penetration and by the tilt of the beam.
+        rooms: Corners of the region that the support around a probe leaves to it, m: its orbit does not leave that but
+            by penetration and by the tilt of the beam.
     """
     names = [str(name) for name in history["probe"].values]
     rows = -(-len(names) // IN_A_ROW)
@@ -55,10 +70,8 @@ def draw_orbits(history: xr.Dataset, start: float, holes: Mapping[str, tuple[flo
         y, z = (factor * history["displacement"].sel(probe=name, component=axis).values for axis in "yz")
         panel.plot(y[before], z[before], color=GRAY, lw=0.5, zorder=1)
         panel.plot(y[~before], z[~before], color=BLACK, lw=0.6, zorder=2)
-        if name in holes:
-            clearance, offset = (factor * value for value in holes[name])
-            turn = np.linspace(0.0, 2.0 * np.pi, 181)
-            y, z = clearance * np.cos(turn), offset + clearance * np.sin(turn)
+        if len(rooms.get(name, ())):
+            y, z = factor * rooms[name].T
             panel.plot(y, z, color=VERMILION, lw=0.8, ls="--", zorder=3)
         panel.set_aspect("equal", adjustable="datalim")
         panel.set_title(name, loc="right", fontsize="medium", pad=3.0)

@@ -5,6 +5,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 
 class RunFace(NamedTuple):
     """A face of a support.
@@ -14,7 +16,12 @@ class RunFace(NamedTuple):
         below: Whether it is a plane below the beam.
         gap: Distance from the undeformed beam, or from the beam in the middle of a hole, m.
         around: Whether it is a hole around the beam.
-        offset: How far a hole lies above the axis of the beam, m.
+        offset: How far the middle of a hole lies above the axis of the beam, m.
+        lateral: How far it lies beside that axis, toward +y, m.
+        tilt: By how much the face rises along the beam, no unit.
+        angles: Directions in which `recesses` hold, degrees from straight down, positive toward +y; none: all alike.
+        recesses: How much farther away than the gap the wall is there, m.
+        flat: Whether it is made of flat walls in these directions, and not of a curve through them.
     """
 
     face: str
@@ -22,6 +29,26 @@ class RunFace(NamedTuple):
     gap: float
     around: bool = False
     offset: float = 0.0
+    lateral: float = 0.0
+    tilt: float = 0.0
+    angles: tuple[float, ...] = ()
+    recesses: tuple[float, ...] = ()
+    flat: bool = False
+
+    def walls(self, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
+        """Return directions and distances of planes around the axis of the beam that bound its motion.
+
+        Args:
+            scale: Enlarges the distances.
+
+        Returns:
+            Angles, degrees, and distances from the middle of the hole, m; of a curve, at every degree.
+        """
+        if self.flat:
+            return np.array(self.angles), scale * (self.gap + np.array(self.recesses))
+        turns = np.arange(-180.0, 180.0)
+        recess = np.interp(turns, self.angles, self.recesses, period=360.0) if self.angles else np.zeros(len(turns))
+        return turns, scale * (self.gap + recess)
 
 
 class RunSupport(NamedTuple):
@@ -68,5 +95,10 @@ def supports_of(summary: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[Ru
 
 
 def _face(described: Mapping[str, Any]) -> RunFace:
-    side, offset = described["side"], float(described.get("offset", 0.0))
-    return RunFace(str(described["name"]), side == "below", float(described["gap"]), side == "around", offset)
+    side = described["side"]
+    offset, lateral, tilt = (float(described.get(key, 0.0)) for key in ("offset", "lateral", "tilt"))
+    angles, recesses = (tuple(map(float, described.get(key, ()))) for key in ("angles", "recesses"))
+    return RunFace(
+        str(described["name"]), side == "below", float(described["gap"]), side == "around",
+        offset, lateral, tilt, angles, recesses, bool(described.get("flat")),
+    )  # fmt: skip

@@ -12,7 +12,8 @@ from vtkmodules.vtkRenderingCore import vtkMapper
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.beam_surface import PRESSURE, BeamSurface
 from gapbeam.postprocess.scene.camera_window import Window
-from gapbeam.postprocess.scene.support_surface import RING, Box, SupportBoxes
+from gapbeam.postprocess.scene.ring import ring_of
+from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes
 
 BEAM = "#C9D3DC"
 BELOW = "#808080"
@@ -120,26 +121,26 @@ def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: 
     flat = support.dimension == 2
     for piece in support.blocks:
         if piece.around:
-            _add_ring(plotter, support.box(piece, scale), support.thickness, line)
+            _add_ring(plotter, support, piece, scale, line)
             continue
         box, color = support.box(piece, scale), BELOW if piece.below else ABOVE
         opacity = 1.0 if flat or piece.below else 0.5
         corners = [(box[0], box[2], 0.0), (box[1], box[2], 0.0), (box[1], box[3], 0.0)]
         block = pv.Rectangle(corners) if flat else pv.Box(bounds=box)
+        block.points[:, 1 if flat else 2] += piece.rise(block.points[:, 0], scale)
         plotter.add_mesh(block, color=color, opacity=opacity, lighting=not flat, ambient=0.0 if flat else 0.3)
         edges = block.extract_feature_edges(boundary_edges=flat, non_manifold_edges=False, manifold_edges=False)
         plotter.add_mesh(edges, color=EDGE, line_width=line, lighting=False)
 
 
-def _add_ring(plotter: pv.Plotter, box: Box, thickness: float, line: float) -> None:
-    """Draw a hole as the ring around it, which fills its box and is as thick as rings are."""
-    outer, height = 0.5 * (box[3] - box[2]), 0.5 * (box[4] + box[5])
-    disc = pv.Disc(
-        center=(box[0], 0.0, height), inner=outer - RING * thickness, outer=outer, normal=(1, 0, 0), c_res=96
-    )
-    ring = disc.extrude((box[1] - box[0], 0.0, 0.0), capping=True)
+def _add_ring(plotter: pv.Plotter, support: SupportBoxes, piece: FaceBox, scale: float, line: float) -> None:
+    """Draw a support around the beam as a ring that one can see through."""
+    box = support.box(piece, scale)
+    middle = 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
+    ring = ring_of(piece.met, piece.along, middle, support.thickness, scale)
+    ring.points[:, 2] += piece.rise(ring.points[:, 0], scale)
     plotter.add_mesh(ring, color=BELOW, opacity=0.35, lighting=True, ambient=0.3)
-    edges = ring.extract_feature_edges(feature_angle=60.0, boundary_edges=False, non_manifold_edges=False)
+    edges = ring.extract_feature_edges(feature_angle=25.0, boundary_edges=False, non_manifold_edges=False)
     plotter.add_mesh(edges, color=EDGE, line_width=line, lighting=False)
 
 

@@ -7,7 +7,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gapbeam.postprocess.results.supports_of_run import RunSupport
+from gapbeam.postprocess.results.supports_of_run import RunFace, RunSupport
+from gapbeam.postprocess.scene.ring import outer_radius
 
 Box = tuple[float, float, float, float, float, float]
 Span = tuple[float, float]
@@ -15,28 +16,38 @@ Span = tuple[float, float]
 _BLOCK_HEIGHT = 0.9
 _BEHIND = 0.35
 _BEYOND = 0.3
-RING = 0.3  # thickness of a ring over that of the beam
 
 
 @dataclass(frozen=True)
 class FaceBox:
-    """One face of a support.
+    """One face of a support as a block, or as a ring around the beam.
 
     Attributes:
-        face: Name of the face that touches it.
-        below: Whether it is a block below the beam.
+        met: The face.
         along: Where it begins and ends along the beam, m.
-        gap: Distance from the undeformed beam, or from the beam in the middle of a hole, m.
-        around: Whether it is a ring around the beam.
-        offset: How far the middle of a ring lies above the axis of the beam, m.
     """
 
-    face: str
-    below: bool
+    met: RunFace
     along: Span
-    gap: float
-    around: bool = False
-    offset: float = 0.0
+
+    @property
+    def face(self) -> str:
+        """Name of the face of the beam that touches it."""
+        return self.met.face
+
+    @property
+    def below(self) -> bool:
+        """Whether it is a block below the beam."""
+        return self.met.below
+
+    @property
+    def around(self) -> bool:
+        """Whether it is a ring around the beam."""
+        return self.met.around
+
+    def rise(self, x: np.ndarray, scale: float) -> np.ndarray:
+        """Return by how much it is drawn higher at x than in its middle, m."""
+        return scale * self.met.tilt * (x - 0.5 * (self.along[0] + self.along[1]))
 
 
 @dataclass(frozen=True)
@@ -87,21 +98,21 @@ class SupportBoxes:
         return any(block.around for block in self.blocks if block.face == face)
 
     def box(self, block: FaceBox, scale: float) -> Box:
-        """The limits in x, y, z of a block or a ring, its face `scale` times the gap away from the undeformed beam.
+        """The limits in x, y, z of a block or a ring without tilt, `scale` times the gap away from the undeformed beam.
 
         A point of the beam displaced by u is drawn at its place + scale u: it touches this plane where u is the gap,
         neither earlier nor later.
         """
         height = _BLOCK_HEIGHT * self.thickness
         if block.around:
-            reach, lift = 0.5 * self.thickness + scale * block.gap + RING * self.thickness, scale * block.offset
-            middle = 0.5 * (self.bottom + self.top) + lift
-            return (*block.along, -reach, reach, middle - reach, middle + reach)
+            reach = outer_radius(block.met, self.thickness, scale)
+            side, middle = scale * block.met.lateral, 0.5 * (self.bottom + self.top) + scale * block.met.offset
+            return (*block.along, side - reach, side + reach, middle - reach, middle + reach)
         if block.below:
-            plane = self.bottom - scale * block.gap
+            plane = self.bottom - scale * block.met.gap
             low, high = plane - height, plane
         else:
-            plane = self.top + scale * block.gap
+            plane = self.top + scale * block.met.gap
             low, high = plane, plane + height
         first, last = block.along[0], block.along[1]
         if self.dimension == 2:
@@ -112,7 +123,10 @@ class SupportBoxes:
         """The limits of blocks and beam in the bending direction, m."""
         bending = self.dimension - 1
         boxes = [self.box(block, scale)[2 * bending : 2 * bending + 2] for block in blocks]
-        return min(self.bottom, *(low for low, _ in boxes)), max(self.top, *(high for _, high in boxes))
+        rises = [float(np.abs(block.rise(np.array(block.along), scale)).max()) for block in blocks]
+        lows = [low - rise for (low, _), rise in zip(boxes, rises, strict=True)]
+        highs = [high + rise for (_, high), rise in zip(boxes, rises, strict=True)]
+        return min(self.bottom, *lows), max(self.top, *highs)
 
 
 def support_of(
@@ -128,11 +142,7 @@ def support_of(
     """
     low, high = points.min(axis=0), points.max(axis=0)
     bending, first = dimension - 1, float(low[0])
-    blocks = tuple(
-        FaceBox(met.face, met.below, (first + one.start, first + one.end), met.gap, met.around, met.offset)
-        for one in supports
-        for met in one.faces
-    )
+    blocks = tuple(FaceBox(met, (first + one.start, first + one.end)) for one in supports for met in one.faces)
     shown = next((one for one in supports if loudest in [met.face for met in one.faces]), supports[0])
     return SupportBoxes(
         dimension=dimension,

@@ -137,6 +137,8 @@ def face_points(space: Any, facets: Indices, rule: PointRule, width: float, face
         if face is not None and face.around:
             toward = np.einsum("qx,qx->q", normals, face.opening(places[:, :dimension]))
         met = np.abs(toward) > STEEPEST * np.linalg.norm(normals, axis=1)
+        if face is not None:
+            met &= face.meets(places[:, :dimension])
         points = FacePoints(
             np.broadcast_to(cell_nodes, here.basis.shape).astype(np.int64),
             here.basis,

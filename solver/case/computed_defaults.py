@@ -17,6 +17,7 @@ IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam pres
 SEAT_ROUND_OFF = 1.0e-12  # of E / h
 SEAT_SHARE = 0.1  # of the bending stiffness of a beam that joints hold
 BOTH = 2  # rigid motions in the bending plane
+BETWEEN_POINTS = 2.5e-3  # of the diameter: how far a round section falls short of a wall between 32 points around it
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
 DEEPEST_TOUCH = 1.0e-8  # m
 TOUCH_RATIO = 1.0e-4  # of the clearance
@@ -278,6 +279,9 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
     mass = case.material.density * case.beam.length * case.beam.area
     weight = mass * sum(load.weight_acceleration for load in case.load)
     travel = case.layout.widest
+    if case.layout.holes:
+        aside = max(abs(one.offset) + abs(one.lateral) + one.region.recess for one in case.layout.holes)
+        travel += aside + BETWEEN_POINTS * case.beam.thickness
     wanted = min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
     return max(wanted, SEAT_ROUND_OFF * body)
 

@@ -6,15 +6,15 @@ stands at the level z has the gap
     g = s (h - z),    s = +1 for a plane below the beam, -1 for a plane above it
 
 The plane stands the initial gap of the face away from the outermost point of the undeformed beam there; where that gap
-is negative, the undeformed beam reaches into the face. Other faces have a type of their own, such as
-`regions.bore_face`.
+is negative, the undeformed beam reaches into the face. A plane with the tilt t rises along the beam: z + t (x - x_m)
+with x_m its middle. Other faces have a type of their own, such as those of `regions.around_face`.
 """
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from typing import ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,11 +31,15 @@ class Face:
         name: Name in the mesh, in results and in messages.
         side: s, +1 below the beam and -1 above it: the motion along the bending axis that opens the gap.
         gap: Distance from this plane to the outermost point of the undeformed beam, of any sign, m.
+        tilt: By how much the face rises along the beam, no unit.
+        middle: Where along the beam its height is that of an even face, m.
     """
 
     name: str
     side: float
     gap: float = 0.0
+    tilt: float = 0.0
+    middle: float = 0.0
 
     around: ClassVar[bool] = False
     """Whether it is met all around the beam, and not along the bending axis."""
@@ -44,6 +48,20 @@ class Face:
     def carries(self) -> bool:
         """Whether a beam with weight can rest on it."""
         return self.side > 0.0
+
+    @property
+    def shape(self) -> dict[str, Any]:
+        """What results keep of its shape, beside its name, side and gap."""
+        return {"tilt": self.tilt} if self.tilt else {}
+
+    @property
+    def smallest(self) -> float:
+        """The smallest gap of the undeformed beam in the middle of the support, m."""
+        return self.gap
+
+    def rise(self, positions: Array) -> Array:
+        """Return by how much the face stands higher than in its middle, t (x - x_m), (m,), m."""
+        return np.asarray(self.tilt * (positions[:, 0] - self.middle))
 
     def gaps(self, positions: Array) -> Array:
         """Return the gaps of the undeformed body, (m,), m.
@@ -54,7 +72,11 @@ class Face:
         heights = positions[:, -1]
         outermost = heights.min() if self.side > 0.0 else heights.max()
         level = outermost - self.side * self.gap
-        return np.asarray(self.side * (heights - level))
+        return np.asarray(self.side * (heights - level - self.rise(positions)))
+
+    def meets(self, positions: Array) -> NDArray[np.bool_]:
+        """Return which contact points can touch the face, (m,)."""
+        return np.ones(len(positions), dtype=bool)
 
     def opening(self, positions: Array) -> Array:
         """Return the unit vectors along which motion of contact points opens their gaps, (m, dimension)."""
@@ -64,7 +86,7 @@ class Face:
 
     def growth(self, old: Face, positions: Array) -> Array:
         """Return by how much the gaps of contact points are larger than those of the same face as it was, (m,), m."""
-        return np.full(len(positions), self.gap - old.gap)
+        return self.gap - old.gap - self.side * (self.rise(positions) - old.rise(positions))
 
 
 @dataclass(frozen=True)

@@ -7,11 +7,14 @@ from typing import Annotated, Any, ClassVar
 
 from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
 
+from gapbeam.solver.supports.regions.region import Placement, Region
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.table import FORMS, AlongBeam, Name, NonNegative, Number, Positive, Table, named
 
+PLAY = ("clearance", "offset", "lateral", "tilt")
+"""Keys of a [[support]] that change its gaps alone."""
 OWN_CONTACT = ("stiffness", "damping", "friction")
 """Keys of a [[support]] that stand in the place of those of [contact]."""
 
@@ -28,6 +31,8 @@ class BaseAndGland(Table):
     name: ClassVar[str] = "support"
     start: ClassVar[float] = 0.0
     offset: ClassVar[float] = 0.0
+    lateral: ClassVar[float] = 0.0
+    region: ClassVar[Region] = Slot(type="slot")
     around: ClassVar[bool] = False
     stiffness: ClassVar[None] = None
     damping: ClassVar[None] = None
@@ -59,10 +64,19 @@ class _OneOfSeveral(AlongBeam):
     name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
     clearance: Number = Field(
         description="how far the beam can move between both planes of a slot, to a stop, or from the middle of a hole "
-        "to its wall; negative for an interference fit, m",
+        "or a polygon to its wall; negative for an interference fit, m",
         examples=[0.2e-3],
     )
     offset: Number = Field(default=0.0, description="how far the support is moved upward from the axis of the beam, m")
+    lateral: Number = Field(
+        default=0.0, description="how far a support around the beam is moved sideways, toward +y, from its axis, m"
+    )
+    tilt: Number = Field(
+        default=0.0,
+        ge=-0.1,
+        le=0.1,
+        description="by how much the support rises along the beam, about its middle, m per m, no unit",
+    )
     region: Annotated[RegionChoice, BeforeValidator(named)] = Field(
         default=Slot(type="slot"), description="what the support leaves to the beam: a name, or a table with the type"
     )
@@ -96,11 +110,12 @@ class _OneOfSeveral(AlongBeam):
     @property
     def faces(self) -> tuple[Face, ...]:
         """The faces of the region, named after the support and where they are: front_below."""
-        return self.region.faces(self.name, self.clearance, self.offset)
+        middle = 0.5 * (self.start + self.end)
+        return self.region.faces(self.name, Placement(self.clearance, self.offset, self.lateral, self.tilt, middle))
 
     def without_play(self) -> _OneOfSeveral:
         """Return the support with everything taken out that changes its gaps and its contact law alone."""
-        return self.model_copy(update={"clearance": 0.0, "offset": 0.0, **dict.fromkeys(OWN_CONTACT)})
+        return self.model_copy(update={**dict.fromkeys(PLAY, 0.0), **dict.fromkeys(OWN_CONTACT)})
 
 
 _PLACE: dict[str, Any] = {

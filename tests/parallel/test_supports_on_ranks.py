@@ -14,7 +14,7 @@ from tests.shared.command import DEMO, RATTLE, alone, on_ranks, settings
 
 pytestmark = [alone, pytest.mark.versions]
 
-TUBE = DEMO.with_name("tube-holes.toml")
+TUBE, BLOCKS = DEMO.with_name("tube-holes.toml"), DEMO.with_name("bar-vblocks.toml")
 LEFT = '{name = "left", from = 0.0, to = 0.02, clearance = 1e-4}'
 STOP = '{name = "stop", from = 0.25, to = 0.27, clearance = 5e-5, region = {type = "stop", side = "above"}}'
 RIGHT = '{name = "right", from = 0.45, to = 0.48, clearance = 1e-4, offset = 2e-5, stiffness = 5e11, damping = 1e6}'
@@ -64,9 +64,10 @@ HOLES = (
 )
 
 
-def test_a_tube_in_holes_on_two_ranks(tmp_path: Path) -> None:
-    """Curved cells, mean motions of hollow sections, contact all around: the histories of a struck tube agree."""
-    results = on_one_and_two(TUBE, HOLES, tmp_path)
+@pytest.mark.parametrize(("case", "direction"), [(TUBE, "[0, 1, 0.3]"), (BLOCKS, "[0, 0.3, -1]")])
+def test_a_round_beam_in_supports_around_it_on_two_ranks(case: Path, direction: str, tmp_path: Path) -> None:
+    """Curved cells, mean motions of hollow sections, contact all around: the histories of a struck beam agree."""
+    results = on_one_and_two(case, (*HOLES, f"load.shaker.direction={direction}"), tmp_path)
     forces = results[0].history["contact_force"].values
     assert np.all(forces.max(axis=0) > 3.0 * forces[0])
     assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}

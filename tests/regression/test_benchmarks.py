@@ -12,7 +12,7 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from benchmarks import contact_points, getfem_peer, iterative_solvers, size, solves, textbook
+from benchmarks import contact_points, getfem_peer, iterative_solvers, section_modes, size, solves, textbook
 from benchmarks.apart import exponent
 from benchmarks.table import Table, seconds
 from benchmarks.textbook_newton import TextbookBeam
@@ -180,6 +180,21 @@ def test_exponents_and_durations() -> None:
     sizes = [10.0, 100.0, 1000.0]
     assert exponent(sizes, [3.0 * n**1.5 for n in sizes]) == pytest.approx(1.5)
     assert [seconds(t) for t in (12.345, 0.0123, 4.5e-6)] == ["12.3 s", "12.3 ms", "4.5 us"]
+
+
+@alone
+def test_frequencies_of_sections_are_those_of_beam_theory() -> None:
+    """A box on a coarse mesh: Euler and Bernoulli's first frequency, and four of the solid without its axial mode."""
+    coarse = {"size": 0.08, "support_size": 0.025, "cells_through_thickness": 2, "cells_across_width": 2}
+    ((name, beam, solid),) = section_modes.rows({"box": (section_modes.BOX, 0.03)}, coarse)
+    elements, mesh = (np.array([float(value) for value in str(cell).split(", ")]) for cell in (beam, solid))
+    area, second = 0.04 * 0.03 - 0.032 * 0.022, (0.03 * 0.04**3 - 0.022 * 0.032**3) / 12.0
+    first = 1.8751040687**2 / (2.0 * np.pi * 0.6**2) * np.sqrt(2.1e11 * second / (7919.0 * area))
+    assert name == "box"
+    assert elements[0] == pytest.approx(first, rel=0.015)
+    assert elements[0] < first, "shear and rotary inertia slow it"
+    assert len(elements) == 4
+    assert mesh == pytest.approx(elements, rel=0.015)
 
 
 @alone

@@ -18,6 +18,17 @@ HOLE = '[[support]]\nname = "a"\nfrom = 0.0\nto = 0.02\nclearance = 1e-4\nregion
 OTHER = HOLE.replace('"a"', '"b"').replace("0.0\n", "0.5\n").replace("0.02", "0.52")
 GOOD = HEAD + HOLE + OTHER
 
+
+def walls(keys: str) -> str:
+    """Return the case with a polygon."""
+    return GOOD.replace('region = "hole"', f'region = {{ type = "polygon"{", " * bool(keys)}{keys} }}', 1)
+
+
+def profile(angles: str, recesses: str) -> str:
+    """Return the case with a profile."""
+    return walls("").replace('"polygon"', f'"profile", angles = {angles}, recesses = {recesses}')
+
+
 BAD = {
     "a square beam": (GOOD.replace('section = "round"\n', ""), ["hole", "rectangle", "round section", '"slot"']),
     "a slice": (GOOD.replace("dimension = 3", "dimension = 2"), ["dimension", "3", "equally wide"]),
@@ -37,7 +48,7 @@ BAD = {
     "wide": (GOOD.replace("clearance = 1e-4", "clearance = 1e-3", 1), ["0.167 of the radius", "not of the diameters"]),
     "out of line": (
         GOOD.replace("clearance = 1e-4", "clearance = 1e-4\noffset = 2e-4", 1),
-        ["0.0002 m", "more than the clearance"],
+        ["0.0002 m", "0.0001 m in the wall", "smaller offset"],
     ),
     "a slot in a hole": (
         GOOD + '[[support]]\nname = "c"\nfrom = 0.51\nto = 0.53\nclearance = 1e-4\n',
@@ -49,6 +60,31 @@ BAD = {
         ["hole, with a mesh file", "leave file out"],
     ),
     "an unknown region": (GOOD.replace('"hole"', '"ring"', 1), ["ring", "hole", "slot", "stop"]),
+    "no walls": (walls(""), ["walls", "nothing", "directions of the walls"]),
+    "an empty list of walls": (walls("walls = []"), ["walls", "1 to 36 numbers"]),
+    "the same wall twice": (walls("walls = [30.0, 150.0, 390.0]"), ["390", "at least 2 degrees apart"]),
+    "walls that nearly agree": (walls("walls = [-179.5, 0.0, 180.0]"), ["at least 2 degrees apart"]),
+    "a recess too few": (walls("walls = [-45.0, 45.0], recesses = [0.0]"), ["1 for 2 walls", "or none"]),
+    "walls that are words": (walls('walls = ["left", "right"]'), ["walls", "left"]),
+    "a wall in the beam": (
+        walls("walls = [-45.0, 45.0]").replace("clearance = 1e-4", "clearance = 1e-4\nlateral = 3e-4", 1),
+        ["lateral", "in the wall", "smaller lateral"],
+    ),
+    "angles that go back": (profile("[0.0, 180.0, 90.0]", "[0.0, 0.0, 0.0]"), ["ascending order"]),
+    "more than a turn": (profile("[0.0, 180.0, 360.0]", "[0.0, 0.0, 0.0]"), ["repeats the first", "less than 360"]),
+    "two angles": (profile("[0.0, 180.0]", "[0.0, 0.0]"), ["angles", "3 to 3600 numbers"]),
+    "recesses of another number": (profile("[0.0, 90.0, 180.0]", "[0.0, 0.0]"), ["2 for 3 angles"]),
+    "a steep profile": (profile("[0.0, 1.0, 180.0]", "[0.0, 2e-4, 0.0]"), ["slope of", '"polygon"']),
+    "a profile in mm": (profile("[-90.0, 0.0, 180.0]", "[0.0, 8e-4, 0.0]"), ["of the radius of the beam"]),
+    "a polygon around a square beam": (
+        walls("walls = [-45.0, 45.0]").replace('section = "round"\n', ""),
+        ["polygon, around the section", "round section"],
+    ),
+    "a slot moved aside": (
+        GOOD.replace("clearance = 1e-4", "clearance = 1e-4\nlateral = 1e-5", 1).replace('"hole"', '"slot"', 1),
+        ["lateral", "for a slot", "no lateral offset"],
+    ),
+    "a steep support": (GOOD.replace("clearance = 1e-4", "clearance = 1e-4\ntilt = 5.0", 1), ["tilt", "5", "0.1"]),
 }
 
 

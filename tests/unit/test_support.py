@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.regions.stop import Stop
 from gapbeam.solver.supports.support import Face, Support
@@ -42,7 +43,7 @@ def test_an_interference_fit_presses_the_gland_into_the_beam() -> None:
 @pytest.mark.parametrize("offset", [0.0, 3.0e-5, -8.0e-5])
 def test_a_slot_keeps_its_clearance_wherever_it_stands(offset: float) -> None:
     """Both gaps together are the clearance; a slot that is moved upward is nearer below by the offset."""
-    below, above = Slot(type="slot").faces("s", 1.0e-4, offset)
+    below, above = Slot(type="slot").faces("s", Placement(1.0e-4, offset))
     assert below.gap + above.gap == pytest.approx(1.0e-4)
     assert (below.side, above.side) == (1.0, -1.0)
     assert above.gap - below.gap == pytest.approx(2.0 * offset)
@@ -51,7 +52,7 @@ def test_a_slot_keeps_its_clearance_wherever_it_stands(offset: float) -> None:
 @pytest.mark.parametrize(("side", "gap"), [("below", 0.8e-4), ("above", 1.2e-4)])
 def test_a_stop_has_one_plane(side: str, gap: float) -> None:
     """A stop that is moved upward comes nearer from below and goes away from above."""
-    (plane,) = Stop.model_validate({"type": "stop", "side": side}).faces("s", 1.0e-4, 0.2e-4)
+    (plane,) = Stop.model_validate({"type": "stop", "side": side}).faces("s", Placement(1.0e-4, 0.2e-4))
     assert plane.gap == pytest.approx(gap)
     assert plane.side == (1.0 if side == "below" else -1.0)
 

@@ -64,7 +64,7 @@ BAD = {
     ),
     "unknown region": (
         GOOD.replace("offset", 'region = "slit"\noffset'),
-        ['"slit"', '"slot", "stop" or "hole"', "slot"],
+        ['"slit"', '"slot", "stop", "hole", "polygon" or "profile"', "slot"],
     ),
     "unknown side": (
         GOOD.replace("offset", 'region = {type = "stop", side = "left"}\noffset'),

@@ -53,7 +53,13 @@ from gapbeam.solver.case.checks.geometry_checks import (
     mesh_file_says_it_all,
     support_is_part_of_the_beam,
 )
-from gapbeam.solver.case.checks.hole_checks import holes_are_met_along_radii, holes_hold_round_beams
+from gapbeam.solver.case.checks.hole_checks import (
+    beams_fit_in,
+    holes_are_met_along_radii,
+    planes_are_not_moved_aside,
+    regions_fit_the_beam,
+    round_beams_are_met_around,
+)
 from gapbeam.solver.case.checks.load_checks import (
     attached_masses_sit_on_mass,
     loads_are_sound,
@@ -200,7 +206,10 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     supports_keep_apart,
     own_contact_fits_the_case,
     something_carries_the_beam,
-    holes_hold_round_beams,
+    regions_fit_the_beam,
+    round_beams_are_met_around,
+    beams_fit_in,
+    planes_are_not_moved_aside,
     holes_are_met_along_radii,
     clearance_is_small,
     section_fits_the_beam,

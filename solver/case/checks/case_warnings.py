@@ -80,12 +80,13 @@ def shape(case: Case) -> Iterator[str]:
                 f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
                 "the equations are those of small rotations, and the unit is m, not mm"
             )
-        share = abs(support.clearance) / (0.5 * beam.thickness)
-        if support.around and share > FIXED_NORMALS:
-            yield (
-                f"{place} clearance = {support.clearance:g} is {100 * share:.2g} % of the radius of the beam: forces "
-                f"in the hole act along radii of the beam, which is up to {share:.2g} rad off"
-            )
+        if support.around:
+            share = (abs(support.clearance) + support.region.recess) / (0.5 * beam.thickness)
+            if share > FIXED_NORMALS:
+                yield (
+                    f"{place} leaves the beam up to {100 * share:.2g} % of its radius: forces "
+                    f"in the {support.region.type} act along radii of the beam, which is up to {share:.2g} rad off"
+                )
         if support.clearance < -0.01 * beam.thickness:
             strain = -support.clearance / beam.thickness
             yield f"{place} clearance = {support.clearance:g} squeezes the beam by {100 * strain:.2g} %"

@@ -1,4 +1,4 @@
-"""Contradictions between round holes and the rest of a case."""
+"""Contradictions between supports around the beam and the rest of a case."""
 
 from __future__ import annotations
 
@@ -13,57 +13,88 @@ from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 WIDEST = 0.1  # of the radius: up to here the normals of the section stand for those of the hole
 
 
-def _holes(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
-    """Yield the holes among the supports of a case."""
+def _around(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
+    """Yield the supports around the beam among those of a case, with the key of their region."""
     for key, one in keyed(support):
         if one.around:
             yield (*key, "region"), one
 
 
-def holes_hold_round_beams(beam: Beam, support: AnySupports, mesh: Mesh) -> Iterator[Fault]:
-    """A round hole has a round section in it, in a mesh that gapbeam builds."""
-    for key, one in _holes(support):
+def regions_fit_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+    """A region finds what contradicts itself or the beam in its table."""
+    for key, one in keyed(support):
+        yield from one.region.faults((*key, "region"), 0.5 * beam.thickness)
+
+
+def round_beams_are_met_around(beam: Beam, support: AnySupports, mesh: Mesh) -> Iterator[Fault]:
+    """A support around the beam has a round section in it, in a mesh that gapbeam builds."""
+    for key, one in _around(support):
+        name = one.region.type
         if not beam.section.round:
             yield Fault(
                 key,
-                f'hole, around the section "{beam.section.type}"',
-                "a round section, which touches a hole anywhere around it",
+                f'{name}, around the section "{beam.section.type}"',
+                f"a round section, which touches a {name} anywhere around it",
                 'section = "round" or { type = "tube", wall = ... } in [beam], or region = "slot"',
                 (("beam", "section"),),
             )
         elif mesh.file is not None:
             yield Fault(
                 key,
-                "hole, with a mesh file",
+                f"{name}, with a mesh file",
                 "a mesh that gapbeam builds: the faces of mesh files look down and up",
                 "leave file out, and give the section in [beam]",
                 (("mesh", "file"),),
             )
-        elif abs(one.clearance) > WIDEST * 0.5 * beam.thickness:
+
+
+def beams_fit_in(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+    """The play of a hole is small beside its radius, and the straight beam fits in a support around it."""
+    radius = 0.5 * beam.thickness
+    for key, one in _around(support):
+        if any(one.region.faults(key, radius)):
+            continue
+        play = max(abs(one.clearance), abs(one.clearance + one.region.recess))
+        (face,) = one.faces
+        if play > WIDEST * radius:
             yield Fault(
                 (*key[:-1], "clearance"),
-                f"{one.clearance:g} m, {one.clearance / (0.5 * beam.thickness):.3g} of the radius of the beam",
-                f"at most {WIDEST:g} of it, {WIDEST * 0.5 * beam.thickness:g} m, for contact along its radii",
+                f"{play:g} m, {play / radius:.3g} of the radius of the beam",
+                f"at most {WIDEST:g} of it, {WIDEST * radius:g} m, for contact along its radii",
                 "the clearance of a hole is the difference of both radii, not of the diameters",
                 (("beam", "thickness"),),
             )
-        elif abs(one.offset) > max(one.clearance, 0.0):
+        elif (one.offset or one.lateral) and face.smallest < 0.0:
+            moved = "offset" if abs(one.offset) >= abs(one.lateral) else "lateral"
             yield Fault(
-                (*key[:-1], "offset"),
-                f"{one.offset:g} m, more than the clearance of {one.clearance:g} m",
-                "a hole that the straight beam fits in",
-                "a smaller offset, or a larger clearance",
+                (*key[:-1], moved),
+                f"{getattr(one, moved):g} m, with which the straight beam is {-face.smallest:.3g} m in the wall",
+                "a support that the straight beam fits in",
+                f"a smaller {moved}, or a larger clearance",
                 ((*key[:-1], "clearance"),),
             )
 
 
+def planes_are_not_moved_aside(support: AnySupports) -> Iterator[Fault]:
+    """A plane below or above the beam is the same wherever it is moved sideways."""
+    for key, one in keyed(support):
+        if one.lateral and not one.around:
+            yield Fault(
+                (*key, "lateral"),
+                f"{one.lateral:g} m, for a {one.region.type}",
+                "no lateral offset: planes across the bending direction are the same everywhere along y",
+                'leave it out; region = "hole" and "polygon" hold the beam sideways',
+                ((*key, "region"),),
+            )
+
+
 def holes_are_met_along_radii(support: AnySupports, contact: Contact) -> Iterator[Fault]:
-    """The stress at the points of a hole is not known along its radii."""
-    for key, _ in _holes(support):
+    """The stress at the points around a section is not known along its radii."""
+    for key, one in _around(support):
         if contact.formulation.stress_terms is not None:
             yield Fault(
                 ("contact", "formulation"),
-                f"{contact.formulation.type}, with a hole",
+                f"{contact.formulation.type}, with a {one.region.type}",
                 "a formulation without the stress at the contact points",
                 'formulation = "penalty"',
                 (key,),

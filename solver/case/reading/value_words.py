@@ -112,6 +112,9 @@ def in_words(schema: Mapping[str, Any]) -> str:
             items = schema["prefixItems"]
             limits = _range(items[0])
             return f"a list of {len(items)} numbers" + (f", each{limits}" if limits else "")
+        case "array" if schema["items"].get("type") == "number":
+            least, most = schema.get("minItems", 0), schema["maxItems"]
+            return f"a list of {f'{least} to' if least else 'at most'} {most} numbers"
         case "array" if "maxItems" in schema:
             each = either(in_words(item) for item in schema["items"]["anyOf"])
             return f"a list of at most {schema['maxItems']} items, each {each}"

@@ -1,4 +1,4 @@
-"""The watch on the pose of the beam: rotation, strain, stress and travel along the support.
+"""The watch on the pose of the beam: rotation, strain, stress, travel along the support and motion across it.
 
     W = (H - H^T)/2,  E = (H + H^T)/2,  H = du/dx;    rotation |W|/sqrt 2,  strain |E|,  stress sqrt(3/2) |2 mu dev E|
 
@@ -18,7 +18,7 @@ from gapbeam.solver.system.operators import Array
 
 LOOKS = 200  # over the span of a run
 HIGHER = 1.1  # times the largest strain energy looked at so far
-ROTATION, STRAIN, STRESS, TRAVEL = range(4)
+ROTATION, STRAIN, STRESS, TRAVEL, ASIDE = range(5)
 
 
 class PoseRows(Protocol):
@@ -47,6 +47,7 @@ class PoseScales:
             by -nu of that along the beam (beam models: "beam"), or not ("").
         support_length: m.
         width: m.
+        radius: Of a beam in supports that are met along its radii; 0: there is none, m.
         span: Of the run, s.
     """
 
@@ -55,17 +56,18 @@ class PoseScales:
     thin: str
     support_length: float
     width: float
+    radius: float
     span: float
 
 
 @dataclass
 class PoseWatch:
-    """Keeps the largest rotation, strain, stress and travel of a run.
+    """Keeps the largest rotation, strain, stress, travel and motion across the beam of a run.
 
     Attributes:
         rows: What gives a pose.
         scales: What it is measured against.
-        closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL: value, time and place, (4, 5).
+        closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL, ASIDE: value, time and place, (5, 5).
         due: When the next look is due, s.
         highest: Largest strain energy looked at, J.
         at_start: Rotation at the first look, rad.
@@ -74,7 +76,7 @@ class PoseWatch:
 
     rows: PoseRows
     scales: PoseScales
-    closest: Array = field(default_factory=lambda: np.zeros((4, 5)))
+    closest: Array = field(default_factory=lambda: np.zeros((5, 5)))
     due: float = -1.0
     highest: float = 0.0
     at_start: float = 0.0
@@ -114,6 +116,10 @@ class PoseWatch:
             if len(moved) > 2:
                 share = max(share, moved[1] / self.scales.width)
             self._keep(TRAVEL, float(share), time, np.mean(self.rows.places[:faces], axis=0))
+        if faces and self.scales.radius:
+            aside = np.linalg.norm(displacement[:faces, 1:], axis=1)
+            point = int(np.argmax(aside))
+            self._keep(ASIDE, float(aside[point]) / self.scales.radius, time, self.rows.places[point])
         if not self.looks:
             self.at_start = float(np.max(rotation))
 

@@ -9,7 +9,7 @@ import numpy as np
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, RigidModel
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
-from gapbeam.solver.diagnostics.assumptions.pose_watch import ROTATION, STRAIN, STRESS, TRAVEL, PoseWatch
+from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, ROTATION, STRAIN, STRESS, TRAVEL, PoseWatch
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
 from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
@@ -29,6 +29,11 @@ INSIDE = Assumption(
     "inside the support", "travel along the support over its length (across it over the width)", "1", 0.05, 0.5,
     "contact acts where the undeformed faces are, though the beam has moved on; stiffen [restraint], or look for a "
     "load along the support",
+)  # fmt: skip
+ALONG_RADII = Assumption(
+    "radii in supports around the beam", "largest motion across the beam over its radius", "1", 0.02, 0.2,
+    "forces act along the radii of the undeformed beam, though it touches elsewhere; less clearance or smaller loads "
+    "keep the motion small beside the radius",
 )  # fmt: skip
 LINEAR_SEAT = Assumption(
     "linear seat", "largest rotation at the start", "rad", 0.1, 0.5,
@@ -63,6 +68,8 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
         found(INSIDE, TRAVEL, travel),
         Finding(LINEAR_SEAT, watch.at_start, estimate=0.5 * watch.at_start**2),
     ]
+    if case.layout.holes:
+        findings.append(found(ALONG_RADII, ASIDE, float(watch.closest[ASIDE, 0])))
     limit = case.material.yield_stress
     if limit is not None and not isinstance(case.model, RigidModel):
         findings.append(found(Assumption(*ELASTIC, limit, None, ELASTIC_MEANING), STRESS))

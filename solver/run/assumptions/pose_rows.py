@@ -69,5 +69,6 @@ def _scales(case: Case) -> PoseScales:
         thin="beam" if isinstance(case.model, BeamModel) else "plane" if plane else "",
         support_length=case.layout.shortest,
         width=case.beam.width,
+        radius=0.5 * case.beam.thickness if case.layout.holes else 0.0,
         span=case.time.end,
     )

@@ -55,11 +55,7 @@ def _supports(model: Model) -> list[dict[str, Any]]:
             "from": one.start,
             "to": one.end,
             "clearance": one.clearance,
-            "faces": [
-                {"name": face.name, "side": _side(face), "gap": face.gap}
-                | ({"offset": one.offset} if face.around else {})
-                for face in one.faces
-            ],
+            "faces": [{"name": face.name, "side": _side(face), "gap": face.gap} | face.shape for face in one.faces],
             **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
         }
         for one in model.case.layout.supports

@@ -6,20 +6,16 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.supports.regions.bore_face import BoreFace
-from gapbeam.solver.supports.regions.region import Region
+from gapbeam.solver.supports.regions.around_face import BoreFace
+from gapbeam.solver.supports.regions.around_region import AroundRegion, place_around
+from gapbeam.solver.supports.regions.region import Placement
 
 
-class Hole(Region):
+class Hole(AroundRegion):
     """A round hole around a round section, the clearance wider than its radius."""
 
     type: Literal["hole"] = Field(description="a round hole around a beam of round section")
 
-    def faces(self, name: str, clearance: float, offset: float) -> tuple[BoreFace, ...]:
+    def faces(self, name: str, placed: Placement) -> tuple[BoreFace, ...]:
         """Return the inside of the hole."""
-        return (BoreFace(f"{name}_hole", 0.0, clearance, offset),)
-
-    @property
-    def sides(self) -> tuple[float, ...]:
-        """Below and above."""
-        return 1.0, -1.0
+        return (BoreFace(f"{name}_hole", 0.0, *place_around(placed)),)

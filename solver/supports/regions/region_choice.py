@@ -7,7 +7,9 @@ from typing import Annotated
 from pydantic import Field
 
 from gapbeam.solver.supports.regions.hole import Hole
+from gapbeam.solver.supports.regions.polygon import Polygon
+from gapbeam.solver.supports.regions.profile import Profile
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.regions.stop import Stop
 
-RegionChoice = Annotated[Slot | Stop | Hole, Field(discriminator="type")]
+RegionChoice = Annotated[Slot | Stop | Hole | Polygon | Profile, Field(discriminator="type")]

@@ -6,7 +6,7 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.supports.regions.region import Region
+from gapbeam.solver.supports.regions.region import Placement, Region
 from gapbeam.solver.supports.support import Face
 
 
@@ -15,10 +15,13 @@ class Slot(Region):
 
     type: Literal["slot"] = Field(description="one plane below and one above the beam")
 
-    def faces(self, name: str, clearance: float, offset: float) -> tuple[Face, ...]:
+    def faces(self, name: str, placed: Placement) -> tuple[Face, ...]:
         """Return both planes: an offset opens the upper gap and closes the lower one."""
-        below, above = 0.5 * clearance - offset, 0.5 * clearance + offset
-        return Face(f"{name}_below", 1.0, below), Face(f"{name}_above", -1.0, above)
+        below, above = 0.5 * placed.clearance - placed.offset, 0.5 * placed.clearance + placed.offset
+        return (
+            Face(f"{name}_below", 1.0, below, placed.tilt, placed.middle),
+            Face(f"{name}_above", -1.0, above, placed.tilt, placed.middle),
+        )
 
     @property
     def sides(self) -> tuple[float, ...]:

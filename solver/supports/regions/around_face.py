@@ -1,0 +1,202 @@
+"""Faces around a round section, whose contact points are met across the beam in any direction.
+
+A contact point x across the beam, which meets a wall with the outward normal n, has the gap
+
+    g = R - n . x + n . o,    R = R_b + c + p
+
+with R_b the outer radius of the beam, or how far its points reach toward a flat wall, c the clearance, p what the wall
+is farther away than that, and o the offset of the middle of the support from the axis of the beam. A point that moves
+by u closes its gap by d . u with d its radius: forces act through the axis, and a beam that turns about it moves no
+gap. Radii keep to their points. That errs by c^2 / (2 R_b) in depth and c / R_b in direction, where the play is small
+beside the radius.
+
+Directions are angles from straight down, positive toward +y: (sin t, -cos t).
+"""
+
+from __future__ import annotations
+
+from abc import abstractmethod
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gapbeam.solver.supports.support import Array, Face, Indices
+
+LEVEL = 1.0e-6  # less of a normal upward than this is round-off of an angle of 90 degrees
+
+LOOKS = 0.5  # cosine between the radius of a point and the normal of its wall; farther aside it cannot touch
+
+
+def across(angles: Sequence[float] | Array) -> Array:
+    """Return the unit vectors (y, z) of angles from straight down, degrees, (n, 2)."""
+    turns = np.radians(angles)
+    return np.stack([np.sin(turns), -np.cos(turns)], axis=-1)
+
+
+def _radii(positions: Array) -> Array:
+    """Return the outward unit vectors from the axis of the beam, (m, 2)."""
+    return np.asarray(positions[:, 1:] / np.linalg.norm(positions[:, 1:], axis=1)[:, None])
+
+
+@dataclass(frozen=True)
+class AroundFace(Face):
+    """The inside of a support around the beam.
+
+    Attributes:
+        offset: How far its middle lies above the axis of the beam, m.
+        lateral: How far it lies beside that axis, toward +y, m.
+    """
+
+    offset: float = 0.0
+    lateral: float = 0.0
+
+    around: ClassVar[bool] = True
+
+    @property
+    def carries(self) -> bool:
+        """A beam rests on its lower half."""
+        return True
+
+    @abstractmethod
+    def normals(self, positions: Array) -> Array:
+        """Return the outward unit normals n of the walls that contact points meet, (m, 2)."""
+
+    @abstractmethod
+    def recess(self, positions: Array) -> Array:
+        """Return p, how much farther away than the clearance the wall is that contact points meet, (m,), m."""
+
+    @property
+    def shape(self) -> dict[str, Any]:
+        """Where its middle is, and what a subclass adds."""
+        return {**super().shape, "offset": self.offset, "lateral": self.lateral}
+
+    def gaps(self, positions: Array) -> Array:
+        """Return R - n . x + n . o, (m,), m."""
+        reach = np.einsum("ma,ma->m", self.normals(positions), positions[:, 1:])
+        return np.asarray(self.gap + (self.outermost(positions, reach) - reach) + self._moved(positions))
+
+    def outermost(self, positions: Array, reach: Array) -> Array:  # noqa: ARG002
+        """Return R_b, where the outermost contact points are, (m,), m.
+
+        Args:
+            positions: Contact points, (m, 3), m.
+            reach: n . x of each, (m,), m.
+        """
+        return np.full(len(reach), reach.max())
+
+    def opening(self, positions: Array) -> Array:
+        """Return -d, (m, 3)."""
+        return np.column_stack([np.zeros(len(positions)), -_radii(positions)])
+
+    def growth(self, old: Face, positions: Array) -> Array:
+        """Return the growth by another clearance, offset, tilt or recess, (m,), m."""
+        if not isinstance(old, AroundFace):
+            raise TypeError(f"{old.name} is not met all around the beam")
+        return np.asarray(self.gap - old.gap + self._moved(positions) - old._moved(positions))
+
+    def _moved(self, positions: Array) -> Array:
+        """Return p + n . o, (m,), m."""
+        along = self.normals(positions)
+        lift = self.offset + self.rise(positions)
+        return np.asarray(self.recess(positions) + along[:, 0] * self.lateral + along[:, 1] * lift)
+
+
+@dataclass(frozen=True)
+class BoreFace(AroundFace):
+    """The inside of a round hole."""
+
+    def normals(self, positions: Array) -> Array:
+        """Return the radii of the section."""
+        return _radii(positions)
+
+    def recess(self, positions: Array) -> Array:
+        """Return zeros."""
+        return np.zeros(len(positions))
+
+    @property
+    def smallest(self) -> float:
+        """The clearance less the offset."""
+        return self.gap - float(np.hypot(self.offset, self.lateral))
+
+
+@dataclass(frozen=True)
+class ProfileFace(BoreFace):
+    """The inside of a hole that is not round: p is linear between angles, and periodic.
+
+    Attributes:
+        angles: Degrees from straight down, positive toward +y, in ascending order.
+        recesses: p there, m.
+    """
+
+    angles: tuple[float, ...] = ()
+    recesses: tuple[float, ...] = ()
+
+    def recess(self, positions: Array) -> Array:
+        """Return p between the given angles."""
+        turns = np.degrees(np.arctan2(positions[:, 1], -positions[:, 2]))
+        return np.asarray(np.interp(turns, self.angles, self.recesses, period=360.0))
+
+    @property
+    def smallest(self) -> float:
+        """The smallest gap at the given angles and at whole degrees between them."""
+        turns = np.union1d(np.arange(-180.0, 180.0), self.angles)
+        directions = across(turns)
+        return float(np.min(self.gap + self._moved(np.column_stack([np.full(len(turns), self.middle), directions]))))
+
+    @property
+    def shape(self) -> dict[str, Any]:
+        """Angles and recesses."""
+        return {**super().shape, "angles": list(self.angles), "recesses": list(self.recesses)}
+
+
+@dataclass(frozen=True)
+class WallsFace(AroundFace):
+    """Flat walls around the beam: every contact point meets the wall that it looks at most, if any.
+
+    Attributes:
+        angles: Where the walls are, degrees from straight down, positive toward +y.
+        recesses: How much farther away than the clearance each wall is, m.
+    """
+
+    angles: tuple[float, ...] = ()
+    recesses: tuple[float, ...] = ()
+
+    @property
+    def carries(self) -> bool:
+        """A beam rests on a wall that looks up."""
+        return bool(np.any(across(self.angles)[:, 1] < -LEVEL))
+
+    def _wall(self, positions: Array) -> Indices:
+        return np.asarray(np.argmax(positions[:, 1:] @ across(self.angles).T, axis=1))
+
+    def meets(self, positions: Array) -> NDArray[np.bool_]:
+        """Return whether points look at a wall."""
+        return np.asarray(np.einsum("ma,ma->m", self.normals(positions), _radii(positions)) > LOOKS)
+
+    def normals(self, positions: Array) -> Array:
+        """Return the normals of the walls."""
+        return np.asarray(across(self.angles)[self._wall(positions)])
+
+    def outermost(self, positions: Array, reach: Array) -> Array:
+        """Return how far points reach toward each wall: a wall that lies between points is met without a gap."""
+        wall, farthest = self._wall(positions), np.zeros(len(self.angles))
+        np.maximum.at(farthest, wall, reach)
+        return np.asarray(farthest[wall])
+
+    def recess(self, positions: Array) -> Array:
+        """Return p of the walls."""
+        return np.asarray(np.array(self.recesses)[self._wall(positions)])
+
+    @property
+    def smallest(self) -> float:
+        """The gap at the nearest wall."""
+        moved = across(self.angles) @ np.array([self.lateral, self.offset])
+        return float(np.min(self.gap + np.array(self.recesses) + moved))
+
+    @property
+    def shape(self) -> dict[str, Any]:
+        """Angles and recesses of the walls."""
+        return {**super().shape, "angles": list(self.angles), "recesses": list(self.recesses), "flat": True}

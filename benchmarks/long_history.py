@@ -26,6 +26,7 @@ GRID = 1200  # bytes that one takes in fields.xdmf
 LABELS = {
     "probe": ("test", "tip"),
     "component": ("x", "y"),
+    "gauge": (),
     "face": ("base", "gland"),
     "tangent": (),
     "load": ("gravity", "shaker"),

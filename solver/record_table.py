@@ -52,6 +52,7 @@ class HistoryVariable:
 
 
 _PROBE = ("time", "probe", "component")
+_GAUGE = ("time", "gauge")
 _FACE = ("time", "face")
 _ALONG_FACE = ("time", "face", "tangent")
 
@@ -70,6 +71,8 @@ HISTORY: tuple[HistoryVariable, ...] = (
         _PROBE,
         "acceleration in the inertial frame, mean over the interval that ends at t",
     ),
+    HistoryVariable("axial_stress", "Pa", _GAUGE, "stress along the beam at the point, positive in tension"),
+    HistoryVariable("von_mises_stress", "Pa", _GAUGE, "von Mises stress at the point"),
     HistoryVariable("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),
     HistoryVariable(
         "friction_force", "N", _ALONG_FACE, "friction force on the beam along the face; with friction only"

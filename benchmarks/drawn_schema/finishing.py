@@ -36,7 +36,7 @@ def entries_of(draw: Draw, key: str) -> Any:
     if key == "support":
         return _supports(draw)
     if key == "probe":
-        least = 1 if draw.focus.key == "probe" else 0
+        least = 1 if draw.focus.key == "probe" or draw.focus.table == Probe.__name__ else 0
         return [draw.table(Probe) for _ in range(max(least, draw.chance.choice((0, 1, 1, 1, 1, 2))))]
     if key in ("joint", "mass", "fluid"):
         return _attached(draw, key)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from operator import itemgetter
 from typing import Any
@@ -98,19 +99,30 @@ class PointFinder:
         mine = (nodes >= first) & (nodes < last)
         return PointRow(nodes[mine] - first, values[mine], block)
 
-    def _in_cell(self, point: Array, beyond: float) -> tuple[float, Indices, Array] | None:
-        """Return how far a point is outside of the nearest owned cell, global nodes, and the basis functions there."""
+    def cells_at(self, point: Array, beyond: float = IN_CELL) -> Iterator[tuple[float, int, Array]]:
+        """Yield how far a point is outside of owned cells that hold it, each cell, and where in it, (1, dimension).
+
+        Args:
+            point: (3,), m.
+            beyond: As in `row`.
+        """
         mesh = self.space.mesh
         candidates = geometry.compute_collisions_points(self.tree, point.reshape(1, 3))
         if not self.curved:  # else cells bulge beyond the hull of their nodes, which is what is tested here
             candidates = geometry.compute_colliding_cells(mesh, candidates, point.reshape(1, 3))
         cells = candidates.links(0)
-        nearest: tuple[float, int, Array] | None = None
         for cell in map(int, cells[cells < mesh.topology.index_map(mesh.topology.dim).size_local]):
             away, reference = self._reference(cell, point)
-            if away <= beyond and (nearest is None or away < nearest[0]):
-                nearest = away, cell, reference
-            if away <= IN_CELL:
+            if away <= beyond:
+                yield away, cell, reference
+
+    def _in_cell(self, point: Array, beyond: float) -> tuple[float, Indices, Array] | None:
+        """Return how far a point is outside of the nearest owned cell, global nodes, and the basis functions there."""
+        nearest: tuple[float, int, Array] | None = None
+        for found in self.cells_at(point, beyond):
+            if nearest is None or found[0] < nearest[0]:
+                nearest = found
+            if found[0] <= IN_CELL:
                 break
         if nearest is None:
             return None

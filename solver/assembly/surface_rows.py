@@ -56,7 +56,19 @@ def surface_rows(space: Any, faces: Indices) -> SurfaceRows:
     outside = np.asarray(exterior_facet_indices(mesh.topology), dtype=np.int32)
     chosen = [_spread(mesh, faces, MOST_ON_FACES), _spread(mesh, np.setdiff1d(outside, faces), MOST_POINTS)]
     parts = [gather_points(mesh.comm, face_points(space, facets, IN_THE_MIDDLE, 1.0)) for facets in chosen]
-    points = FacePoints.join(parts)
+    return rows_at(space, FacePoints.join(parts), len(parts[0].weights))
+
+
+def rows_at(space: Any, points: FacePoints, on_faces: int = 0) -> SurfaceRows:
+    """Return the rows of given points, the same on all ranks.
+
+    Args:
+        space: Blocked vector Lagrange space.
+        points: The points.
+        on_faces: How many of them, the first ones, lie on base and gland.
+
+    Collective.
+    """
     block, count = space.dofmap.index_map_bs, len(points.weights)
     columns = points.nodes[:, :, None] * block + np.arange(block)
     interface, slots = dof_interface(space, [columns.reshape(-1)], block)
@@ -72,7 +84,7 @@ def surface_rows(space: Any, faces: Indices) -> SurfaceRows:
         (slopes.reshape(-1), (turned.reshape(-1), np.repeat(placed.reshape(-1), block))),
         (count * block * block, interface.size),
     )
-    return SurfaceRows(interface, points.positions, len(parts[0].weights), displacement, gradient)
+    return SurfaceRows(interface, points.positions, on_faces, displacement, gradient)
 
 
 def _spread(mesh: Any, facets: Indices, most: int) -> Indices:

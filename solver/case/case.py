@@ -182,6 +182,9 @@ class Probe(Table):
     point: Number | Vector = Field(
         description="x on the beam axis, or all coordinates (0 on the axis), m", examples=[0.51]
     )
+    stress: Switch = Field(
+        default=False, description="record axial and von Mises stress at the point, which is in the material"
+    )
 
 
 class Gates(Table):

@@ -11,6 +11,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
+from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.record_table import COMPONENTS, TANGENTS
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import Load, State
@@ -29,12 +30,14 @@ class Recorder:
     Attributes:
         model: The model.
         watch: Sees the pose at every record; None: nothing does.
+        gauges: Read the stress at probes; None: no probe asks for it.
         largest_restraint_energy: Largest energy in the restraint at a record so far, J.
         largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
     """
 
     model: Model
     watch: PoseWatch | None = None
+    gauges: Gauges | None = None
     largest_restraint_energy: float = 0.0
     largest_energy: float = 0.0
     _last_time: float | None = None
@@ -52,6 +55,7 @@ class Recorder:
             "face": model.system.contact.face_names,
             "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
+            "gauge": tuple(probe.name for probe in model.case.probe if probe.stress),
         }
 
     @property
@@ -92,6 +96,8 @@ class Recorder:
             found["friction_force"] = still if instants.friction_force is None else instants.friction_force
         if self.model.probes:
             found |= self._probe_rows(instants)
+        if self.gauges is not None:
+            found["axial_stress"], found["von_mises_stress"] = self.gauges.stresses(instants.u)
         total = instants.kinetic + instants.strain + instants.contact
         self.largest_restraint_energy = max(self.largest_restraint_energy, float(np.max(instants.restraint)))
         self.largest_energy = max(self.largest_energy, float(np.max(total)))

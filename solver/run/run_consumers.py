@@ -20,7 +20,7 @@ from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.step_blocks import StepBlock, Wanted, marched, step_blocks_of
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
-from gapbeam.solver.run.assumptions.pose_rows import watch_of
+from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
@@ -63,7 +63,7 @@ class RunConsumers:
     def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State | Left) -> None:
         self.model, self.comm = model, comm
         self._checkpoints: Checkpoints | None = None
-        self.recorder = Recorder(model, watch_of(model))
+        self.recorder = Recorder(model, watch_of(model), gauges_of(model))
         left = start if isinstance(start, Left) else None
         self._start = start.paused if isinstance(start, Left) else start
         begin = self._start if isinstance(self._start, State) else self._start.state

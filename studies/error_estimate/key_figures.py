@@ -72,7 +72,8 @@ def key_figures(motion: MotionRecord, span: Span) -> dict[str, KeyFigure]:
 
     For each probe: peak to peak of the displacement and of the 2.5 ms mean of the absolute acceleration, and, over
     whole periods of the forcing, the amplitudes of the first three harmonics of the displacement, of bodies that move
-    in space for both directions; for each face the largest 0.5 ms mean of the contact force and the impulse.
+    in space for both directions; for each gauge the range of the axial and the largest von Mises stress; for each face
+    the largest 0.5 ms mean of the contact force and the impulse.
     """
     found: dict[str, list[tuple[str, str, float]]] = {}
     for window in span.windows(motion):
@@ -96,6 +97,9 @@ def _figures(motion: MotionRecord, frequency: float | None) -> Iterator[tuple[st
             amplitudes = _harmonics(motion.times, motion.displacement[:, number], frequency)
             for order, amplitude in enumerate(amplitudes, 1):
                 yield f"{probe} harmonic {order}", "m", f"{of or probe} harmonics", float(amplitude)
+    for number, gauge in enumerate(motion.gauges):
+        yield f"{gauge} axial stress", "Pa", "stresses", float(np.ptp(motion.stress[:, 0, number]))
+        yield f"{gauge} von Mises stress", "Pa", "stresses", float(motion.stress[:, 1, number].max())
     peaks = window_means(motion.impulse, motion.interval, FORCE_WINDOW).max(axis=0)
     for number, face in enumerate(motion.faces):
         yield f"{face} peak force", "N", "peak forces", float(peaks[number])

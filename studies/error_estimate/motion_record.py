@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 
 import numpy as np
 import xarray as xr
 
 from gapbeam.solver.system.operators import Array
+
+STRESSES = ("axial_stress", "von_mises_stress")
 
 
 @dataclass(frozen=True)
@@ -23,6 +25,8 @@ class MotionRecord:
         force: Normal contact force, (n, faces), N.
         impulse: Contact force integrated over time, (n, faces), N s.
         in_space: Whether the second half of the probes is the lateral motion of the first.
+        gauges: Names of the probes whose stress is recorded.
+        stress: Axial and von Mises stress, (n, 2, gauges), Pa.
     """
 
     times: Array
@@ -33,6 +37,8 @@ class MotionRecord:
     force: Array
     impulse: Array
     in_space: bool = False
+    gauges: tuple[str, ...] = ()
+    stress: Array = field(default_factory=lambda: np.zeros((0, 2, 0)))
 
     @classmethod
     def of_history(cls, history: xr.Dataset, in_space: bool = False) -> MotionRecord:
@@ -60,9 +66,16 @@ class MotionRecord:
             probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
         faces = tuple(str(name) for name in history["face"].values)
         force, impulse = (np.asarray(history[name].values).reshape(count, -1) for name in ("contact_force", "impulse"))
+        gauges = tuple(str(name) for name in history["gauge"].values) if "gauge" in history.coords else ()
+        stress = np.zeros((count, 2, 0))
+        if gauges:
+            stress = np.stack(
+                [np.asarray(history[name].values) for name in ("axial_stress", "von_mises_stress")], axis=1
+            )
         return cls(
-            times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space
-        )
+            times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space,
+            gauges, stress[:even],
+        )  # fmt: skip
 
     @property
     def spans(self) -> Array:
@@ -88,7 +101,7 @@ class MotionRecord:
         part = slice(first, last + 1)
         return MotionRecord(
             self.times[part], self.probes, self.displacement[part], self.velocity_gained[part],
-            self.faces, self.force[part], self.impulse[part], self.in_space,
+            self.faces, self.force[part], self.impulse[part], self.in_space, self.gauges, self.stress[part],
         )  # fmt: skip
 
 

@@ -38,6 +38,7 @@ FEWEST_RECORDS = 8
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
 ACCELERATION = " smoothed acceleration"
 VARIABLE = "GAPBEAM_ERRORS"
+IN_THE_MESSAGE = (" displacement", " stress", " peak force")
 SHOWN = ("settled part", "whole run", "beyond the horizon", "up to the horizon", "start-up")
 
 
@@ -219,7 +220,7 @@ def last_line(found: RunErrors) -> str:
     """Return the main figures with their errors in one line."""
     known = [one for one in found.figures if one.error is not None]
     span = next((name for name in SHOWN if any(one.span == name for one in known)), None)
-    shown = [one for one in known if one.span == span and one.name.endswith((" displacement", " peak force"))]
+    shown = [one for one in known if one.span == span and one.name.endswith(IN_THE_MESSAGE)]
     words = ", ".join(f"{one.name} {_with_unit(one.value, one.unit)} {_plus_minus(one)}" for one in shown)
     return f"{span}: {words}" if words else "no figure could be estimated"
 

@@ -25,7 +25,7 @@ from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.step_blocks import Wanted, marched
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT
-from gapbeam.solver.run.assumptions.pose_rows import watch_of
+from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
 from gapbeam.solver.run.verdict import assumptions, judge, judge_run
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
@@ -136,7 +136,7 @@ def _march(
 ) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
-    recorder = Recorder(model, watch_of(model) if watched else None)
+    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model))
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
     try:

@@ -24,6 +24,7 @@ KEYS = (
     'joint=[{name = "pin", type = "pinned", point = 0.36}]',
     'mass=[{name = "head", point = 0.505, mass = 0.05, rotary_inertia = 1e-5}]',
     'fluid=[{name = "water", from = 0.1, to = 0.4, added_mass = 0.3, displaced_mass = 0.1, damping = 1.0}]',
+    'probe=[{name = "tip", point = 0.505}, {name = "root", point = [0.2, 0.002], stress = true}]',
     "mesh.cell=triangle",
     "damping.ratios=[0.1, 0.1]",
     "contact.stiffness=2e12",

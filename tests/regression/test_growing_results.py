@@ -22,6 +22,7 @@ LABELS = {
     "component": ("x", "y"),
     "face": ("base", "gland"),
     "tangent": (),
+    "gauge": (),
     "load": ("shaker",),
 }
 

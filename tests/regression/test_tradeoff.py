@@ -50,7 +50,14 @@ def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -
     force = 40.0 + 4e4 * amplitude * np.sin(omega * time)
     impulse = np.cumsum(force) * 1e-4
     records |= {"time": time, "contact_force": np.stack([force, force], 1), "impulse": np.stack([impulse, impulse], 1)}
-    labels = {"probe": ("tip",), "component": ("x", "y"), "face": ("base", "gland"), "load": (), "tangent": ()}
+    labels = {
+        "probe": ("tip",),
+        "component": ("x", "y"),
+        "face": ("base", "gland"),
+        "load": (),
+        "tangent": (),
+        "gauge": (),
+    }
     return MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
 
 

@@ -67,6 +67,7 @@ def write_results(
         "face": ("base", "gland"),
         "tangent": TANGENTS[dimension],
         "load": () if frequency is None else ("force",),
+        "gauge": probes,
     }
     with h5py.File(folder / HISTORY_FILE, "w") as file:
         file.attrs["format"] = FORMAT_VERSION

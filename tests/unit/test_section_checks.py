@@ -24,8 +24,25 @@ def text(section: str, old: str = "", new: str = "") -> str:
 TUBE = '{ type = "tube", wall = 0.002 }'
 BOX = '{ type = "box", wall = 0.002 }'
 PROFILE = '{ type = "i", web = 0.002, flange = 0.002 }'
+STRESSED = text('"round"') + '[[probe]]\nname = "p"\npoint = POINT\nstress = true\n'
 
 BAD = {
+    "stress of a rigid body": (
+        STRESSED.replace("POINT", "0.3") + '[model]\ntype = "rigid"\n',
+        ["a rigid body has no stress"],
+    ),
+    "stress on a hollow axis": (
+        STRESSED.replace("POINT", "0.3").replace('"round"', TUBE),
+        ["on the axis of the hollow section", "point = [0.3, 0.0, -0.006]", "in the material"],
+    ),
+    "stress off the material": (
+        STRESSED.replace("POINT", "[0.3, 0.0, 0.003]").replace('"round"', TUBE),
+        ["not in the material of the section"],
+    ),
+    "stress that is no switch": (
+        STRESSED.replace("true", '"yes"').replace("POINT", "0.3"),
+        ["stress", "true or false"],
+    ),
     "unknown section": (text('"hexagon"'), ["section", "hexagon", "tube", "round"]),
     "no wall": (text('"tube"'), ["wall", "nothing", "thickness of the wall"]),
     "a wall that fills the tube": (text(TUBE.replace("0.002", "0.006")), ["0.006 m", "less than 0.006 m", "diameter"]),

@@ -35,7 +35,14 @@ def resonance(detuned: float, step: float = 5e-4) -> MeasuredLevel:
     records = {name: np.stack([0 * y, y], axis=-1)[:, None, :] for name, y in along.items()}
     force = np.full((time.size, 2), 40.0)
     records |= {"time": time, "contact_force": force, "impulse": 40.0 * np.stack([time, time], 1)}
-    labels = {"probe": ("tip",), "component": ("x", "y"), "face": ("base", "gland"), "load": (), "tangent": ()}
+    labels = {
+        "probe": ("tip",),
+        "component": ("x", "y"),
+        "face": ("base", "gland"),
+        "load": (),
+        "tangent": (),
+        "gauge": (),
+    }
     made = MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
     made.span, made.windows = END, windows_over(made._history(round(END * FREQUENCY)), FREQUENCY, END)
     return made

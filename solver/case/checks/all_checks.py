@@ -97,6 +97,7 @@ from gapbeam.solver.case.checks.section_checks import (
     points_are_in_the_section,
     section_fits_the_beam,
     sections_are_solids,
+    stress_is_that_of_the_material,
 )
 from gapbeam.solver.case.checks.support_checks import (
     own_contact_fits_the_case,
@@ -215,6 +216,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     section_fits_the_beam,
     sections_are_solids,
     points_are_in_the_section,
+    stress_is_that_of_the_material,
     contact_points_fit_the_section,
     damping_is_given_once,
     damping_is_positive,

@@ -8,6 +8,7 @@ from math import hypot
 from gapbeam.solver.case.case import Beam, Mesh, Probe
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.model_table import ModelTable, RigidModel
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.table import Vector
 
@@ -63,6 +64,32 @@ def points_are_in_the_section(beam: Beam, mesh: Mesh, load: Loads, probe: Mappin
                 f'a point of the section "{beam.section.type}", or x alone',
                 f"point = {point[0]:g} for the axis, which moves as the whole cross-section does on average",
                 (SECTION,),
+            )
+
+
+def stress_is_that_of_the_material(
+    beam: Beam, mesh: Mesh, model: ModelTable, probe: Mapping[int, Probe]
+) -> Iterator[Fault]:
+    """A stress is recorded at a point of a body that deforms."""
+    for number, entry in probe.items():
+        if not entry.stress:
+            continue
+        x, *aside = entry.point if isinstance(entry.point, tuple) else (entry.point,)
+        if isinstance(model, RigidModel):
+            yield Fault(
+                ("probe", number, "stress"),
+                "true, with the model rigid",
+                "a model that deforms: a rigid body has no stress",
+                'model.type = "reduced", or leave stress out',
+                (("model", "type"),),
+            )
+        elif not any(aside) and beam.hollow and mesh.file is None:
+            yield Fault(
+                ("probe", number, "stress"),
+                f'true, on the axis of the hollow section "{beam.section.type}"',
+                "a point in the material",
+                f"point = [{x:g}, 0.0, {-0.5 * beam.thickness:g}], at the lower surface",
+                (("probe", number, "point"), SECTION),
             )
 
 

@@ -131,6 +131,24 @@ class PoseWatch:
 def deformation(gradient: Array, scales: PoseScales) -> tuple[Array, Array, Array]:
     """Return rotation (rad), size of the strain, and von Mises stress (Pa), (k,) each, of gradients (k, d, d)."""
     turned = 0.5 * (gradient - np.swapaxes(gradient, 1, 2))
+    strain = strain_of(gradient, scales)
+    mean = np.trace(strain, axis1=1, axis2=2) / 3.0
+    deviator = strain - mean[:, None, None] * np.identity(3)
+    stress = 2.0 * scales.shear_modulus * np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2)))
+    return np.sqrt(0.5 * np.sum(turned**2, axis=(1, 2))), np.sqrt(np.sum(strain**2, axis=(1, 2))), stress
+
+
+def axial_stress(gradient: Array, scales: PoseScales) -> Array:
+    """Return sigma_xx = 2 mu (e_xx + nu / (1 - 2 nu) tr e) of gradients (k, d, d), (k,), Pa."""
+    strain, nu = strain_of(gradient, scales), scales.poisson_ratio
+    if scales.thin == "beam":  # exact for nu = 1/2, too
+        return np.asarray(2.0 * scales.shear_modulus * (1.0 + nu) * strain[:, 0, 0])
+    total = np.trace(strain, axis1=1, axis2=2)
+    return np.asarray(2.0 * scales.shear_modulus * (strain[:, 0, 0] + nu / (1.0 - 2.0 * nu) * total))
+
+
+def strain_of(gradient: Array, scales: PoseScales) -> Array:
+    """Return the strain of gradients (k, d, d) in space, (k, 3, 3)."""
     dimension, nu = gradient.shape[1], scales.poisson_ratio
     strain = np.zeros((len(gradient), 3, 3))
     strain[:, :dimension, :dimension] = 0.5 * (gradient + np.swapaxes(gradient, 1, 2))
@@ -138,7 +156,4 @@ def deformation(gradient: Array, scales: PoseScales) -> tuple[Array, Array, Arra
         strain[:, 2, 2] = -nu / (1.0 - nu) * (strain[:, 0, 0] + strain[:, 1, 1])
     elif scales.thin == "beam":
         strain[:, 1, 1] = strain[:, 2, 2] = -nu * strain[:, 0, 0]
-    mean = np.trace(strain, axis1=1, axis2=2) / 3.0
-    deviator = strain - mean[:, None, None] * np.identity(3)
-    stress = 2.0 * scales.shear_modulus * np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2)))
-    return np.sqrt(0.5 * np.sum(turned**2, axis=(1, 2))), np.sqrt(np.sum(strain**2, axis=(1, 2))), stress
+    return strain

@@ -7,10 +7,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
-from gapbeam.solver.assembly.surface_rows import surface_rows
+from gapbeam.solver.assembly.body_points import body_points
+from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, PoseWatch
+from gapbeam.solver.diagnostics.stress_gauges import Gauges
+from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.operators import Array, Interface, Operators
 
@@ -47,9 +50,30 @@ def watch_of(model: Model) -> PoseWatch:
     return PoseWatch(_pose_of(model), _scales(model.case))
 
 
+def gauges_of(model: Model) -> Gauges | None:
+    """Return what reads the stress at the probes that ask for it; None where none does.
+
+    Raises:
+        UserError: Such a probe is outside of the mesh; on all ranks.
+
+    Collective.
+    """
+    asked = [probe for probe in model.case.probe if probe.stress]
+    if not asked:
+        return None
+    points, numbers = body_points(
+        model.space, [(f"[[probe]] {probe.name}", axis_point(probe.point)) for probe in asked]
+    )
+    shares = 1.0 / np.bincount(numbers, minlength=len(asked))
+    return Gauges(_pose_at(model, rows_at(model.space, points)), _scales(model.case), numbers, shares)
+
+
 def _pose_of(model: Model) -> ModelPose:
     faces = np.concatenate(list(model.body.meshed.faces.values()))
-    found = surface_rows(model.space, faces)
+    return _pose_at(model, surface_rows(model.space, faces))
+
+
+def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:
     rows = csr_matrix(vstack([found.displacement, found.gradient]))
     dimension, operators, expansion = model.space.mesh.geometry.dim, model.system.operators, model.body.expansion
     if expansion is None:

@@ -27,6 +27,7 @@ LABELS = {
     "probe": ("test", "tip"),
     "component": ("x", "y"),
     "gauge": (),
+    "across": (),
     "face": ("base", "gland"),
     "tangent": (),
     "load": ("gravity", "shaker"),

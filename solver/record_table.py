@@ -75,6 +75,12 @@ HISTORY: tuple[HistoryVariable, ...] = (
     HistoryVariable("von_mises_stress", "Pa", _GAUGE, "von Mises stress at the point"),
     HistoryVariable("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),
     HistoryVariable(
+        "contact_resultant",
+        "N",
+        ("time", "face", "across"),
+        "resultant of the normal contact force on the beam across it; with supports around the beam only",
+    ),
+    HistoryVariable(
         "friction_force", "N", _ALONG_FACE, "friction force on the beam along the face; with friction only"
     ),
     HistoryVariable("contact_moment", "N m", _FACE, "moment of the contact pressure about x = 0: integral of x p"),

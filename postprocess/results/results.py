@@ -265,8 +265,8 @@ def _check_version(path: Path, version: object) -> None:
 
 
 def _named(history: xr.Dataset) -> xr.Dataset:
-    """Give the names along probe, face, load, component, tangent and gauge as str, whether stored as str or bytes."""
-    for dimension in ("probe", "face", "load", "component", "tangent", "gauge"):
+    """Give the names along all labeled dimensions as str, whether stored as str or bytes."""
+    for dimension in ("probe", "face", "load", "component", "tangent", "gauge", "across"):
         if dimension in history.coords:
             names = [
                 printable(name.decode(errors="replace") if isinstance(name, bytes) else name)

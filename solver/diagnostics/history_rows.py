@@ -55,6 +55,7 @@ class Recorder:
             "face": model.system.contact.face_names,
             "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
+            "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
             "gauge": tuple(probe.name for probe in model.case.probe if probe.stress),
         }
 
@@ -96,6 +97,8 @@ class Recorder:
             found["friction_force"] = still if instants.friction_force is None else instants.friction_force
         if self.model.probes:
             found |= self._probe_rows(instants)
+        if self.labels["across"]:
+            found["contact_resultant"] = instants.contact_resultant
         if self.gauges is not None:
             found["axial_stress"], found["von_mises_stress"] = self.gauges.stresses(instants.u)
         total = instants.kinetic + instants.strain + instants.contact

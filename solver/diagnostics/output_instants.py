@@ -22,6 +22,7 @@ class Instants(NamedTuple):
         v: Their velocities, (times, n).
         contact_force: By face, (times, faces), N.
         contact_moment: (times, faces), N m.
+        contact_resultant: Across the beam, y and z, (times, faces, 2), N.
         contact_area: (times, faces), m^2.
         active_points: (times, faces).
         penetration: (times, faces), m.
@@ -45,6 +46,7 @@ class Instants(NamedTuple):
     v: Array
     contact_force: Array
     contact_moment: Array
+    contact_resultant: Array
     contact_area: Array
     active_points: Array
     penetration: Array
@@ -75,6 +77,7 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         v=state.v[VALUE],
         contact_force=by_face(contact, forces),
         contact_moment=by_face(contact, forces * contact.positions[:, 0]),
+        contact_resultant=np.stack([by_face(contact, forces * along) for along in contact.across.T], axis=-1),
         contact_area=by_face(contact, np.where(pressed, contact.weights, 0.0)),
         active_points=by_face(contact, pressed.astype(float)),
         penetration=deepest_by_face(contact, state, accounts.system.operators),

@@ -68,9 +68,9 @@ class ContactOperator:
         return float(self.weights.sum())
 
     @cached_property
-    def upward(self) -> Array:
-        """The component along the bending axis of the unit vectors that open the gaps, (m,): the sides of planes."""
-        return self.support.opening(self.faces, self.positions)[:, -1]
+    def across(self) -> Array:
+        """Components y and z of the unit vectors that open the gaps, (m, 2); z is the bending axis of slices, too."""
+        return self.support.opening(self.faces, self.positions)[:, 1:]
 
     def spread(self, forces: Array) -> Array:
         """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""

@@ -154,7 +154,7 @@ def _rigid(model: Model) -> Array:
     contact, operators = model.system.contact, model.system.operators
     soft = operators.factor(SOFT**2, 1.0)
     lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
-    upward = contact.weights * contact.upward
+    upward = contact.weights * contact.across[:, 1]
     motions = []
     for forces in (upward, upward * lever):
         right_side = np.zeros(operators.size)

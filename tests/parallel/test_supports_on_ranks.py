@@ -69,6 +69,7 @@ HOLES = (
 def test_a_round_beam_in_supports_around_it_on_two_ranks(case: Path, direction: str, tmp_path: Path) -> None:
     """Curved cells, mean motions of hollow sections, contact all around: the histories of a struck beam agree."""
     results = on_one_and_two(case, (*HOLES, f"load.shaker.direction={direction}"), tmp_path)
+    assert "contact_resultant" in results[0].history
     forces = results[0].history["contact_force"].values
     assert np.all(forces.max(axis=0) > 3.0 * forces[0])
     assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}

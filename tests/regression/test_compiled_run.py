@@ -13,13 +13,16 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
+import gapbeam
 import gapbeam.solver.march.step_blocks
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.run_case import run_case
+from tests.shared.command import DEMO
 from tests.shared.models import COARSE, GRAVITY, beam_case
 from tests.shared.processes import until
 
+HOLES = DEMO.with_name("tube-holes.toml")
 PUSH = {"type": "harmonic_force", "name": "push", "point": 0.4, "amplitude": 300.0, "frequency": 80.0}
 SHAKE = {"type": "base_motion", "name": "base", "amplitude": 20.0, "frequency": 60.0, "ramp": 2.0e-3}
 MODEL = {"type": "reduced", "modes": 8, "shapes": 4}
@@ -88,6 +91,20 @@ def test_a_compiled_run_leaves_the_same_results(
         h5py.File(outcome.folder / "fields.h5")["contact_pressure"][fields[0][-1]][:] for outcome in (compiled, steps)
     ]
     assert last[0] == pytest.approx(last[1], rel=1e-4, abs=1e-4 * np.abs(last[1]).max())
+
+
+def test_a_tube_in_holes_leaves_the_same_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Motion in space, with stress at a probe and resultants of the holes."""
+    keys = {
+        "model.type": "beam", "mesh.cells_through_thickness": 2, "mesh.cells_across_width": 2, "mesh.size": 0.1,
+        "mesh.support_size": 0.01, "contact.stiffness": 1e11, "time.end": 0.01,
+        "probe": [{"name": "tip", "point": 1.0}, {"name": "top", "point": [0.4, 0.0, 0.0125], "stress": True}],
+    }  # fmt: skip
+    compiled, steps = run_both(gapbeam.read_case(HOLES, keys), tmp_path, monkeypatch)
+    same_history(compiled.folder, steps.folder, 1.0e-5)
+    with h5py.File(compiled.folder / "history.h5") as history:
+        assert np.abs(history["contact_resultant"][:, :, 0]).max() > 1.0
+        assert np.abs(history["axial_stress"][:]).max() > 1.0e6
 
 
 def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

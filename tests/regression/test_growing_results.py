@@ -23,6 +23,7 @@ LABELS = {
     "face": ("base", "gland"),
     "tangent": (),
     "gauge": (),
+    "across": (),
     "load": ("shaker",),
 }
 

@@ -69,6 +69,22 @@ def test_the_circle_of_a_hole_stands_behind_its_probe(folder: Path) -> None:
     assert 1.0e-4 < np.hypot(moved[:, 1], moved[:, 2]).max() < 1.4e-4  # it reaches the wall
 
 
+def test_resultants_push_the_tube_back(folder: Path) -> None:
+    """At rest they carry the weight; later each lies within the sum of the forces, against the motion in its hole."""
+    results = gapbeam.open_results(folder)
+    resultant, force = results.history["contact_resultant"], results.history["contact_force"].values
+    assert resultant.dims == ("time", "face", "across")
+    assert resultant["across"].values.tolist() == ["y", "z"]
+    weight = 7850.0 * np.pi / 4.0 * (0.025**2 - 0.019**2) * 9.80665
+    assert resultant.values[0].sum(axis=0) == pytest.approx([0.0, weight], abs=2e-3 * weight)
+    size = np.linalg.norm(resultant.values, axis=2)
+    assert np.all(size <= force * (1.0 + 1e-12))
+    assert size.max() > 0.95 * force.max()  # contact is narrow
+    pressed = size[:, 0] > 0.05 * size[:, 0].max()
+    aside = results.history["displacement"].sel(probe="left_orbit", component=["y", "z"]).values
+    assert np.all(np.sum(aside * resultant.values[:, 0], axis=1)[pressed] < 0.0)
+
+
 def test_orbits_and_pictures_are_drawn(folder: Path, tmp_path: Path) -> None:
     """The figure of the orbits, and pictures that are not blank."""
     names = [path.name for path in gapbeam.plot(folder, output=tmp_path / "figures")]

@@ -57,6 +57,7 @@ def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -
         "load": (),
         "tangent": (),
         "gauge": (),
+        "across": (),
     }
     return MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
 

@@ -61,9 +61,9 @@ BAD = {
     ),
     "an unknown region": (GOOD.replace('"hole"', '"ring"', 1), ["ring", "hole", "slot", "stop"]),
     "no walls": (walls(""), ["walls", "nothing", "directions of the walls"]),
-    "an empty list of walls": (walls("walls = []"), ["walls", "1 to 36 numbers"]),
-    "the same wall twice": (walls("walls = [30.0, 150.0, 390.0]"), ["390", "at least 2 degrees apart"]),
-    "walls that nearly agree": (walls("walls = [-179.5, 0.0, 180.0]"), ["at least 2 degrees apart"]),
+    "an empty list of walls": (walls("walls = []"), ["walls", "1 to 24 numbers"]),
+    "the same wall twice": (walls("walls = [30.0, 150.0, 390.0]"), ["390", "at least 15 degrees apart"]),
+    "walls that nearly agree": (walls("walls = [-179.5, 0.0, 180.0]"), ["at least 15 degrees apart"]),
     "a recess too few": (walls("walls = [-45.0, 45.0], recesses = [0.0]"), ["1 for 2 walls", "or none"]),
     "walls that are words": (walls('walls = ["left", "right"]'), ["walls", "left"]),
     "a wall in the beam": (

@@ -68,6 +68,7 @@ def write_results(
         "tangent": TANGENTS[dimension],
         "load": () if frequency is None else ("force",),
         "gauge": probes,
+        "across": ("y", "z"),
     }
     with h5py.File(folder / HISTORY_FILE, "w") as file:
         file.attrs["format"] = FORMAT_VERSION

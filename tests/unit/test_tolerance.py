@@ -42,6 +42,7 @@ def resonance(detuned: float, step: float = 5e-4) -> MeasuredLevel:
         "load": (),
         "tangent": (),
         "gauge": (),
+        "across": (),
     }
     made = MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
     made.span, made.windows = END, windows_over(made._history(round(END * FREQUENCY)), FREQUENCY, END)

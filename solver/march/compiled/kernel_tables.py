@@ -24,6 +24,7 @@ class Modal(NamedTuple):
         weights: w, (m,), m^2.
         faces: Face of each point, (m,).
         arms: x of each point, (m,), m.
+        across: y and z of the direction in which each point is pressed, (m, 2).
         loads: L, (loads, n).
         driven: 1 for loads that are not static, else 0, (loads,).
         delassus: D = Phi A^-1 Phi^T, (m, m).
@@ -42,6 +43,7 @@ class Modal(NamedTuple):
     weights: Array
     faces: Indices
     arms: Array
+    across: Array
     loads: Array
     driven: Array
     delassus: Array
@@ -110,6 +112,7 @@ class Records(NamedTuple):
     v: Array
     force: Array
     moment: Array
+    resultant: Array
     area: Array
     active: Array
     penetration: Array

@@ -173,6 +173,8 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             force = modal.weights[i] * pressure
             records.force[row, face] += force
             records.moment[row, face] += force * modal.arms[i]
+            records.resultant[row, face, 0] += force * modal.across[i, 0]
+            records.resultant[row, face, 1] += force * modal.across[i, 1]
         if pressure > 0.0:
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0

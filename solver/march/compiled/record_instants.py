@@ -26,6 +26,7 @@ def instants_of(block: CompiledBlock, count: int) -> Instants:
         v=block.v[:count],
         contact_force=kept.force[:count],
         contact_moment=kept.moment[:count],
+        contact_resultant=kept.resultant[:count],
         contact_area=kept.area[:count],
         active_points=kept.active[:count],
         penetration=kept.penetration[:count],

@@ -14,8 +14,8 @@ from gapbeam.solver.supports.regions.around_region import AroundRegion, place_ar
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.table import Number
 
-MOST = 36  # walls
-NEAREST = 2.0  # degrees between two walls
+MOST = 24  # walls
+NEAREST = 15.0  # degrees between two walls, so that contact points of coarse meshes look at each
 
 
 class Polygon(AroundRegion):
@@ -48,7 +48,7 @@ class Polygon(AroundRegion):
                 (*key, "walls"),
                 f"{list(self.walls)} degrees",
                 f"directions at least {NEAREST:g} degrees apart",
-                "of two walls in one direction the beam meets the nearer one alone",
+                'many walls are a region "profile"; of two in one direction the beam meets the nearer one alone',
             )
         if self.recesses and len(self.recesses) != len(self.walls):
             yield Fault(

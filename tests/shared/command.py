@@ -23,6 +23,9 @@ FORKED = ("run", "check", "modes", "compare", "schema")
 """Commands that start no processes of their own and draw nothing in three dimensions."""
 SEVERAL = "tests.programs.several_calls"
 
+# mpirun names a folder there after its number, and refuses one that a killed mpirun of that number has left.
+SESSIONS = tempfile.TemporaryDirectory(prefix="ranks-")
+
 # A process of its own does not start ranks of MPI beside those that run the tests.
 alone = pytest.mark.skipif(MPI.COMM_WORLD.size > 1, reason="starts processes of its own")
 
@@ -93,6 +96,7 @@ def process_environment() -> dict[str, str]:
         "OMPI_ALLOW_RUN_AS_ROOT": "1",
         "OMPI_ALLOW_RUN_AS_ROOT_CONFIRM": "1",
         "OMPI_MCA_mpi_yield_when_idle": "1",
+        "TMPDIR": SESSIONS.name,
         "COLUMNS": "200",
         "NO_COLOR": "1",
     }

@@ -120,7 +120,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "clearance"): lambda chance, scene: scene.clearance * chance.choice((1.0, 1.0, 2.0, 0.0)),
     ("PlacedSupport", "offset"): seldom(lambda chance, scene: abs(scene.clearance) * chance.uniform(-0.5, 0.5), 0.4),
     ("PlacedSupport", "lateral"): seldom(lambda chance, scene: abs(scene.clearance) * chance.uniform(-0.5, 0.5), 0.2),
-    ("PlacedSupport", "tilt"): seldom(lambda chance, scene: _inclined(chance, scene), 0.1),
+    ("PlacedSupport", "tilt"): seldom(_inclined, 0.1),
     ("Polygon", "walls"): one_of(
         [-45.0, 45.0, 180.0], [0.0, 90.0, 180.0, 270.0], [30.0, 90.0, 150.0, 210.0, 270.0, 330.0]
     ),

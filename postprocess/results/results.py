@@ -266,7 +266,7 @@ def _check_version(path: Path, version: object) -> None:
 
 def _named(history: xr.Dataset) -> xr.Dataset:
     """Give the names along all labeled dimensions as str, whether stored as str or bytes."""
-    for dimension in ("probe", "face", "load", "component", "tangent", "gauge", "across"):
+    for dimension in dict.fromkeys(dimension for record in HISTORY for dimension in record.dims[1:]):
         if dimension in history.coords:
             names = [
                 printable(name.decode(errors="replace") if isinstance(name, bytes) else name)

@@ -31,8 +31,7 @@ def inner_radii(met: RunFace, thickness: float, scale: float, turns: np.ndarray)
     if not met.flat:
         return np.asarray(np.interp(turns, angles, radii, period=360.0))
     toward = np.cos(np.radians(turns[:, None] - angles))
-    with np.errstate(divide="ignore"):
-        return np.asarray(np.where(toward > 0.0, radii / np.where(toward > 0.0, toward, 1.0), np.inf).min(axis=1))
+    return np.asarray(np.where(toward > 0.0, radii / np.where(toward > 0.0, toward, 1.0), np.inf).min(axis=1))
 
 
 def ring_of(
@@ -53,7 +52,7 @@ def ring_of(
     outer = outer_radius(met, thickness, scale)
     inner = np.minimum(inner_radii(met, thickness, scale, turns), outer)
     directions = np.stack([np.sin(np.radians(turns)), -np.cos(np.radians(turns))], axis=1)
-    rims = [np.array(middle) + radius[:, None] * directions for radius in (inner, outer + 0.0 * inner)]
+    rims = [np.array(middle) + radius[:, None] * directions for radius in (inner, np.full_like(inner, outer))]
     points = [np.column_stack([np.full(len(turns), x), rim]) for x in along for rim in rims]
     count, open_at = len(turns), inner >= outer
     solid = np.flatnonzero(~(open_at[:-1] & open_at[1:]))

@@ -23,13 +23,11 @@ from gapbeam.solver.system.operators import Array
 RECORDS, BETWEEN, AT_ONCE = 2**20, 2**16, 2**12
 FIELDS = 10_000
 GRID = 1200  # bytes that one takes in fields.xdmf
-LABELS = {
+LABELS: dict[str, tuple[str, ...]] = {
+    **{dimension: () for record in HISTORY for dimension in record.dims[1:]},
     "probe": ("test", "tip"),
     "component": ("x", "y"),
-    "gauge": (),
-    "across": (),
     "face": ("base", "gland"),
-    "tangent": (),
     "load": ("gravity", "shaker"),
 }
 

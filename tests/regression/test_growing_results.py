@@ -16,16 +16,9 @@ from gapbeam.solver.run.output import growing_xdmf as growing_series
 from gapbeam.solver.run.output import history_file as histories
 from gapbeam.solver.run.output.growing_xdmf import HEAD, SECTOR, SWITCH, TAIL, GrowingSeries
 from gapbeam.solver.run.output.history_file import HistoryWriter
+from tests.shared.history_labels import LABELS as SLICE
 
-LABELS = {
-    "probe": ("tip",),
-    "component": ("x", "y"),
-    "face": ("base", "gland"),
-    "tangent": (),
-    "gauge": (),
-    "across": (),
-    "load": ("shaker",),
-}
+LABELS = {**SLICE, "load": ("shaker",)}
 
 
 def rows(first: int, count: int, factor: float = 1.0) -> dict[str, np.ndarray]:

@@ -33,6 +33,7 @@ from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
 from gapbeam.studies.tradeoff.tradeoff_report import write_study
 from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping, run_study
 from tests.shared.command import PROJECT, alone, called, called_in_turn, settings
+from tests.shared.history_labels import LABELS
 
 CASE = PROJECT / "cases" / "stability.toml"
 FREQUENCY = 20.0
@@ -50,16 +51,7 @@ def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -
     force = 40.0 + 4e4 * amplitude * np.sin(omega * time)
     impulse = np.cumsum(force) * 1e-4
     records |= {"time": time, "contact_force": np.stack([force, force], 1), "impulse": np.stack([impulse, impulse], 1)}
-    labels = {
-        "probe": ("tip",),
-        "component": ("x", "y"),
-        "face": ("base", "gland"),
-        "load": (),
-        "tangent": (),
-        "gauge": (),
-        "across": (),
-    }
-    return MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
+    return MeasuredLevel(frequency=FREQUENCY, records=records, labels=LABELS, set_up=1.0, per_second=2.0)
 
 
 def test_richardson_finds_the_error_of_a_known_order() -> None:

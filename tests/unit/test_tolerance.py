@@ -21,6 +21,7 @@ from gapbeam.studies.tradeoff.promise import Grounds, choice, doubts, nearest
 from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
 from gapbeam.studies.tradeoff.tradeoff_study import _span
 from tests.shared.command import DEMO
+from tests.shared.history_labels import LABELS
 
 FREQUENCY, END = 20.0, 10.0
 TOLERANCE = 0.02
@@ -35,16 +36,7 @@ def resonance(detuned: float, step: float = 5e-4) -> MeasuredLevel:
     records = {name: np.stack([0 * y, y], axis=-1)[:, None, :] for name, y in along.items()}
     force = np.full((time.size, 2), 40.0)
     records |= {"time": time, "contact_force": force, "impulse": 40.0 * np.stack([time, time], 1)}
-    labels = {
-        "probe": ("tip",),
-        "component": ("x", "y"),
-        "face": ("base", "gland"),
-        "load": (),
-        "tangent": (),
-        "gauge": (),
-        "across": (),
-    }
-    made = MeasuredLevel(frequency=FREQUENCY, records=records, labels=labels, set_up=1.0, per_second=2.0)
+    made = MeasuredLevel(frequency=FREQUENCY, records=records, labels=LABELS, set_up=1.0, per_second=2.0)
     made.span, made.windows = END, windows_over(made._history(round(END * FREQUENCY)), FREQUENCY, END)
     return made
 

@@ -49,7 +49,7 @@ def cache_folder() -> Path | None:
 
 
 _FOLDER = cache_folder()
-_IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is said: else that of the caller holds
+IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is said: else that of the caller holds
 _OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy"}
 
 
@@ -127,7 +127,7 @@ def shared(function: Function) -> Function:
 
 def compiled_in_order(function: Function) -> Function:
     """As `compiled`, with the operations in the order that is written: the same digits wherever it is called from."""
-    made: Function = numba.njit(**_IN_ORDER)(function)
+    made: Function = numba.njit(**IN_ORDER)(function)
     return made
 
 

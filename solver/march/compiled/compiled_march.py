@@ -19,7 +19,7 @@ from gapbeam.solver.march.compiled.carried_state import STATE, Carried, carried,
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
 from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_arrays_of, limits_of
-from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_steps, record_now
+from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_around, march_steps, record_now
 from gapbeam.solver.march.compiled.plan_arrays import (
     arrays_of_state,
     modal_table,
@@ -122,6 +122,7 @@ class CompiledLoop:
         self._table = modal_table(plan, modal)
         self._scheme = scheme_table(plan)
         self._room = room_for(self._table)
+        self._march_steps = march_steps if self._table.around is None else march_around
 
     @classmethod
     def compile_ahead(cls, plan: March, start: State | Paused, look: Callable[[], None]) -> None:
@@ -134,16 +135,18 @@ class CompiledLoop:
             start: A state of the march.
             look: Called meanwhile; an error that it raises ends the compilation.
         """
-        if not is_pending(march_steps):
+        if not (is_pending(march_steps) or is_pending(march_around)):
+            return
+        loop, paused = cls(plan), start if isinstance(start, Paused) else Paused(start, 0)
+        if not is_pending(loop._march_steps):
             return
         LOG.info(COMPILES)
-        loop, paused = cls(plan), start if isinstance(start, Paused) else Paused(start, 0)
         compile_in_another_process(lambda: loop._march_no_step(paused), look)
 
     def _march_no_step(self, paused: Paused) -> None:
         plan = self.plan
         accounts = Accounts.opened(plan.system, plan.law, paused.state, plan.dt)
-        march_steps(
+        self._march_steps(
             self._table, self._scheme, self._law(paused.state), self._motion(paused), self._room,
             ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self._table, 2), self._factors(0, 1)[:0],
             0, 1, 0, plan.max_iterations,
@@ -183,7 +186,7 @@ class CompiledLoop:
             accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
         motion, law = self._motion(paused), self._law(state)
         origin, done, size = round(state.time / plan.dt) - paused.done, paused.done, FIRST_STEPS
-        if not is_kept(march_steps):
+        if not is_kept(self._march_steps):
             LOG.info(COMPILES)
         while done < count:
             wanted = min(size, count - done, MOST_RECORDS * every)
@@ -192,7 +195,7 @@ class CompiledLoop:
             wanted = agreed(wanted)
             started = time.perf_counter()
             ledgers, records = ledger_arrays_of(accounts), room_for_records(self._table, wanted // every + 2)
-            status, taken, recorded = march_steps(
+            status, taken, recorded = self._march_steps(
                 self._table, self._scheme, law, motion, self._room, ledgers, limits_of(accounts), records,
                 self._factors(origin + done, wanted), done, every, count, plan.max_iterations,
             )  # fmt: skip

@@ -21,8 +21,9 @@ from gapbeam.solver.contact.solve.contact_solve import (
     SETTLED,
 )
 from gapbeam.solver.jit import compiled
-from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, fill
+from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor, empty_factor, solve_with, update_factor
+from gapbeam.solver.march.compiled.point_motions import add_responses, in_play
 from gapbeam.solver.system.operators import Array
 
 BISECTIONS = 60
@@ -33,8 +34,9 @@ class Balance(NamedTuple):
 
     Attributes:
         scale: s.
-        delassus: D, (m, m).
-        largest: Largest entry of its diagonal, m/N.
+        delassus: D, (m, m); of the rows of R where points share them, (k, k).
+        around: The points around rigid sections; None: others.
+        largest: Largest entry of the diagonal of D, m/N.
         weights: w, (m,), m^2.
         held_depth: d_held, (m,), m.
         held: f_held, (m,), N.
@@ -42,6 +44,7 @@ class Balance(NamedTuple):
 
     scale: float
     delassus: Array
+    around: AroundPoints | None
     largest: float
     weights: Array
     held_depth: Array
@@ -109,9 +112,9 @@ def point_at(step: StepPoints, law: LawTable, point: int) -> Point:
 @compiled
 def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solution, most: int) -> int:
     """Solve the contact problem of a step into `found`; return the iterations, or -1 where that fails."""
-    size = len(balance.held)
+    around, size = balance.around, len(balance.held)
     largest_depth, largest_held = 0.0, 0.0
-    for i in range(size):
+    for i in in_play(around, size):
         largest_depth = max(largest_depth, abs(balance.held_depth[i]))
         largest_held = max(largest_held, abs(balance.held[i]) / balance.weights[i])
         found.change[i] = 0.0
@@ -130,7 +133,7 @@ def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solu
         if not _newton_change(balance, found):
             return -1
         largest_update, largest_force = 0.0, 0.0
-        for i in range(size):
+        for i in in_play(around, size):
             found.update[i] = found.newton[i] - found.change[i]
             largest_update = max(largest_update, abs(found.update[i]))
             largest_force = max(largest_force, abs(balance.held[i] + found.change[i]))
@@ -139,24 +142,25 @@ def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solu
             return iteration
         length = 1.0
         if iteration >= FULL_STEPS:
-            fill(found.deeper, 0.0)
-            add_response(balance, found.update, found.deeper)
+            _set_response(balance, found.update, found.deeper)
             length = _exact_step(balance, step, law, found)
         if length < 1.0:
-            for i in range(size):
+            for i in in_play(around, size):
                 found.change[i] += length * found.update[i]
                 found.depth[i] += length * found.deeper[i]
         else:
-            copy_into(found.change, found.newton)
-            copy_into(found.depth, balance.held_depth)
-            add_response(balance, found.change, found.depth)
+            for i in in_play(around, size):
+                found.change[i], found.depth[i] = found.newton[i], balance.held_depth[i]
+            add_responses(balance.delassus, around, found.change, -balance.scale, found.depth)
     return -1
 
 
 @compiled
-def add_response(balance: Balance, change: Array, depth: Array) -> None:
-    """Add -s D f to penetrations, in place; rows of D of points without a force are not read."""
-    add_rows(balance.delassus, change, -balance.scale, depth)
+def _set_response(balance: Balance, change: Array, depth: Array) -> None:
+    """Set penetrations to -s D f."""
+    for i in in_play(balance.around, len(depth)):
+        depth[i] = 0.0
+    add_responses(balance.delassus, balance.around, change, -balance.scale, depth)
 
 
 @compiled
@@ -165,7 +169,7 @@ def _evaluate(balance: Balance, step: StepPoints, law: LawTable, found: Solution
     residual, highest, steepest, moved, total = 0.0, 0.0, 0.0, 0.0, 0.0
     held, change, weights, depths = balance.held, found.change, balance.weights, found.depth
     pressures, slopes, elastics, old_depth = found.pressure, found.slope, found.elastic, step.old_depth
-    for i in range(len(held)):
+    for i in in_play(balance.around, len(held)):
         if depths[i] <= 0.0 and old_depth[i] <= 0.0 and held[i] == 0.0 and change[i] == 0.0:
             pressures[i], slopes[i], elastics[i] = 0.0, 0.0, 0.0
             continue
@@ -181,9 +185,9 @@ def _evaluate(balance: Balance, step: StepPoints, law: LawTable, found: Solution
 @compiled
 def _newton_change(balance: Balance, found: Solution) -> bool:
     """Solve the linearized law with the balance for f - f_held into `found.newton`; tell whether it can be."""
-    size, weights = len(balance.held), balance.weights
+    around, size, weights = balance.around, len(balance.held), balance.weights
     active, known = 0, False
-    for i in range(size):
+    for i in in_play(around, size):
         wanted = weights[i] * found.pressure[i] - balance.held[i]
         found.newton[i] = wanted
         found.compliance[i] = 0.0
@@ -197,12 +201,11 @@ def _newton_change(balance: Balance, found: Solution) -> bool:
     if active == 0:
         return True
     if known:
-        fill(found.deeper, 0.0)
-        add_response(balance, found.newton, found.deeper)
-        for i in range(size):
+        _set_response(balance, found.newton, found.deeper)
+        for i in in_play(around, size):
             found.update[i] += found.deeper[i]
     factor, order = found.factor, found.factor.order
-    if not update_factor(factor, balance.delassus, balance.scale, found.compliance):
+    if not update_factor(factor, balance.delassus, around, balance.scale, found.compliance):
         return False
     for row in range(active):
         found.target[row] = found.update[order[row]]
@@ -230,7 +233,7 @@ def _exact_step(balance: Balance, step: StepPoints, law: LawTable, found: Soluti
 @compiled
 def _step_slope(balance: Balance, step: StepPoints, law: LawTable, found: Solution, length: float) -> float:
     total = 0.0
-    for i in range(len(balance.held)):
+    for i in in_play(balance.around, len(balance.held)):
         pressure = stage_pressure(
             step.numbers, law.numbers, point_at(step, law, i), found.depth[i] + length * found.deeper[i]
         )[0]

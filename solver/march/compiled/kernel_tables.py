@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.contact_kernel import Solution
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -19,7 +20,7 @@ class Modal(NamedTuple):
         inverse: 1 / A without the dashpots, (n,).
         updates: omega, which with rho take the dashpots into A^-1 = inverse - sum_j rho_j omega_j omega_j^T, (k, n).
         update_factors: rho, (k,).
-        gaps: Phi, (m, n).
+        gaps: Phi, (m, n), or R, (k, n), where points around rigid sections share its rows.
         initial_gap: g0, (m,), m.
         weights: w, (m,), m^2.
         faces: Face of each point, (m,).
@@ -27,8 +28,9 @@ class Modal(NamedTuple):
         across: y and z of the direction in which each point is pressed, (m, 2).
         loads: L, (loads, n).
         driven: 1 for loads that are not static, else 0, (loads,).
-        delassus: D = Phi A^-1 Phi^T, (m, m).
-        largest: Largest entry of its diagonal.
+        delassus: D = Phi A^-1 Phi^T, (m, m), or R A^-1 R^T, (k, k).
+        largest: Largest entry of the diagonal of D, m/N.
+        around: Points around rigid sections; None: all points move by themselves.
     """
 
     squares: Array
@@ -48,6 +50,7 @@ class Modal(NamedTuple):
     driven: Array
     delassus: Array
     largest: float
+    around: AroundPoints | None
 
 
 class Scheme(NamedTuple):

@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from gapbeam.solver.contact.laws.law_forms import ENDPOINT
-from gapbeam.solver.contact.laws.point_law import LawTable, touch_factor
+from gapbeam.solver.contact.laws.point_law import LawTable
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
@@ -20,7 +20,10 @@ from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
-from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, form_gaps_anew, midpoint_step
+from gapbeam.solver.march.compiled.near_points import raise_closest
+from gapbeam.solver.march.compiled.point_motions import in_play
+from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
+from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
 from gapbeam.solver.system.operators import Array
 
 DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
@@ -52,13 +55,32 @@ def march_steps(
     Returns:
         DONE, FAILED (that step is not taken), NOT_FINITE or CREATED (it is), the steps taken and the records made.
     """
+    return _march_steps(modal, scheme, law, motion, room, ledgers, limits, records, factors, first, every, last, most)
+
+
+@entry
+def march_around(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
+    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+) -> tuple[int, int, int]:  # fmt: skip
+    """March as `march_steps` does, with points around rigid sections: machine code of its own, kept apart."""
+    return _march_steps(modal, scheme, law, motion, room, ledgers, limits, records, factors, first, every, last, most)
+
+
+@compiled
+def _march_steps(
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
+    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+) -> tuple[int, int, int]:  # fmt: skip
     recorded = 0
+    begin_points(modal, motion, room)
     for step in range(len(factors)):
         if scheme.form == ENDPOINT:
             iterations = alpha_step(modal, scheme, law, motion, room, factors[step], most)
         else:
             iterations = midpoint_step(modal, scheme, law, motion, room, factors[step], most)
         if iterations < 0:
+            complete_points(modal, modal.around, law, motion, room)
             return FAILED, step, recorded
         _enter(modal, scheme, law, motion, room, ledgers, factors[step])
         number = first + step + 1
@@ -68,15 +90,19 @@ def march_steps(
         ledgers.solves[1] += iterations
         ledgers.solves[2] = max(ledgers.solves[2], iterations)
         if not np.isfinite(total_energy(accounts.energies_in(ledgers))):
+            complete_points(modal, modal.around, law, motion, room)
             return NOT_FINITE, step + 1, recorded
         accounts.watch_impacts(ledgers, room.closed, limits)
         if accounts.growth(ledgers) > limits.total_growth:
+            complete_points(modal, modal.around, law, motion, room)
             return CREATED, step + 1, recorded
-        if law.numbers.touch_product > 0.0:
-            _touch(modal, law, motion)
+        if law.numbers.touch_product > 0.0 and modal.around is None:
+            touch_all(modal, law, motion, room)
         if number % every == 0 or number == last:
+            complete_points(modal, modal.around, law, motion, room)
             record(modal, motion, ledgers, records, recorded, number)
             recorded += 1
+    complete_points(modal, modal.around, law, motion, room)
     return DONE, len(factors), recorded
 
 
@@ -92,7 +118,7 @@ def _enter(
     fill(room.closed, 0.0)
     fill(room.deepest, -np.inf)
     contact, elastic_work, contact_loss, forces, largest = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in range(len(found.depth)):
+    for i in in_play(modal.around, len(found.depth)):
         face, depth, weight, before = modal.faces[i], found.depth[i], modal.weights[i], motion.depth[i]
         force = force_at(room, i)
         pressure = force / weight
@@ -110,6 +136,7 @@ def _enter(
             contact += weight * spring_potential(law.stiffness[i], law.numbers.exponent, depth)
             elastic_work += weight * elastic * (depth - before)
             contact_loss += weight * (pressure - elastic) * (depth - before)
+    raise_closest(modal.around, modal.initial_gap, room.deepest, ledgers.deepest)
     kinetic, strain, structural, inner = 0.0, 0.0, 0.0, 0.0
     for j in range(len(motion.q)):
         moved = room.new_q[j] - motion.q[j]
@@ -129,7 +156,7 @@ def _enter(
         room.works[load] = factors[load] * work
         driven += modal.driven[load] * room.works[load]
     accept(modal, scheme, motion, room)
-    for i in range(len(motion.pressure)):
+    for i in in_play(modal.around, len(motion.pressure)):
         if motion.pressure[i] > 0.0:
             room.closed[modal.faces[i]] = 1.0
     unresolved = UNRESOLVED * largest * forces
@@ -148,15 +175,6 @@ def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, ledgers: Led
     for i in range(len(motion.depth)):
         contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, motion.depth[i])
     accounts.enter_energies(ledgers, contact, modal.squares, motion.q)
-
-
-@compiled
-def _touch(modal: Modal, law: LawTable, motion: KernelState) -> None:
-    """Keep the approach speeds of open points, and what the damper makes of them."""
-    for i in range(len(motion.depth)):
-        if motion.depth[i] <= 0.0:
-            motion.touch_speed[i] = -inner_product(modal.gaps[i], motion.v)
-            law.coefficient[i] = touch_factor(law.numbers.touch_product, motion.touch_speed[i])
 
 
 @compiled

@@ -12,6 +12,8 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.jit import compiled
+from gapbeam.solver.march.compiled.around_points import AroundPoints
+from gapbeam.solver.march.compiled.point_motions import delassus_entry, in_play
 from gapbeam.solver.system.operators import Array, Indices
 
 
@@ -44,12 +46,15 @@ def empty_factor(size: int) -> OrderedFactor:
 
 
 @compiled
-def update_factor(factor: OrderedFactor, delassus: Array, scale: float, compliance: Array) -> bool:
+def update_factor(
+    factor: OrderedFactor, delassus: Array, around: AroundPoints | None, scale: float, compliance: Array
+) -> bool:
     """Bring the factor to s D + diag(c) on the points with c > 0; tell whether that is positive definite.
 
     Args:
         factor: The factor, brought up to date in place.
-        delassus: D, (m, m).
+        delassus: As in `contact_kernel.Balance`, and likewise `around`.
+        around: Points around sections; None: others.
         scale: s, always the same.
         compliance: c, (m,), m/N; 0 or less where a point is not active.
     """
@@ -58,7 +63,8 @@ def update_factor(factor: OrderedFactor, delassus: Array, scale: float, complian
     first = 0
     while first < before and compliance[order[first]] == kept[first]:
         first += 1
-    placed[:] = 0
+    for point in in_play(around, len(placed)):
+        placed[point] = 0
     for row in range(first):
         placed[order[row]] = 1
     changed = 0
@@ -75,7 +81,7 @@ def update_factor(factor: OrderedFactor, delassus: Array, scale: float, complian
     for number in range(changed):
         point = factor.spare[number]
         placed[point] = 2
-    for point in range(len(compliance)):
+    for point in in_play(around, len(placed)):
         if compliance[point] > 0.0 and placed[point] == 0:
             order[rows], kept[rows] = point, compliance[point]
             rows += 1
@@ -84,7 +90,7 @@ def update_factor(factor: OrderedFactor, delassus: Array, scale: float, complian
         order[rows], kept[rows] = point, compliance[point]
         rows += 1
     for row in range(first, rows):
-        if not _make_row(factor.rows, order, kept, row, delassus, scale):
+        if not _make_row(factor.rows, order, kept, row, delassus, around, scale):
             factor.filled[0] = row
             return False
     factor.filled[0] = rows
@@ -92,12 +98,20 @@ def update_factor(factor: OrderedFactor, delassus: Array, scale: float, complian
 
 
 @compiled
-def _make_row(rows: Array, order: Indices, compliance: Array, row: int, delassus: Array, scale: float) -> bool:
+def _make_row(
+    rows: Array,
+    order: Indices,
+    compliance: Array,
+    row: int,
+    delassus: Array,
+    around: AroundPoints | None,
+    scale: float,
+) -> bool:
     point = order[row]
     mine = rows[row]
     for column in range(row):
         other = rows[column]
-        total = scale * delassus[point, order[column]]
+        total = scale * delassus_entry(delassus, around, point, order[column])
         inner = 0.0
         for k in range(column):
             inner += mine[k] * other[k]
@@ -105,7 +119,7 @@ def _make_row(rows: Array, order: Indices, compliance: Array, row: int, delassus
     inner = 0.0
     for k in range(row):
         inner += mine[k] * mine[k]
-    whole = scale * delassus[point, point] + compliance[row]
+    whole = scale * delassus_entry(delassus, around, point, point) + compliance[row]
     pivot = whole - inner
     if not pivot > 0.0:
         return False

@@ -9,6 +9,7 @@ import numpy as np
 from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT, MEAN
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.integrators.time_scheme import kernel_of
+from gapbeam.solver.march.compiled.around_points import AroundPoints, around_points
 from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme
 from gapbeam.solver.march.python.march import March
@@ -23,8 +24,9 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     mass, stiffness, dashpots = plan.scheme.coefficients(system, plan.dt)
     inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares))
     updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
-    updated = modal.gaps @ updates.T
-    delassus = (modal.gaps * inverse) @ modal.gaps.T - (updated * update_factors) @ updated.T
+    gaps, around = around_points(modal.gaps, contact)
+    updated = gaps @ updates.T
+    delassus = (gaps * inverse) @ gaps.T - (updated * update_factors) @ updated.T
     return Modal(
         squares=_packed(modal.squares),
         damping=_packed(modal.damping),
@@ -33,7 +35,7 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         inverse=inverse,
         updates=updates,
         update_factors=update_factors,
-        gaps=_packed(modal.gaps),
+        gaps=_packed(gaps),
         initial_gap=_packed(contact.initial_gap),
         weights=_packed(contact.weights),
         faces=np.ascontiguousarray(contact.faces, dtype=np.int64),
@@ -42,8 +44,17 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         loads=_packed(modal.loads),
         driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
         delassus=_packed(0.5 * (delassus + delassus.T)),
-        largest=float(np.max(np.diagonal(delassus), initial=0.0)),
+        largest=_largest(delassus, around),
+        around=around,
     )
+
+
+def _largest(delassus: Array, around: AroundPoints | None) -> float:
+    """Return the largest entry of the diagonal of D, m/N."""
+    if around is None:
+        return float(np.max(np.diagonal(delassus), initial=0.0))
+    blocks = delassus[around.pairs[:, :, None], around.pairs[:, None, :]]
+    return float(np.max(np.einsum("ma,mab,mb->m", around.directions, blocks, around.directions)))
 
 
 def inverse_updates(inverse: Array, added: RankOnes) -> tuple[Array, Array]:

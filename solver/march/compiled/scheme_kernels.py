@@ -5,8 +5,17 @@ from __future__ import annotations
 from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, inner_product
-from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints, solve_contact
+from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme
+from gapbeam.solver.march.compiled.point_motions import add_forces, in_play
+from gapbeam.solver.march.compiled.point_solve import (
+    Touch,
+    accept_points,
+    end_points,
+    guess_depths,
+    hold_forces,
+    solve_points,
+)
 from gapbeam.solver.system.operators import Array
 
 
@@ -16,27 +25,28 @@ def midpoint_step(
 ) -> int:
     """Advance by the midpoint rule, `gapbeam.solver.integrators.midpoint`."""
     dt, q, v = scheme.dt, motion.q, motion.v
-    n, m = len(q), len(motion.depth)
+    n = len(q)
     right, free = room.right, room.free
     for j in range(n):
         right[j] = (2.0 / dt) * v[j] - modal.squares[j] * q[j]
     _add_loads_and_held(modal, motion, room, factors)
     _solve(modal, right, free)
-    for i in range(m):
-        room.held_depth[i] = motion.depth[i] - dt * inner_product(modal.gaps[i], free)
-    balance = Balance(dt, modal.delassus, modal.largest, modal.weights, room.held_depth, room.held)
+    hold_forces(modal.gaps, modal.around, free, dt, motion.depth, room.held_depth)
+    balance = Balance(dt, modal.delassus, modal.around, modal.largest, modal.weights, room.held_depth, room.held)
     numbers = StepNumbers(scheme.form, dt, 0.0, 0.0)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
-    iterations = solve_contact(balance, step, law, room.solution, most)
+    touch = Touch(v, motion.touch_speed)
+    iterations = solve_points(modal.around, modal.initial_gap, balance, step, law, touch, room.solution, most)
     if iterations < 0:
         return -1
-    add_rows(modal.gaps, room.solution.change, 1.0, right)
+    add_forces(modal.gaps, modal.around, room.solution.change, right)
     _solve(modal, right, free)
     for j in range(n):
         middle = free[j]
         new_q, new_v = q[j] + dt * middle, 2.0 * middle - v[j]
         room.inner[j] = (new_v - v[j]) / dt + 0.5 * modal.squares[j] * (new_q + q[j])
         room.stage_velocity[j], room.new_q[j], room.new_v[j] = middle, new_q, new_v
+    end_points(modal.around, modal.initial_gap, room)
     return iterations
 
 
@@ -46,7 +56,7 @@ def alpha_step(
 ) -> int:
     """Advance by generalized-alpha, `gapbeam.solver.integrators.generalized_alpha`."""
     dt, q, v, a = scheme.dt, motion.q, motion.v, motion.a
-    n, m = len(q), len(motion.depth)
+    n = len(q)
     old_share, new_share = scheme.alpha_f, 1.0 - scheme.alpha_f
     right, free = room.right, room.free
     scale, rate_slope = scheme.beta * dt * dt, scheme.gamma / (scheme.beta * dt)
@@ -62,17 +72,18 @@ def alpha_step(
             right[j] -= pull * modal.dashpots[k, j]
     _add_loads_and_held(modal, motion, room, factors)
     _solve(modal, right, free)
-    for i in range(m):
-        room.guess_depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], room.u_guess)
-        room.guess_rate[i] = -inner_product(modal.gaps[i], room.v_guess)
-        room.held_depth[i] = room.guess_depth[i] - scale * inner_product(modal.gaps[i], free)
-    balance = Balance(scale, modal.delassus, modal.largest, modal.weights, room.held_depth, room.held)
+    guess_depths(
+        modal.gaps, modal.around, modal.initial_gap, room.u_guess, room.v_guess, room.guess_depth, room.guess_rate
+    )
+    hold_forces(modal.gaps, modal.around, free, scale, room.guess_depth, room.held_depth)
+    balance = Balance(scale, modal.delassus, modal.around, modal.largest, modal.weights, room.held_depth, room.held)
     numbers = StepNumbers(scheme.form, dt, old_share, rate_slope)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
-    iterations = solve_contact(balance, step, law, room.solution, most)
+    touch = Touch(v, motion.touch_speed)
+    iterations = solve_points(modal.around, modal.initial_gap, balance, step, law, touch, room.solution, most)
     if iterations < 0:
         return -1
-    add_rows(modal.gaps, room.solution.change, 1.0, right)
+    add_forces(modal.gaps, modal.around, room.solution.change, right)
     _solve(modal, right, free)
     for j in range(n):
         new_a = free[j]
@@ -81,6 +92,7 @@ def alpha_step(
         room.inner[j] = (1.0 - scheme.alpha_m) * new_a + scheme.alpha_m * a[j] + elastic
         room.stage_velocity[j] = new_share * new_v + old_share * v[j]
         room.new_q[j], room.new_v[j], a[j] = new_q, new_v, new_a
+    end_points(modal.around, modal.initial_gap, room)
     return iterations
 
 
@@ -99,9 +111,9 @@ def _solve(modal: Modal, right: Array, x: Array) -> None:
 def _add_loads_and_held(modal: Modal, motion: KernelState, room: Room, factors: Array) -> None:
     """Add loads and the contact forces that acted last to the right side; set these forces, f_held."""
     add_rows(modal.loads, factors, 1.0, room.right)
-    for i in range(len(room.held)):
+    for i in in_play(modal.around, len(room.held)):
         room.held[i] = modal.weights[i] * motion.pressure[i]
-    add_rows(modal.gaps, room.held, 1.0, room.right)
+    add_forces(modal.gaps, modal.around, room.held, room.right)
 
 
 @compiled
@@ -116,7 +128,7 @@ def force_at(room: Room, point: int) -> float:
 def accept(modal: Modal, scheme: Scheme, motion: KernelState, room: Room) -> None:
     """Make the end of a solved step the state."""
     found, old_share = room.solution, scheme.alpha_f
-    for i in range(len(motion.depth)):
+    for i in in_play(modal.around, len(motion.depth)):
         lasting = old_share * motion.pressure[i]
         pressure = force_at(room, i) / modal.weights[i]
         if old_share > 0.0:
@@ -125,10 +137,4 @@ def accept(modal: Modal, scheme: Scheme, motion: KernelState, room: Room) -> Non
         motion.depth[i] = found.depth[i]
     copy_into(motion.q, room.new_q)
     copy_into(motion.v, room.new_v)
-
-
-@compiled
-def form_gaps_anew(modal: Modal, motion: KernelState) -> None:
-    """Form the penetrations from the DOFs, so that round-off does not add up."""
-    for i in range(len(motion.depth)):
-        motion.depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], motion.q)
+    accept_points(modal.around)

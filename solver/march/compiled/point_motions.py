@@ -1,0 +1,120 @@
+"""How contact points move with the DOFs, and what forces on them do: products of Phi and D.
+
+Points around rigid sections share R, see `around_points`; others have their own rows. Which of the two it is, is known
+when these functions are compiled.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable
+from typing import Any
+
+from numba.core.types.misc import NoneType
+from numba.extending import overload
+
+from gapbeam.solver.jit import compiled
+from gapbeam.solver.march.compiled.around_points import AroundPoints
+from gapbeam.solver.march.compiled.array_loops import add_rows, fill, inner_product
+from gapbeam.solver.system.operators import Array, Indices
+
+
+def in_play(around: AroundPoints | None, size: int) -> Iterable[int]:
+    """Return the points of m = `size` that may touch in the step."""
+    return range(size) if around is None else around.near[: around.chosen[0]]
+
+
+@overload(in_play, inline="always")  # type: ignore[untyped-decorator]
+def _in_play(around: Any, size: Any) -> Callable[..., Iterable[int]]:  # noqa: ARG001
+    """Return what is compiled for the type of `around`: a range is faster than an array of all points."""
+
+    def all_points(around: Any, size: Any) -> Iterable[int]:  # noqa: ARG001
+        return range(size)
+
+    def near_points(around: Any, size: Any) -> Iterable[int]:  # noqa: ARG001
+        near: Indices = around.near[: around.chosen[0]]
+        return near
+
+    return all_points if isinstance(around, NoneType) else near_points
+
+
+@compiled
+def set_motions(rows: Array, around: AroundPoints | None, x: Array, moved: Array) -> None:
+    """Set moved, (m,), to Phi x."""
+    if around is None:
+        for point in range(len(moved)):
+            moved[point] = inner_product(rows[point], x)
+    else:
+        set_place(around, x, around.motions)
+        for point in range(len(moved)):
+            moved[point] = moved_by(around, around.motions, point)
+
+
+@compiled
+def add_forces(rows: Array, around: AroundPoints | None, forces: Array, x: Array) -> None:
+    """Add Phi^T f to x, (n,); f is 0 but at points in play."""
+    if around is None:
+        add_rows(rows, forces, 1.0, x)
+    else:
+        _gather(around, forces)
+        add_rows(rows, around.forces, 1.0, x)
+
+
+@compiled
+def add_responses(delassus: Array, around: AroundPoints | None, forces: Array, scale: float, moved: Array) -> None:
+    """Add scale * D f to moved, (m,), at points in play, beside which f is 0.
+
+    Rows of D of points without a force are not read.
+    """
+    if around is None:
+        add_rows(delassus, forces, scale, moved)
+    else:
+        set_responses(delassus, around, forces, scale)
+        for point in in_play(around, len(moved)):
+            moved[point] += moved_by(around, around.motions, point)
+
+
+@compiled
+def delassus_entry(delassus: Array, around: AroundPoints | None, i: int, j: int) -> float:
+    """Return D_ij, m/N."""
+    total = 0.0
+    if around is None:
+        total += delassus[i, j]
+    else:
+        for a in range(2):
+            for b in range(2):
+                entry = delassus[around.pairs[i, a], around.pairs[j, b]]
+                total += around.directions[i, a] * around.directions[j, b] * entry
+    return total
+
+
+@compiled
+def set_place(around: AroundPoints, x: Array, place: Array) -> None:
+    """Set place to R x, (k,)."""
+    fill(place, 0.0)
+    add_rows(around.columns, x, 1.0, place)
+
+
+@compiled
+def moved_by(around: AroundPoints, motions: Array, point: int) -> float:
+    """Return c . s of a point."""
+    first, second = around.pairs[point, 0], around.pairs[point, 1]
+    moved: float = around.directions[point, 0] * motions[first] + around.directions[point, 1] * motions[second]
+    return moved
+
+
+@compiled
+def set_responses(delassus: Array, around: AroundPoints, forces: Array, scale: float) -> None:
+    """Set the motions of the rows of R to scale * R A^-1 R^T T^T f; f is 0 but at points in play."""
+    _gather(around, forces)
+    fill(around.motions, 0.0)
+    add_rows(delassus, around.forces, scale, around.motions)
+
+
+@compiled
+def _gather(around: AroundPoints, forces: Array) -> None:
+    """Set the forces on the rows of R to T^T f."""
+    fill(around.forces, 0.0)
+    for point in in_play(around, len(forces)):
+        if forces[point] != 0.0:
+            for a in range(2):
+                around.forces[around.pairs[point, a]] += around.directions[point, a] * forces[point]

@@ -1,0 +1,167 @@
+"""The contact problem of a step of any scheme, and where the points stand at its end."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+from gapbeam.solver.contact.laws.point_law import LawTable, touch_factor
+from gapbeam.solver.jit import compiled
+from gapbeam.solver.march.compiled.around_points import AroundPoints
+from gapbeam.solver.march.compiled.array_loops import copy_into, fill
+from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, solve_contact
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
+from gapbeam.solver.march.compiled.near_points import begin_near, choose_near, depth_at, stay_in_bounds
+from gapbeam.solver.march.compiled.point_motions import in_play, moved_by, set_motions, set_place
+from gapbeam.solver.system.operators import Array
+
+
+class Touch(NamedTuple):
+    """Velocity of the state, (n,), and the touch speeds that follow from it, (m,), m/s, changed in place."""
+
+    velocity: Array
+    speed: Array
+
+
+@compiled
+def begin_points(modal: Modal, motion: KernelState, room: Room) -> None:
+    """Begin with a state."""
+    fill(room.held, 0.0)
+    fill(room.solution.compliance, 0.0)
+    begin_near(modal.around, motion.q, motion.pressure)
+
+
+@compiled
+def hold_forces(
+    gaps: Array, around: AroundPoints | None, response: Array, scale: float, start: Array, held_depth: Array
+) -> None:
+    """Set the penetrations that points would have with the forces held, d - s Phi x; around sections, s R x.
+
+    Args:
+        gaps: Phi or R.
+        around: Points around rigid sections; None: others.
+        response: x, what the operator of the step makes of the right side, (n,).
+        scale: s.
+        start: d, of the state or of the guess of the scheme, (m,), m.
+        held_depth: Set to d - s Phi x, (m,), m.
+    """
+    if around is None:
+        set_motions(gaps, around, response, held_depth)
+        for i in range(len(held_depth)):
+            held_depth[i] = start[i] - scale * held_depth[i]
+    else:
+        set_place(around, response, around.free)
+        for row in range(len(around.free)):
+            around.free[row] *= scale
+
+
+@compiled
+def guess_depths(
+    gaps: Array, around: AroundPoints | None, initial_gap: Array, u: Array, v: Array, depth: Array, rate: Array
+) -> None:
+    """Set the penetrations that a guess of the scheme makes, -(g0 + Phi u), and their rates; around sections, R u.
+
+    Args:
+        gaps: Phi or R.
+        around: Points around rigid sections; None: others.
+        initial_gap: g0, (m,), m.
+        u: Guess, (n,).
+        v: Its velocity, (n,).
+        depth: Set to the penetrations, (m,), m.
+        rate: Set to their rates, (m,), m/s.
+    """
+    if around is None:
+        set_motions(gaps, around, u, depth)
+        set_motions(gaps, around, v, rate)
+        for i in range(len(depth)):
+            depth[i] = -initial_gap[i] - depth[i]
+            rate[i] = -rate[i]
+    else:
+        set_place(around, u, around.guess)
+        set_place(around, v, around.rate)
+        for row in range(len(around.guess)):
+            around.guess[row] -= around.place[row]
+
+
+@compiled
+def solve_points(
+    around: AroundPoints | None, initial_gap: Array, balance: Balance, step: StepPoints, law: LawTable, touch: Touch,
+    found: Solution, most: int,
+) -> int:  # fmt: skip
+    """Solve the contact problem of a step; return the iterations, or -1 where that fails."""
+    everything = False
+    while True:
+        _look_around(around, initial_gap, balance.held_depth, step, law, touch, found.compliance, everything)
+        iterations = solve_contact(balance, step, law, found, most)
+        if iterations < 0 or stay_in_bounds(balance.delassus, around, found.change, balance.scale):
+            return iterations
+        everything = True
+
+
+@compiled
+def _look_around(
+    around: AroundPoints | None, initial_gap: Array, held_depth: Array, step: StepPoints, law: LawTable, touch: Touch,
+    compliance: Array, everything: bool,
+) -> None:  # fmt: skip
+    """Choose the points that may touch, and set their penetrations: before the step, of the guess, and held."""
+    if around is not None:
+        for i in in_play(around, len(initial_gap)):
+            compliance[i] = 0.0
+        choose_near(around, initial_gap, step.old_pressure, everything)
+        for i in in_play(around, len(initial_gap)):
+            step.old_depth[i] = depth_at(around, initial_gap, around.place, i)
+            step.guess_depth[i] = step.old_depth[i] - moved_by(around, around.guess, i)
+            step.guess_rate[i] = -moved_by(around, around.rate, i)
+            held_depth[i] = step.guess_depth[i] - moved_by(around, around.free, i)
+        if law.numbers.touch_product > 0.0:
+            set_place(around, touch.velocity, around.motions)
+            for i in in_play(around, len(initial_gap)):
+                _touch(law, step.old_depth, touch.speed, i, moved_by(around, around.motions, i))
+
+
+@compiled
+def end_points(around: AroundPoints | None, initial_gap: Array, room: Room) -> None:
+    """Set the penetrations of points around sections at the end of a step."""
+    if around is not None:
+        set_place(around, room.new_q, around.after)
+        for i in in_play(around, len(initial_gap)):
+            room.solution.depth[i] = depth_at(around, initial_gap, around.after, i)
+
+
+@compiled
+def accept_points(around: AroundPoints | None) -> None:
+    """Make the end of a step the state."""
+    if around is not None:
+        copy_into(around.place, around.after)
+
+
+@compiled
+def form_gaps_anew(modal: Modal, motion: KernelState) -> None:
+    """Form the penetrations of all points from the DOFs, so that round-off does not add up."""
+    set_motions(modal.gaps, modal.around, motion.q, motion.depth)
+    for i in range(len(motion.depth)):
+        motion.depth[i] = -modal.initial_gap[i] - motion.depth[i]
+
+
+@compiled
+def touch_all(modal: Modal, law: LawTable, motion: KernelState, room: Room) -> None:
+    """Keep the approach speeds of all open points, and what the damper makes of them."""
+    set_motions(modal.gaps, modal.around, motion.v, room.guess_rate)
+    for i in range(len(motion.depth)):
+        _touch(law, motion.depth, motion.touch_speed, i, room.guess_rate[i])
+
+
+@compiled
+def complete_points(modal: Modal, around: AroundPoints | None, law: LawTable, motion: KernelState, room: Room) -> None:
+    """Bring points around sections up to date that could not touch."""
+    if around is not None:
+        form_gaps_anew(modal, motion)
+        if law.numbers.touch_product > 0.0:
+            touch_all(modal, law, motion, room)
+
+
+@compiled
+def _touch(law: LawTable, depth: Array, speed: Array, point: int, opening: float) -> None:
+    """Keep the approach speed of a point whose gap opens at some speed, m/s, if it is open."""
+    if depth[point] <= 0.0:
+        speed[point] = -opening
+        law.coefficient[point] = touch_factor(law.numbers.touch_product, speed[point])

@@ -10,7 +10,7 @@ from typing import assert_never
 from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.contact_table import Friction
-from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
+from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
@@ -90,7 +90,7 @@ def support_reaction(case: Case) -> float:
                 added = load.static_force
                 force = load.peak + (abs(added.force) if added is not None else 0.0)
                 moment += force * layout.arm(float(x))
-            case BodyForce() | SupportAcceleration():
+            case BodyForce() | SupportAcceleration() | SupportWalls():
                 moment += mass * load.peak * lever
             case unknown:
                 assert_never(unknown)

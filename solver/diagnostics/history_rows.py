@@ -14,7 +14,8 @@ from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.record_table import COMPONENTS, TANGENTS
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import Load, State
+from gapbeam.solver.system.semi_discrete import State
+from gapbeam.solver.system.system_load import Load
 
 if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model

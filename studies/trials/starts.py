@@ -72,7 +72,9 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     seat, operators, case = seated(model).state, model.system.operators, model.case
     omega = 2.0 * pi * max(forcing_frequencies(case.load), default=1.0)
     amplitudes = {load.name: load.peak for load in case.load if not load.static}
-    forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in model.system.loads if not load.static]
+    moving = {motion.load for motion in model.system.contact.walls.motions}
+    driving = [load for number, load in enumerate(model.system.loads) if not load.static and number not in moving]
+    forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in driving]
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
     energy = 0.5 * sum(float(x) for x in model.system.dots([(x, f) for x, f in zip(shapes, forces, strict=True)]))
@@ -87,8 +89,8 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     frequencies = forcing_frequencies(case.load)
     period = 1.0 / frequencies[0] if frequencies else 0.0
     steps = ceil(max(ramps, default=0.0) / model.step - _WHOLE) + floor(generator.uniform() * period / model.step)
-    if not _repeats(case):
-        steps = 0
+    if not _repeats(case) or moving:
+        steps = 0  # the walls of the seat are where they are at t = 0
     state = replace(seat, time=steps * model.step, v=imaged(operators, velocity))
     return Start(state, f"kick {number}")
 
@@ -112,11 +114,11 @@ def carried(model: Model, end: State, before: Case) -> Start:
     contact, operators = model.system.contact, model.system.operators
     time, notes = _time(model, end, before)
     u = end.u[VALUE]
-    depth = contact.depth(contact.interface.trace(u, operators))
+    depth = contact.depth(contact.interface.trace(u, operators), time)
     allowed = np.maximum(end.depth, 0.0) if len(end.depth) == len(depth) else np.zeros(len(depth))
     if np.any(depth > allowed + _slack(allowed)):
         u, moved, left = _moved_clear(model, u, depth, allowed)
-        depth = contact.depth(contact.interface.trace(u, operators))
+        depth = contact.depth(contact.interface.trace(u, operators), time)
         notes.append(f"moved by up to {moved:.3g} m as a rigid body, as the faces are closer")
         if left > _slack(allowed):
             notes.append(f"in spite of that {left:.3g} m deeper in its faces than before")

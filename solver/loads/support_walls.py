@@ -1,0 +1,60 @@
+"""From the loads of a case that move supports to the walls of a contact operator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.regions.region import Placement
+from gapbeam.solver.supports.support_tables import OneSupport
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import ContactOperator
+from gapbeam.solver.system.wall_motion import NO_WALLS, WallMotion, Walls
+
+
+def moved_by(place: SupportWalls, layout: Layout) -> OneSupport | None:
+    """Return the support whose walls move; None where there is none of that name, or no name and several supports."""
+    if place.support is None:
+        return layout.supports[0] if len(layout.supports) == 1 else None
+    return next((one for one in layout.supports if one.name == place.support), None)
+
+
+def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, dimension: int) -> Walls:
+    """Return the motions of walls.
+
+    Args:
+        loads: Those of a case.
+        layout: Its supports.
+        contact: Operator at their contact points.
+        dimension: 2 or 3.
+
+    Raises:
+        ValueError: A load moves a support that is not there.
+    """
+    motions, growths = list[WallMotion](), list[Array]()
+    for number, load in enumerate(loads):
+        if not isinstance(load.place, SupportWalls):
+            continue
+        s, support = load.time_function(), moved_by(load.place, layout)
+        if support is None or s.rate is None:
+            raise ValueError(f"the load {load.name} moves no support, or has no rate")
+        along = load_direction(load, dimension)
+        upward, sideways = float(along[-1]), float(along[1]) if dimension == 3 else 0.0
+        unit = Placement(1.0) if load.place.opens else Placement(0.0, upward, sideways)
+        motions.append(WallMotion(number, s.value, s.rate))
+        growths.append(_growth(support, unit, contact))
+    return Walls(tuple(motions), np.array(growths)) if motions else NO_WALLS
+
+
+def _growth(support: OneSupport, unit: Placement, contact: ContactOperator) -> Array:
+    """Return by how much gaps grow when a support goes from no place to a unit of it, (m,)."""
+    found = np.zeros(contact.size)
+    for new, old in zip(support.faces_at(unit), support.faces_at(Placement(0.0)), strict=True):
+        here = contact.faces == contact.face_names.index(new.name)
+        found[here] = new.growth(old, contact.positions[here])
+    return found

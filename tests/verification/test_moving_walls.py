@@ -11,11 +11,17 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
+from gapbeam.solver.contact.laws.damper import Damper
+from gapbeam.solver.contact.laws.springs import Spring
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
 from gapbeam.solver.system.system_load import Load
 from gapbeam.solver.system.wall_motion import WallMotion, Walls
+from tests.shared.dense_beams import dense_beam, thrown_start
 from tests.shared.toys import SCHEMES, ledger_of, start, steps_of, stopped_oscillator
 
 STIFFNESS = 1.0e6
@@ -158,3 +164,43 @@ def test_dampers_see_the_speed_of_the_wall(name: str) -> None:
     assert still > 0.01
     assert dissipated(SCHEMES[name], law, 0.5, 0.0) == pytest.approx(still, rel=1e-9)
     assert dissipated(SCHEMES[name], law, 0.2, 0.3) == pytest.approx(still, rel=1e-9)
+
+
+COMPILED = {
+    "kelvin-voigt": kelvin_voigt(1.0e5, 30.0, touch_depth=1.0e-5),
+    "by touch speed": ContactLaw(Spring(2.0e6, 1.5), Damper("hunt-crossley", 0.0), touch_product=0.6),
+}
+
+
+@pytest.mark.parametrize("law", COMPILED)
+@pytest.mark.parametrize("scheme", ["discrete-gradient", "implicit-midpoint", "generalized-alpha"])
+def test_the_compiled_loop_moves_walls_as_the_march_does(scheme: str, law: str) -> None:
+    """Two motions of the walls of a dense body: places, forces, energies and the work of each, to round-off."""
+    still = dense_beam(seed=3)
+    growths = np.stack([np.where(still.contact.faces == 0, 1.0, -1.0), np.linspace(0.2, 1.0, still.contact.size)])
+    motions = (
+        WallMotion(3, lambda time: 5.0e-3 * np.sin(20.0 * time), lambda time: 0.1 * np.cos(20.0 * time)),
+        WallMotion(2, *steady(-2.0e-2)),
+    )
+    walls = [Load(name, np.zeros(8), lambda _time: 0.0) for name in ("closing", "shaken")]
+    contact = replace(still.contact, walls=Walls(motions, growths))
+    system = replace(still, contact=contact, loads=(*still.loads, *walls))
+    chosen, found_law, steps, dt = SCHEMES[scheme], COMPILED[law], 150, 1.0e-3
+    plan, first = March(system, found_law, chosen, EffectiveOperators(system, chosen), dt, steps), thrown_start(system)
+    expected = Accounts.opened(system, found_law, begun(plan, first), dt)
+    for step in march(plan, first):
+        expected.take(step)
+    end = step.refreshed or step.new
+    passed = Accounts.opened(system, found_law, begun(plan, first), dt)
+    *_, block = CompiledLoop(plan).blocks(first, accounts=passed, stops=40)
+    scale, ledger = expected.ledger.exchanged, expected.ledger
+    assert np.min(np.abs(ledger.load_work[2:])) > 1.0e-3 * scale
+    assert passed.ledger.load_work == pytest.approx(ledger.load_work, abs=1e-8 * scale)
+    for name in ("kinetic", "strain", "contact", "contact_loss", "algorithmic", "residual", "exchanged"):
+        assert getattr(passed.ledger, name) == pytest.approx(getattr(ledger, name), abs=1e-8 * scale), name
+    assert abs(passed.ledger.residual) < 1.0e-9 * scale
+    assert block.end.u[VALUE] == pytest.approx(end.u[VALUE], abs=1e-7 * np.max(np.abs(end.u[VALUE])))
+    assert block.end.depth == pytest.approx(end.depth, abs=1e-7 * np.max(np.abs(end.depth)))
+    assert passed.peaks.force == pytest.approx(expected.peaks.force, rel=1e-7)
+    with pytest.raises(ValueError, match="still walls"):
+        CompiledLoop(plan).tangent(first)

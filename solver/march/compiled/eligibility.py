@@ -28,8 +28,6 @@ def why_not_compiled(plan: March) -> str | None:
         return "augmented Lagrangian: multipliers in every step"
     if not law.stores_energy:
         return "impulses in the place of a contact stiffness"
-    if system.contact.walls.motions:
-        return "supports that move"
     if plan.resolution is not None:
         return "adaptive steps"
     return None

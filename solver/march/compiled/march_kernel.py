@@ -18,9 +18,17 @@ from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
-from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, form_gaps_anew, midpoint_step
+from gapbeam.solver.march.compiled.scheme_kernels import (
+    accept,
+    alpha_step,
+    force_at,
+    form_gaps_anew,
+    midpoint_step,
+    move_walls,
+    wall_work,
+)
 from gapbeam.solver.system.operators import Array
 
 DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
@@ -30,7 +38,7 @@ FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
 @entry
 def march_steps(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
-    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+    records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
 ) -> tuple[int, int, int]:  # fmt: skip
     """March as many steps as there are rows of load factors, or until one fails or creates energy.
 
@@ -44,6 +52,7 @@ def march_steps(
         limits: The gates.
         records: Room for the records of these steps.
         factors: s_k in the balance of each step, (steps, loads).
+        walls: Walls that move in these steps.
         first: Number of the first step; records and fresh gaps fall on multiples.
         every: Steps between records.
         last: Number of the step after the last of the march, which is recorded.
@@ -54,16 +63,17 @@ def march_steps(
     """
     recorded = 0
     for step in range(len(factors)):
+        move_walls(walls, step, room)
         if scheme.form == ENDPOINT:
             iterations = alpha_step(modal, scheme, law, motion, room, factors[step], most)
         else:
             iterations = midpoint_step(modal, scheme, law, motion, room, factors[step], most)
         if iterations < 0:
             return FAILED, step, recorded
-        _enter(modal, scheme, law, motion, room, ledgers, factors[step])
+        _enter(modal, scheme, law, motion, room, ledgers, factors[step], walls, step)
         number = first + step + 1
         if number % FRESH_GAPS == 0 or number == last:
-            _measure_anew(modal, law, motion, ledgers)
+            _measure_anew(modal, law, motion, room, ledgers)
         ledgers.solves[0] += iterations
         ledgers.solves[1] += iterations
         ledgers.solves[2] = max(ledgers.solves[2], iterations)
@@ -73,7 +83,7 @@ def march_steps(
         if accounts.growth(ledgers) > limits.total_growth:
             return CREATED, step + 1, recorded
         if law.numbers.touch_product > 0.0:
-            _touch(modal, law, motion)
+            _touch(modal, law, motion, room)
         if number % every == 0 or number == last:
             record(modal, motion, ledgers, records, recorded, number)
             recorded += 1
@@ -82,8 +92,9 @@ def march_steps(
 
 @compiled
 def _enter(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, factors: Array
-) -> None:
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays,
+    factors: Array, walls: WallRows, step: int,
+) -> None:  # fmt: skip
     """Enter a solved step into the ledgers and make its end the state."""
     found = room.solution
     old_share = scheme.alpha_f
@@ -128,6 +139,10 @@ def _enter(
             work += (room.new_q[j] - motion.q[j]) * modal.loads[load, j]
         room.works[load] = factors[load] * work
         driven += modal.driven[load] * room.works[load]
+    for wall in range(len(walls.loads)):
+        work = wall_work(walls, step, wall, room)
+        room.works[walls.loads[wall]] += work
+        driven += work
     accept(modal, scheme, motion, room)
     for i in range(len(motion.pressure)):
         if motion.pressure[i] > 0.0:
@@ -141,9 +156,9 @@ def _enter(
 
 
 @compiled
-def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, ledgers: LedgerArrays) -> None:
+def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays) -> None:
     """Form the gaps anew, and measure again what depends on them."""
-    form_gaps_anew(modal, motion)
+    form_gaps_anew(modal, motion, room)
     contact = 0.0
     for i in range(len(motion.depth)):
         contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, motion.depth[i])
@@ -151,11 +166,11 @@ def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, ledgers: Led
 
 
 @compiled
-def _touch(modal: Modal, law: LawTable, motion: KernelState) -> None:
+def _touch(modal: Modal, law: LawTable, motion: KernelState, room: Room) -> None:
     """Keep the approach speeds of open points, and what the damper makes of them."""
     for i in range(len(motion.depth)):
         if motion.depth[i] <= 0.0:
-            motion.touch_speed[i] = -inner_product(modal.gaps[i], motion.v)
+            motion.touch_speed[i] = -inner_product(modal.gaps[i], motion.v) - room.opening_speed[i]
             law.coefficient[i] = touch_factor(law.numbers.touch_product, motion.touch_speed[i])
 
 

@@ -6,7 +6,7 @@ from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, inner_product
 from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints, solve_contact
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme, WallRows
 from gapbeam.solver.system.operators import Array
 
 
@@ -24,6 +24,7 @@ def midpoint_step(
     _solve(modal, right, free)
     for i in range(m):
         room.held_depth[i] = motion.depth[i] - dt * inner_product(modal.gaps[i], free)
+    _close(room.held_depth, room.grown)
     balance = Balance(dt, modal.delassus, modal.largest, modal.weights, room.held_depth, room.held)
     numbers = StepNumbers(scheme.form, dt, 0.0, 0.0)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
@@ -66,6 +67,9 @@ def alpha_step(
         room.guess_depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], room.u_guess)
         room.guess_rate[i] = -inner_product(modal.gaps[i], room.v_guess)
         room.held_depth[i] = room.guess_depth[i] - scale * inner_product(modal.gaps[i], free)
+    _close(room.guess_depth, room.opened)
+    _close(room.guess_rate, room.opening_speed)
+    _close(room.held_depth, room.opened)
     balance = Balance(scale, modal.delassus, modal.largest, modal.weights, room.held_depth, room.held)
     numbers = StepNumbers(scheme.form, dt, old_share, rate_slope)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
@@ -128,7 +132,40 @@ def accept(modal: Modal, scheme: Scheme, motion: KernelState, room: Room) -> Non
 
 
 @compiled
-def form_gaps_anew(modal: Modal, motion: KernelState) -> None:
+def form_gaps_anew(modal: Modal, motion: KernelState, room: Room) -> None:
     """Form the penetrations from the DOFs, so that round-off does not add up."""
     for i in range(len(motion.depth)):
         motion.depth[i] = -modal.initial_gap[i] - inner_product(modal.gaps[i], motion.q)
+    _close(motion.depth, room.opened)
+
+
+@compiled
+def _close(depths: Array, opened: Array) -> None:
+    """Take what walls have opened off depths, or off their rates; by itself, so that still walls change no digit."""
+    for i in range(len(depths)):
+        depths[i] -= opened[i]
+
+
+@compiled
+def move_walls(walls: WallRows, step: int, room: Room) -> None:
+    """Set by how much walls open the gaps in a step of a block."""
+    for motion in range(len(walls.loads)):
+        new, speed = walls.places[step + 1, motion], walls.speeds[step + 1, motion]
+        change = new - walls.places[step, motion]
+        for i in range(len(room.grown)):
+            growth = walls.growths[motion, i]
+            if motion == 0:
+                room.opened[i], room.grown[i], room.opening_speed[i] = 0.0, 0.0, 0.0
+            room.opened[i] += new * growth
+            room.grown[i] += change * growth
+            room.opening_speed[i] += speed * growth
+
+
+@compiled
+def wall_work(walls: WallRows, step: int, motion: int, room: Room) -> float:
+    """Return the work of a motion of walls in a solved step, J."""
+    pressed = 0.0
+    for i in range(len(room.grown)):
+        pressed += walls.growths[motion, i] * force_at(room, i)
+    work: float = -pressed * (walls.places[step + 1, motion] - walls.places[step, motion])
+    return work

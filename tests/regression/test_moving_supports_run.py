@@ -1,0 +1,78 @@
+"""Runs with supports that move: resumed, swept, on two ranks, and what their history says."""
+
+from __future__ import annotations
+
+import csv
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gapbeam
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.models.body_key import body_key
+from tests.parallel.test_ranks_agree import CLOSE, disagreements
+from tests.shared.command import alone, on_ranks
+from tests.shared.interrupted import differing, run_in_parts
+from tests.verification.test_moving_supports import WEIGHT, motion, tables
+
+MODELS = {"rigid": (2,), "full": (70,)}
+
+
+def written(folder: Path, model: str) -> Path:
+    """Write a case: one support shaken, the other one closing, and return its path."""
+    closing = {
+        "type": "clearance_change", "support": "left", "times": [0.0, 4.0e-3, 8.0e-3], "changes": [0.0, -2e-4, -9e-4],
+    }  # fmt: skip
+    case = tables(
+        [WEIGHT, motion("quake", "right", 1.0e-3, frequency=60.0), closing],
+        model={"type": model},
+        contact={"stiffness": 1.0e11, "damping": 1.0e6},
+        time={"end": 0.0121, "step": 1.0e-4} if model == "full" else {"end": 0.05, "step": 1.0e-4},
+        output={"errors": "none", "fields_interval": 4.0e-3},
+    )
+    path = folder / f"{model}.toml"
+    path.write_text(case_to_toml(gapbeam.read_case(case)))
+    return path
+
+
+@pytest.mark.parametrize("model", MODELS)
+def test_a_resumed_run_is_the_same(model: str, tmp_path: Path) -> None:
+    """Stopped and continued while walls move, compiled and step by step: no bit differs."""
+    case = written(tmp_path, model)
+    whole = gapbeam.run(case, (), tmp_path / "whole")
+    assert whole.exit_status == 0, whole.message
+    assert "accounted for to round-off" in whole.message
+    parts = run_in_parts(case, (), tmp_path / "parts", MODELS[model])
+    assert parts.exit_status == 0, parts.message
+    assert 0.0 < parts.summary["resumed"][0] < whole.summary["convergence"]["steps"]
+    assert differing(tmp_path / "whole", tmp_path / "parts") == []
+    history = gapbeam.open_results(tmp_path / "whole").history
+    assert history["load"].values.tolist() == ["gravity", "quake", "closure"]
+    assert np.all(np.max(np.abs(history["load_work"].values), axis=0) > 0.0)
+
+
+@alone
+def test_two_ranks_move_the_same_walls(tmp_path: Path) -> None:
+    """The mesh on two ranks, walls on each: histories agree."""
+    case = written(tmp_path, "full")
+    assert gapbeam.run(case, (), tmp_path / "1").exit_status == 0
+    done = on_ranks(2, "run", case, "--output", tmp_path / "2")
+    assert done.returncode == 0, done.stderr
+    results = [gapbeam.open_results(tmp_path / name) for name in ("1", "2")]
+    assert np.max(results[0].history["contact_force"].values) > 0.0
+    assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}
+
+
+def test_a_sweep_over_a_motion(tmp_path: Path) -> None:
+    """Amplitudes are swept by the name of the load, on one body; each response is that of a run with that amplitude."""
+    case = written(tmp_path, "rigid")
+    cases = [gapbeam.read_case(case, [f"load.quake.amplitude={value}"]) for value in (1.0e-4, 1.0e-3)]
+    assert body_key(cases[0]) == body_key(cases[1])
+    swept = gapbeam.sweep(case, {"load.quake.amplitude": [1.0e-4, 1.0e-3]}, output=tmp_path / "swept")
+    assert swept.exit_status == 0, swept.message
+    rows = list(csv.DictReader((tmp_path / "swept" / "sweep.csv").read_text().splitlines()))
+    for row, one in zip(rows, cases, strict=True):
+        alone_run = gapbeam.run(one, (), tmp_path / row["load.quake.amplitude"])
+        peaks = alone_run.summary["peak_contact_force"]
+        assert float(row["peak_force"]) == pytest.approx(max(peaks.values()), rel=1e-9)

@@ -57,6 +57,7 @@ class Recorder:
             "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
             "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
+            "moving": tuple(model.system.loads[one.load].name for one in model.system.contact.walls.motions),
             "gauge": tuple(probe.name for probe in model.case.probe if probe.stress),
         }
 
@@ -100,6 +101,8 @@ class Recorder:
             found |= self._probe_rows(instants)
         if self.labels["across"]:
             found["contact_resultant"] = instants.contact_resultant
+        if self.labels["moving"]:
+            found["wall_motion"] = self.model.system.contact.walls.places(instants.times)
         if self.gauges is not None:
             found["axial_stress"], found["von_mises_stress"] = self.gauges.stresses(instants.u)
         total = instants.kinetic + instants.strain + instants.contact

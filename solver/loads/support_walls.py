@@ -16,6 +16,8 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
 from gapbeam.solver.system.wall_motion import NO_WALLS, WallMotion, Walls
 
+NEAR = 1.0e-9  # m: round-off of places along the beam
+
 
 def moved_by(place: SupportWalls, layout: Layout) -> OneSupport | None:
     """Return the support whose walls move; None where there is none of that name, or no name and several supports."""
@@ -49,6 +51,23 @@ def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, di
         motions.append(WallMotion(number, s.value, s.rate))
         growths.append(_growth(support, unit, contact))
     return Walls(tuple(motions), np.array(growths)) if motions else NO_WALLS
+
+
+def shifts_at(loads: Sequence[Load], layout: Layout, places: Array, dimension: int) -> Array:
+    """Return by how much a unit of each motion of walls moves the support at places along the beam, (k, places, d).
+
+    Args:
+        loads: As in `walls_of`, in whose order the motions are.
+        layout: The supports.
+        places: x, (places,), m.
+        dimension: d.
+    """
+    found = list[Array]()
+    for load in loads:
+        if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
+            here = (places >= support.start - NEAR) & (places <= support.end + NEAR) & (not load.place.opens)
+            found.append(np.where(here[:, None], load_direction(load, dimension), 0.0))
+    return np.array(found)
 
 
 def _growth(support: OneSupport, unit: Placement, contact: ContactOperator) -> Array:

@@ -50,6 +50,12 @@ def test_a_resumed_run_is_the_same(model: str, tmp_path: Path) -> None:
     history = gapbeam.open_results(tmp_path / "whole").history
     assert history["load"].values.tolist() == ["gravity", "quake", "closure"]
     assert np.all(np.max(np.abs(history["load_work"].values), axis=0) > 0.0)
+    assert history["wall_motion"]["moving"].values.tolist() == ["quake", "closure"]
+    times = history["time"].values
+    assert history["wall_motion"].values[:, 0] == pytest.approx(
+        1.0e-3 * (np.cos(120.0 * np.pi * times) - 1.0), abs=1e-15
+    )
+    assert history["wall_motion"].values[-1, 1] == pytest.approx(-9.0e-4, abs=1e-18)
 
 
 @alone

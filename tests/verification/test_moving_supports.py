@@ -11,9 +11,11 @@ import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, TRAVEL
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import model_of
+from gapbeam.solver.run.assumptions.pose_rows import watch_of
 from gapbeam.solver.supports.support import Array
 from gapbeam.solver.system.semi_discrete import State
 
@@ -249,6 +251,10 @@ def test_a_beam_in_holes_that_move_sideways() -> None:
     ends = [probe.evaluate(states[k].u[0], simulation.model.system.operators) for k in (0, -1)]
     assert ends[1][1] - ends[0][1] == pytest.approx(-2.0 * amplitude, abs=2.0e-5)
     assert abs(ends[1][2]) < 1.5e-5
+    watch, last = watch_of(simulation.model), states[-1]
+    watch.see(np.array([last.time]), last.u[:1], np.array([1.0]))
+    assert 0.0 < watch.closest[ASIDE, 0] < 2.0e-5 / (0.5 * THICKNESS), "motion in the holes, not with them"
+    assert watch.closest[TRAVEL, 0] < 2.0e-5 / THICKNESS
     assert abs(ledger.residual) <= max(ledger.round_off, 1.0e-10 * ledger.exchanged)
 
 

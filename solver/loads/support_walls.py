@@ -45,12 +45,18 @@ def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, di
         s, support = load.time_function(), moved_by(load.place, layout)
         if support is None or s.rate is None:
             raise ValueError(f"the load {load.name} moves no support, or has no rate")
-        along = load_direction(load, dimension)
-        upward, sideways = float(along[-1]), float(along[1]) if dimension == 3 else 0.0
-        unit = Placement(1.0) if load.place.opens else Placement(0.0, upward, sideways)
         motions.append(WallMotion(number, s.value, s.rate))
-        growths.append(_growth(support, unit, contact))
+        growths.append(_growth(support, _unit(load, dimension), contact))
     return Walls(tuple(motions), np.array(growths)) if motions else NO_WALLS
+
+
+def interference(loads: Sequence[Load], layout: Layout) -> float:
+    """Return the largest interference of supports at any time, at least 0, m."""
+    least = {one.name: one.clearance for one in layout.supports}
+    for load in loads:
+        if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
+            least[support.name] += load.travel[0]
+    return max(0.0, *(-clearance for clearance in least.values()))
 
 
 def shifts_at(loads: Sequence[Load], layout: Layout, places: Array, dimension: int) -> Array:
@@ -68,6 +74,36 @@ def shifts_at(loads: Sequence[Load], layout: Layout, places: Array, dimension: i
             here = (places >= support.start - NEAR) & (places <= support.end + NEAR) & (not load.place.opens)
             found.append(np.where(here[:, None], load_direction(load, dimension), 0.0))
     return np.array(found)
+
+
+def face_motions(loads: Sequence[Load], layout: Layout, dimension: int) -> dict[str, dict[str, tuple[float, ...]]]:
+    """Return by how much a unit of each motion changes gap, offset and lateral of the faces that it moves.
+
+    Args:
+        loads: Those of a case.
+        layout: Its supports.
+        dimension: 2 or 3.
+
+    Returns:
+        The changes by the name of the load, by the name of the face.
+    """
+    found = dict[str, dict[str, tuple[float, ...]]]()
+    for load in loads:
+        if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
+            unit, none = (support.faces_at(placed) for placed in (_unit(load, dimension), Placement(0.0)))
+            for new, old in zip(unit, none, strict=True):
+                shapes = [(new.shape.get(key, 0.0), old.shape.get(key, 0.0)) for key in ("offset", "lateral")]
+                changes = (new.gap - old.gap, *(one - other for one, other in shapes))
+                found.setdefault(new.name, {})[load.name] = changes
+    return found
+
+
+def _unit(load: Load, dimension: int) -> Placement:
+    """Return where a unit of a motion of walls puts a support that was at no place."""
+    if isinstance(load.place, SupportWalls) and load.place.opens:
+        return Placement(1.0)
+    along = load_direction(load, dimension)
+    return Placement(0.0, float(along[-1]), float(along[1]) if dimension == 3 else 0.0)
 
 
 def _growth(support: OneSupport, unit: Placement, contact: ContactOperator) -> Array:

@@ -3,18 +3,22 @@
 from __future__ import annotations
 
 import csv
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.postprocess.figures.orbits_figure import rooms_at_probes, shifts_at_probes
+from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
+from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.models.body_key import body_key
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.shared.command import alone, on_ranks
 from tests.shared.interrupted import differing, run_in_parts
-from tests.verification.test_moving_supports import WEIGHT, motion, tables
+from tests.verification.test_moving_supports import LEFT, RIGHT, ROUND, WEIGHT, motion, tables
 
 MODELS = {"rigid": (2,), "full": (70,)}
 
@@ -56,6 +60,48 @@ def test_a_resumed_run_is_the_same(model: str, tmp_path: Path) -> None:
         1.0e-3 * (np.cos(120.0 * np.pi * times) - 1.0), abs=1e-15
     )
     assert history["wall_motion"].values[-1, 1] == pytest.approx(-9.0e-4, abs=1e-18)
+
+
+def test_results_know_where_walls_are(tmp_path: Path) -> None:
+    """Faces of the results, moved by `wall_motion`, stand where the support would be; pictures draw them there."""
+    case = written(tmp_path, "rigid")
+    assert gapbeam.run(case, (), tmp_path / "run").exit_status == 0
+    results = gapbeam.open_results(tmp_path / "run")
+    supports = supports_of(results.summary, results.case)
+    time = float(results.history["time"].values[123])
+    motions = wall_motions(results.history, time)
+    lifted = 1.0e-3 * (np.cos(120.0 * np.pi * time) - 1.0)
+    assert motions == {"quake": pytest.approx(lifted, abs=1e-15), "closure": pytest.approx(-9.0e-4)}
+    gaps = {face.face: face.moved(motions).gap for one in supports for face in one.faces}
+    half = 0.5e-3
+    assert gaps == {
+        "left_below": pytest.approx(half - 4.5e-4), "left_above": pytest.approx(half - 4.5e-4),
+        "right_below": pytest.approx(half - lifted), "right_above": pytest.approx(half + lifted),
+    }  # fmt: skip
+    corners = np.array([[0.0, -0.005, 0.0], [0.4, 0.005, 0.0]])
+    boxes = support_of(corners, 2, supports)
+    block = next(one for one in boxes.blocks if one.face == "right_below")
+    top = boxes.box(replace(block, met=block.met.moved(motions)), 10.0)[3]
+    assert top == pytest.approx(-0.005 + 10.0 * (lifted - half))
+    assert [path.suffix for path in gapbeam.render(tmp_path / "run", film=False)] == [".png", ".png"]
+
+
+def test_orbits_are_those_in_the_support_that_moves(tmp_path: Path) -> None:
+    """A probe in a hole that moves aside stays within its clearance of the middle of the hole."""
+    holes = [{**one, "clearance": 1.0e-4, "region": "hole"} for one in (LEFT, RIGHT)]
+    moved = motion("quake", "right", 1.0e-3, direction=[0.0, 1.0, 0.0], frequency=20.0)
+    case = tables(
+        [WEIGHT, moved], support=holes, **ROUND, probe=[{"name": "in_right", "point": 0.39}],
+        output={"errors": "none"}, contact={"stiffness": 1e12, "damping": 1e7}, time={"end": 0.04, "step": 1e-4},
+    )  # fmt: skip
+    assert gapbeam.run(case, (), tmp_path / "run").exit_status == 0
+    results = gapbeam.open_results(tmp_path / "run")
+    supports = supports_of(results.summary, results.case)
+    shifts = shifts_at_probes(results.case, supports, results.history)["in_right"]
+    path = results.history["displacement"].values[:, 0, 1:]
+    assert np.max(np.hypot(*path.T)) > 1.5e-3
+    assert np.max(np.hypot(*(path - shifts).T)) < 1.2e-4
+    assert rooms_at_probes(results.case, supports)["in_right"].max() == pytest.approx(1.0e-4, rel=1e-3)
 
 
 @alone

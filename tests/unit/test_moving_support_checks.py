@@ -4,11 +4,14 @@ from __future__ import annotations
 
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 import gapbeam
 from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.computed_defaults import contact_stiffness
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
+from gapbeam.solver.loads.support_walls import interference
 from tests.shared.case_texts import BEAM as HEAD
 from tests.shared.case_texts import assert_says, faults_of, written
 
@@ -123,3 +126,29 @@ def test_friction_around_a_moving_beam_is_refused() -> None:
         gapbeam.read_case(tables)
     closing = {"type": "clearance_change", "times": [0.0, 0.01], "changes": [0.0, -1e-5]}
     assert gapbeam.read_case(tables | {"load": [closing]}).load[0].travel == (-1e-5, 0.0)
+
+
+def test_rates_are_those_of_the_motions(tmp_path: Path) -> None:
+    """Of all loads that move a support, the rate is the derivative of the motion, by central differences."""
+    times = np.linspace(0.0, 0.2, 41)
+    (tmp_path / "w.csv").write_text("".join(f"{t:.9g} {1e-4 * np.sin(40.0 * t):.9g}\n" for t in times.tolist()))
+    recorded = '[[load]]\ntype = "recorded_support_motion"\nname = "r"\nsupport = "back"\nfile = "w.csv"\nramp = 0.03\n'
+    case = read_case(written(tmp_path, GOOD + recorded))
+    at, small = np.linspace(0.0023, 0.0983, 97), 1.0e-6
+    for load in case.load[1:]:
+        function = load.time_function()
+        assert function.rate is not None
+        slopes = (function.value(at + small) - function.value(at - small)) / (2.0 * small)
+        assert np.max(np.abs(slopes)) > 1.0e-4
+        assert function.rate(at) == pytest.approx(slopes, abs=1e-5 * np.max(np.abs(slopes)))
+
+
+def test_a_closure_counts_in_the_computed_stiffness() -> None:
+    """The interference that closures bring about is added up over the loads of a support; it stiffens the contact."""
+    second = CLOSURE.replace("-1e-4]", "-3e-4]") + 'name = "second"\n'
+    case = read_case_text(GOOD + second)
+    assert interference(case.load, case.layout) == pytest.approx(2e-4)
+    assert interference((), case.layout) == 0.0
+    open_case = read_case_text(GOOD)
+    stiff, soft = (contact_stiffness(one, 0.1, 1.0).value for one in (case, open_case))
+    assert stiff > 2.0 * soft

@@ -237,6 +237,17 @@ def test_walls_move_as_their_support_is_placed(name: str) -> None:
         assert found == pytest.approx(expected, abs=1e-15)
 
 
+def test_base_and_gland_move_as_one_support() -> None:
+    """[support] needs no name: a change of clearance moves the gland alone, a motion base and gland."""
+    closing = {"type": "clearance_change", "times": [0.0, 1.0], "changes": [0.0, -4.0e-5]}
+    lifting = {"type": "support_motion", "amplitude": 3.0e-5, "frequency": 0.25}
+    case = tables([WEIGHT, closing, lifting], support={"length": 0.05, "clearance": 1.0e-4})
+    contact = gapbeam.model(gapbeam.read_case(case)).model.system.contact
+    base = contact.faces == contact.face_names.index("base")
+    assert contact.walls.opened(1.0) == pytest.approx(np.where(base, -3.0e-5, 3.0e-5 - 4.0e-5), abs=1e-18)
+    assert contact.walls.grown(0.0, 1.0) == pytest.approx(contact.walls.opened(1.0), abs=1e-18)
+
+
 def test_a_beam_in_holes_that_move_sideways() -> None:
     """Both holes move aside by w: the seated beam comes along, in the middle of them as it was."""
     amplitude = 1.0e-3

@@ -224,7 +224,7 @@ def test_walls_move_as_their_support_is_placed(name: str) -> None:
         aside = {"direction": [0.0, 2.0, 0.0], "support": "right", "amplitude": -2.0e-5, "frequency": 0.25}
         loads.append({"type": "support_motion", "name": "aside", **aside})
         places["lateral"] = -2.0e-5
-    case = tables([WEIGHT, *loads], support=[LEFT | {"region": "slot"}, moved], **ROUND)
+    case = tables([WEIGHT, *loads], support=[LEFT, moved], **(ROUND if name in sideways else {}))
     model = gapbeam.model(gapbeam.read_case(case)).model
     body, contact = model.body, model.system.contact
     for number, (key, value) in enumerate(places.items()):

@@ -20,6 +20,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 
 SOFT = 2.0 * pi  # rad/s: springs on the mass that leave a free body its rigid motions, far below bending
+LOOKS = 1000  # at the speeds of supports over a run
 KICK = 2.0  # times the energy of the forced motion that a kick has at most
 _WHOLE = 1.0e-6
 
@@ -59,7 +60,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
 
     The velocity is a random combination of the rigid motions in the bending plane and of the shapes in which the
     loads bend the beam, (K + omega^2 M)^-1 f; its kinetic energy is uniform up to twice f^T (K + omega^2 M)^-1 f / 2
-    of the loads that drive.
+    of the loads that drive, and of the beam at the largest speeds of supports that move.
 
     Args:
         model: The model.
@@ -78,6 +79,9 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
     energy = 0.5 * sum(float(x) for x in model.system.dots([(x, f) for x, f in zip(shapes, forces, strict=True)]))
+    mass = case.material.density * case.beam.area * case.beam.length
+    speeds = model.system.contact.walls.speeds(np.linspace(0.0, case.time.end, LOOKS, dtype=np.float64))
+    energy += 0.5 * mass * float(np.sum(np.max(speeds**2, axis=0)))
     shapes += list(_rigid(model).T)
     velocity = np.zeros(operators.size)
     for shape in shapes:

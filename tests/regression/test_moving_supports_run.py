@@ -15,10 +15,11 @@ from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motion
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.models.body_key import body_key
+from gapbeam.studies.trials.starts import kicked
 from tests.parallel.test_ranks_agree import CLOSE, disagreements
 from tests.shared.command import alone, on_ranks
 from tests.shared.interrupted import differing, run_in_parts
-from tests.verification.test_moving_supports import LEFT, RIGHT, ROUND, WEIGHT, motion, tables
+from tests.verification.test_moving_supports import LEFT, MASS, RIGHT, ROUND, WEIGHT, motion, tables
 
 MODELS = {"rigid": (2,), "full": (70,)}
 
@@ -102,6 +103,20 @@ def test_orbits_are_those_in_the_support_that_moves(tmp_path: Path) -> None:
     assert np.max(np.hypot(*path.T)) > 1.5e-3
     assert np.max(np.hypot(*(path - shifts).T)) < 1.2e-4
     assert rooms_at_probes(results.case, supports)["in_right"].max() == pytest.approx(1.0e-4, rel=1e-3)
+
+
+def test_kicks_beside_supports_that_move(tmp_path: Path) -> None:
+    """Without a force, a kick has up to twice the energy of the beam at the speeds of its supports, at t = 0."""
+    model = gapbeam.model(gapbeam.read_case(written(tmp_path, "rigid"))).model
+    energies = []
+    for number in range(20):
+        state = kicked(model, number, seed=1).state
+        assert state.time == 0.0
+        energies.append(0.5 * float(state.v[0] @ state.v[1]))
+    assert min(energies) > 0.0
+    closing = model.case.load[2].time_function().value(np.linspace(0.0, 0.008, 8001))
+    fastest = np.array([120.0 * np.pi * 1.0e-3, np.max(np.abs(np.diff(closing))) / 1.0e-6])
+    assert max(energies) <= 2.0 * 0.5 * MASS * float(np.sum(fastest**2)) * (1.0 + 1e-5)
 
 
 @alone

@@ -12,7 +12,13 @@ from gapbeam.postprocess.figures.amplitude_spectrum import draw_amplitude_spectr
 from gapbeam.postprocess.figures.contact_figure import draw_contact
 from gapbeam.postprocess.figures.energy_figure import draw_energy
 from gapbeam.postprocess.figures.figure_style import journal_style, save
-from gapbeam.postprocess.figures.orbits_figure import draw_orbits, farthest, moves_in_space, rooms_at_probes
+from gapbeam.postprocess.figures.orbits_figure import (
+    draw_orbits,
+    farthest,
+    moves_in_space,
+    rooms_at_probes,
+    shifts_at_probes,
+)
 from gapbeam.postprocess.figures.period_peaks import draw_period_peaks
 from gapbeam.postprocess.figures.phase_portrait import draw_phase_portrait
 from gapbeam.postprocess.figures.response_curve import draw_response_curve
@@ -136,8 +142,10 @@ def _figures(results: Results, analysis: Analysis, harmonics: int, zoom: int) ->
         figures["time_history"] = lambda: draw_time_history(analysis, zoom)
         figures["phase_portrait"] = lambda: draw_phase_portrait(analysis)
         if moves_in_space(history):
-            rooms = rooms_at_probes(results.case, supports_of(results.summary, results.case), farthest(history))
-            figures["orbits"] = lambda: draw_orbits(history, analysis.settled_since(), rooms)
+            supports = supports_of(results.summary, results.case)
+            rooms = rooms_at_probes(results.case, supports, farthest(history))
+            shifts = shifts_at_probes(results.case, supports, history)
+            figures["orbits"] = lambda: draw_orbits(history, analysis.settled_since(), rooms, shifts)
     if any(one.per_period is not None for one in signals):
         figures["period_peaks"] = lambda: draw_period_peaks(analysis)
     if any(one is not None and one.spectrum is not None for one in (analysis.displacement, analysis.acceleration)):

@@ -91,6 +91,12 @@ HISTORY: tuple[HistoryVariable, ...] = (
     HistoryVariable("strain_energy", "J", ("time",), "elastic energy, restraint excluded"),
     HistoryVariable("restraint_energy", "J", ("time",), "energy in the weak restraint"),
     HistoryVariable("contact_energy", "J", ("time",), "potential of the contact stiffness"),
+    HistoryVariable(
+        "wall_motion",
+        "m",
+        ("time", "moving"),
+        "motion of the walls of a support by each load that moves one, or change of its clearance, since t = 0",
+    ),
     HistoryVariable("load_work", "J", ("time", "load"), "work of each load since t = 0"),
     HistoryVariable("structural_dissipation", "J", ("time",), "Rayleigh damping since t = 0"),
     HistoryVariable("contact_dissipation", "J", ("time",), "contact damping since t = 0"),

@@ -42,11 +42,11 @@ def entries_of(draw: Draw, key: str) -> Any:
         return _attached(draw, key)
     models = models_in(Load)
     static = [model for model in models if getattr(model, "static", False)]
-    moving = [model for model in models if model not in static]
+    moving = [model for model in models if model not in static and type_name(model) not in _of_walls()]
     wanted = [model for model in models if _in_focus(draw, "load", model)]
     chosen = [] if draw.chance.random() < WEIGHTLESS else [*static]
     chosen += wanted or [draw.chance.choice(moving)]
-    if draw.chance.random() < 0.25 or not any(model in moving for model in chosen):
+    if draw.chance.random() < 0.25 or all(model in static for model in chosen):
         chosen.append(draw.chance.choice(moving))
     return [draw.table(model) for model in dict.fromkeys(chosen)]
 
@@ -112,6 +112,9 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
         whole["support"] = [_region(one, whole["beam"]) for one in whole["support"]]
     dimension = whole["mesh"].get("dimension", 2)
     whole["load"] = [_load(draw, load, number, dimension) for number, load in enumerate(whole["load"])]
+    if isinstance(whole["support"], list):
+        last = {"support": whole["support"][-1]["name"]}
+        whole["load"] = [load | last if load["type"] in _of_walls() else load for load in whole["load"]]
     whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
     whole["damping"] = _damping(draw, whole.get("damping", {}))
     whole["contact"] = _contact(draw, whole["contact"], whole["time"].get("scheme"))
@@ -159,7 +162,7 @@ def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict
     size = {"velocity": 1.0 / speed, "displacement": 1.0 / speed**2}.get(load.get("quantity", ""), 1.0)
     named |= {key: size * load[key] for key in ("amplitude", "scale") if key in load}
     tilt = (draw.scene.seed * 7919 + number * 104729) % 1000 / 1000.0
-    if tilt < TILTED:
+    if tilt < TILTED and load["type"] not in _of_walls():
         sense = -1.0 if load["type"] in _downward() else 1.0
         share = round(4.0 * tilt, 3)
         named["direction"] = [share, sense] if dimension == 2 else [0.0, share, sense]
@@ -168,6 +171,11 @@ def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict
 
 def _downward() -> set[str]:
     return {type_name(model) for model in models_in(Load) if getattr(model, "static", False)}
+
+
+def _of_walls() -> set[str]:
+    """Return the types of the loads that move a support; each is drawn in its turn only."""
+    return {type_name(model) for model in models_in(Load) if "support" in model.model_fields}
 
 
 def _damping(draw: Draw, damping: dict[str, Any]) -> dict[str, Any]:

@@ -195,6 +195,12 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PointLoad", "point"): _point,
     ("HarmonicLoad", "amplitude"): _force,
     ("BaseMotion", "amplitude"): lambda chance, _: 9.81 * 10.0 ** chance.uniform(-1.0, 0.8),
+    ("MovingSupport", "support"): never,  # named where the loads are put together
+    ("HarmonicSupportMotion", "amplitude"): lambda chance, scene: abs(scene.clearance) * chance.choice((0.1, 1.0, 5.0)),
+    ("ClearanceChange", "times"): lambda _, scene: [share / scene.frequency for share in (0.0, 1.0, 1.5, 4.0)],
+    ("ClearanceChange", "changes"): lambda chance, scene: [
+        abs(scene.clearance) * share * chance.choice((-1.0, 1.0)) for share in (0.0, 0.3, 0.5, 0.2)
+    ],
     ("HarmonicLoad", "frequency"): _frequency,
     ("HarmonicLoad", "phase"): seldom(between(0.0, 360.0)),
     ("HarmonicLoad", "ramp"): _ramp,
@@ -208,6 +214,8 @@ RULES: dict[tuple[str, str], Rule] = {
     ("RecordedTable", "time_scale"): never,
     ("RecordedTable", "scale"): _force,
     ("RecordedMotion", "scale"): lambda chance, _: 9.81 * 10.0 ** chance.uniform(-1.0, 0.5),
+    ("RecordedSupportMotion", "scale"): lambda chance, scene: abs(scene.clearance) * chance.choice((0.1, 1.0, 5.0)),
+    ("RecordedSupportMotion", "offset"): never,
     ("RecordedTable", "offset"): seldom(lambda chance, scene: 0.1 * 9.81 * scene.mass * chance.uniform(-1, 1), 0.1),
     ("RecordedTable", "start"): seldom(lambda chance, scene: chance.choice((0.0, 0.5)) / scene.frequency),
     ("RecordedTable", "ramp"): _ramp,

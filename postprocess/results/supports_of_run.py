@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
+import xarray as xr
 
 
 class RunFace(NamedTuple):
@@ -22,6 +23,7 @@ class RunFace(NamedTuple):
         angles: Directions in which `recesses` hold, degrees from straight down, positive toward +y; none: all alike.
         recesses: How much farther away than the gap the wall is there, m.
         flat: Whether it is made of flat walls in these directions, and not of a curve through them.
+        moves: By how much gap, offset and lateral change with a unit of a `wall_motion`, for all that move it, by name.
     """
 
     face: str
@@ -34,6 +36,19 @@ class RunFace(NamedTuple):
     angles: tuple[float, ...] = ()
     recesses: tuple[float, ...] = ()
     flat: bool = False
+    moves: tuple[tuple[str, tuple[float, float, float]], ...] = ()
+
+    def moved(self, motions: Mapping[str, float]) -> RunFace:
+        """Return the face where motions of walls have brought it.
+
+        Args:
+            motions: `wall_motion` by its name, m.
+        """
+        gap, offset, lateral = self.gap, self.offset, self.lateral
+        for name, change in self.moves:
+            by = motions.get(name, 0.0)
+            gap, offset, lateral = gap + by * change[0], offset + by * change[1], lateral + by * change[2]
+        return self._replace(gap=gap, offset=offset, lateral=lateral)
 
     def walls(self, scale: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
         """Return directions and distances of planes around the axis of the beam that bound its motion.
@@ -98,7 +113,17 @@ def _face(described: Mapping[str, Any]) -> RunFace:
     side = described["side"]
     offset, lateral, tilt = (float(described.get(key, 0.0)) for key in ("offset", "lateral", "tilt"))
     angles, recesses = (tuple(map(float, described.get(key, ()))) for key in ("angles", "recesses"))
+    found = (described.get("moves") or {}).items()
+    moves = tuple((str(name), (float(gap), float(up), float(aside))) for name, (gap, up, aside) in found)
     return RunFace(
         str(described["name"]), side == "below", float(described["gap"]), side == "around",
-        offset, lateral, tilt, angles, recesses, bool(described.get("flat")),
+        offset, lateral, tilt, angles, recesses, bool(described.get("flat")), moves,
     )  # fmt: skip
+
+
+def wall_motions(history: xr.Dataset, time: float) -> dict[str, float]:
+    """Return how far each motion of walls has gone at a time, linear between records, m, by its name."""
+    if "wall_motion" not in history:
+        return {}
+    times, found = history["time"].values, history["wall_motion"]
+    return {str(name): float(np.interp(time, times, found.sel(moving=name).values)) for name in found["moving"].values}

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -72,7 +74,7 @@ class View:
         rest = body.edges.mesh.copy()
         rest.points = body.edges.rest - (0.0, 0.0, 1e-3 if flat else 0.0)  # in 2D behind the beam
         _add(plotter, rest, color=REST, line_width=0.7 * line, lighting=False)
-        _add_blocks(plotter, support, scale, line)
+        self._support, self._moving = support, _add_blocks(plotter, support, scale, line)
         _add(plotter, body.skin.mesh, color=BEAM, scalars=None, **shade)
         _add(plotter, body.edges.mesh, color=EDGE, scalars=None, line_width=line, lighting=False)
         _add(
@@ -85,8 +87,17 @@ class View:
             _look_from(plotter, window, support, size, np.array(direction))
         self._plotter = plotter
 
-    def picture(self, frame: Frame) -> np.ndarray:
-        """Draw one frame, (height, width, 3), 8 bits."""
+    def picture(self, frame: Frame, motions: Mapping[str, float] | None = None) -> np.ndarray:
+        """Draw one frame, (height, width, 3), 8 bits.
+
+        Args:
+            frame: The fields.
+            motions: `wall_motion` by its name, m; None: walls are where they were at t = 0.
+        """
+        for piece, meshes in self._moving:
+            here = replace(piece, met=piece.met.moved(motions or {}))
+            for mesh, moved in zip(meshes, _drawn(self._support, here, self._scale), strict=True):
+                mesh.copy_from(moved)
         for part in self._body.parts:
             part.move(frame.displacement, self._scale)
         self._body.faces.color(frame.contact_pressure)
@@ -117,31 +128,40 @@ def _colors(largest_pressure: float, flat: bool) -> pv.LookupTable:
     return table
 
 
-def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: float) -> None:
-    flat = support.dimension == 2
+Meshes = tuple[pv.PolyData, pv.PolyData]
+
+
+def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: float) -> list[tuple[FaceBox, Meshes]]:
+    """Draw the faces of all supports; return those that move, with their surface and edges.
+
+    One around the beam is a ring that one can see through.
+    """
+    flat, moving = support.dimension == 2, list[tuple[FaceBox, Meshes]]()
     for piece in support.blocks:
+        surface, edges = _drawn(support, piece, scale)
         if piece.around:
-            _add_ring(plotter, support, piece, scale, line)
-            continue
-        box, color = support.box(piece, scale), BELOW if piece.below else ABOVE
-        opacity = 1.0 if flat or piece.below else 0.5
-        corners = [(box[0], box[2], 0.0), (box[1], box[2], 0.0), (box[1], box[3], 0.0)]
-        block = pv.Rectangle(corners) if flat else pv.Box(bounds=box)
-        block.points[:, 1 if flat else 2] += piece.rise(block.points[:, 0], scale)
-        plotter.add_mesh(block, color=color, opacity=opacity, lighting=not flat, ambient=0.0 if flat else 0.3)
-        edges = block.extract_feature_edges(boundary_edges=flat, non_manifold_edges=False, manifold_edges=False)
+            plotter.add_mesh(surface, color=BELOW, opacity=0.35, lighting=True, ambient=0.3)
+        else:
+            color, opacity = BELOW if piece.below else ABOVE, 1.0 if flat or piece.below else 0.5
+            plotter.add_mesh(surface, color=color, opacity=opacity, lighting=not flat, ambient=0.0 if flat else 0.3)
         plotter.add_mesh(edges, color=EDGE, line_width=line, lighting=False)
+        if piece.met.moves:
+            moving.append((piece, (surface, edges)))
+    return moving
 
 
-def _add_ring(plotter: pv.Plotter, support: SupportBoxes, piece: FaceBox, scale: float, line: float) -> None:
-    """Draw a support around the beam as a ring that one can see through."""
-    box = support.box(piece, scale)
-    middle = 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
-    ring = ring_of(piece.met, piece.along, middle, support.thickness, scale)
-    ring.points[:, 2] += piece.rise(ring.points[:, 0], scale)
-    plotter.add_mesh(ring, color=BELOW, opacity=0.35, lighting=True, ambient=0.3)
-    edges = ring.extract_feature_edges(feature_angle=25.0, boundary_edges=False, non_manifold_edges=False)
-    plotter.add_mesh(edges, color=EDGE, line_width=line, lighting=False)
+def _drawn(support: SupportBoxes, piece: FaceBox, scale: float) -> Meshes:
+    """Return surface and edges of a face of a support."""
+    box, flat = support.box(piece, scale), support.dimension == 2
+    if piece.around:
+        middle = 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
+        ring = ring_of(piece.met, piece.along, middle, support.thickness, scale)
+        ring.points[:, 2] += piece.rise(ring.points[:, 0], scale)
+        return ring, ring.extract_feature_edges(feature_angle=25.0, boundary_edges=False, non_manifold_edges=False)
+    corners = [(box[0], box[2], 0.0), (box[1], box[2], 0.0), (box[1], box[3], 0.0)]
+    block = pv.Rectangle(corners) if flat else pv.Box(bounds=box)
+    block.points[:, 1 if flat else 2] += piece.rise(block.points[:, 0], scale)
+    return block, block.extract_feature_edges(boundary_edges=flat, non_manifold_edges=False, manifold_edges=False)
 
 
 def _look_flat(plotter: Any, window: Window) -> None:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results.results import Results
-from gapbeam.postprocess.results.supports_of_run import supports_of
+from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
 from gapbeam.postprocess.scene.attached_marks import marks_of
 from gapbeam.postprocess.scene.beam_surface import body_of
 from gapbeam.postprocess.scene.camera_view import View
@@ -49,7 +49,7 @@ class Studio:
             size: Of the sheet, pixels.
             frames_per_second: Of the film; 0 for no film.
         """
-        self._fields = fields
+        self._fields, self._history = fields, results.history
         supports = supports_of(results.summary, results.case)
         support = support_of(fields.points, fields.dimension, supports, loudest_face(results))
         motion = motion_of(fields, support.shown_near)
@@ -103,7 +103,8 @@ class Studio:
     def draw(self, index: int, remark: str = "") -> np.ndarray:
         """Draw the sheet of one frame, (height, width, 3), 8 bits."""
         frame = self._fields.frame(index)
-        whole, near = (view.picture(frame) for view in self._views)
+        motions = wall_motions(self._history, frame.time)
+        whole, near = (view.picture(frame, motions) for view in self._views)
         return self._sheet.fill(frame, whole, near, remark)
 
     def close(self) -> None:

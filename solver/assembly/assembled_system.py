@@ -27,7 +27,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import load_direction
-from gapbeam.solver.loads.places import PointForce, SupportAcceleration
+from gapbeam.solver.loads.places import PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.system_loads import make_loads
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Operators, RankOnes
@@ -63,7 +63,7 @@ def assembled_system(
     mass, stiffness, damping = np.array([one.added for one in fixed]).T
     for number, load in enumerate(case.load):
         place = load.place
-        if not isinstance(place, PointForce):
+        if not isinstance(place, PointForce | SupportWalls):
             driven = np.array([one.shaken if isinstance(place, SupportAcceleration) else one.weight for one in fixed])
             along = np.array([one.along @ load_direction(load, dimension) for one in fixed])
             loads[number] = replace(loads[number], pattern=loads[number].pattern + (driven * along) @ rows)

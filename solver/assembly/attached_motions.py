@@ -17,6 +17,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, FullModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes, is_symmetric
 from gapbeam.solver.loads.attachment import Attachment
+from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.system.operators import Array, RankOnes
 
 HARD = 1.0e4  # times the stiffness of a section over its thickness
@@ -77,7 +78,8 @@ def acting_rows(case: Case, patterns: Sequence[Array]) -> list[Array]:
         case: The case.
         patterns: As in `attached_rows`.
     """
-    return [*patterns[: len(case.load)], *(row for one, row in attached_rows(case, patterns) if not one.spread)]
+    of_loads = [row for load, row in zip(case.load, patterns, strict=False) if not isinstance(load.place, SupportWalls)]
+    return [*of_loads, *(row for one, row in attached_rows(case, patterns) if not one.spread)]
 
 
 def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:

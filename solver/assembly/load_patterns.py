@@ -3,6 +3,7 @@
 * A force at a point: f = N(x_p)^T e.
 * A uniform acceleration of all mass, such as gravity: f = M e, with the consistent mass matrix.
 * An acceleration of the support: the equations are solved in its frame, where f = -M e.
+* A motion of the walls of one support: no force but that of contact.
 """
 
 from __future__ import annotations
@@ -16,7 +17,7 @@ from gapbeam.solver.assembly.section_rows import row_at, section_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import load_direction
-from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
+from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.system.operators import Array, Operators
 
 
@@ -43,5 +44,7 @@ def _pattern(case: Case, load: Load, space: Any, operators: Operators) -> Array:
             return row_at(case, space, point, f"[[load]] {load.name}").force(direction, operators.size)
         case BodyForce() | SupportAcceleration():
             return operators.apply_mass(np.tile(direction, operators.size // dimension))
+        case SupportWalls():
+            return np.zeros(operators.size)
         case unknown:
             assert_never(unknown)

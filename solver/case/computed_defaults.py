@@ -10,7 +10,8 @@ from typing import assert_never
 from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.contact_table import Friction
-from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
+from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.support_walls import interference
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
@@ -90,7 +91,7 @@ def support_reaction(case: Case) -> float:
                 added = load.static_force
                 force = load.peak + (abs(added.force) if added is not None else 0.0)
                 moment += force * layout.arm(float(x))
-            case BodyForce() | SupportAcceleration():
+            case BodyForce() | SupportAcceleration() | SupportWalls():
                 moment += mass * load.peak * lever
             case unknown:
                 assert_never(unknown)
@@ -149,9 +150,9 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
         reason = f"{computed.share:g} E/h: {computed.reason} ({body_words})"
         return Default("contact.stiffness", computed.share * body, "Pa/m", reason, computed.consequence)
     pressure = IMPACT * support_reaction(case) / (case.beam.width * cell_length)
-    clearance, interference = abs(case.layout.clearance), case.layout.interference
-    if interference > 0.0:
-        pressure += case.material.young_modulus * interference / case.beam.thickness
+    clearance, squeezed = abs(case.layout.clearance), interference(case.load, case.layout)
+    if squeezed > 0.0:
+        pressure += case.material.young_modulus * squeezed / case.beam.thickness
     wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
     trusted = case.time.scheme.contact_range_on(case.contact.mass == "redistributed")
     limit, least = trusted.stiffest * body, trusted.softest * body

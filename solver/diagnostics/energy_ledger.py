@@ -126,9 +126,10 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
         pairs.append(_slip_and_friction(system, moved, stage.traction))
     kinetic, strain, structural, inner, *load_work = system.dots(pairs)
     friction_loss = -float(load_work.pop()) if stage.traction is not None else 0.0
-    works = stage.load_factors * np.array(load_work)
-    driven = np.array([not load.static for load in system.loads], dtype=bool)
     weights, deeper = system.contact.weights, system.contact.closing(old, new, system.operators)
+    works = stage.load_factors * np.array(load_work)
+    works = works + system.contact.walls.works(weights * stage.pressure, old.time, new.time, len(works))
+    driven = np.array([not load.static for load in system.loads], dtype=bool)
     measured = StepEnergies(
         kinetic=0.5 * float(kinetic),
         strain=0.5 * float(strain),

@@ -14,7 +14,8 @@ from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.record_table import COMPONENTS, TANGENTS
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import Load, State
+from gapbeam.solver.system.semi_discrete import State
+from gapbeam.solver.system.system_load import Load
 
 if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model
@@ -56,6 +57,7 @@ class Recorder:
             "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
             "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
+            "moving": tuple(model.system.loads[one.load].name for one in model.system.contact.walls.motions),
             "gauge": tuple(probe.name for probe in model.case.probe if probe.stress),
         }
 
@@ -99,6 +101,8 @@ class Recorder:
             found |= self._probe_rows(instants)
         if self.labels["across"]:
             found["contact_resultant"] = instants.contact_resultant
+        if self.labels["moving"]:
+            found["wall_motion"] = self.model.system.contact.walls.places(instants.times)
         if self.gauges is not None:
             found["axial_stress"], found["von_mises_stress"] = self.gauges.stresses(instants.u)
         total = instants.kinetic + instants.strain + instants.contact

@@ -74,7 +74,7 @@ class CentralDifference(TimeScheme):
         force = system.combine_loads(factors) - system.mass_damping * middle[MASS]
         if system.dashpots is not None:
             force -= system.dashpots.apply(middle[VALUE], operators)
-        depth = contact.depth(contact.interface.trace(u[VALUE], operators))
+        depth = contact.depth(contact.interface.trace(u[VALUE], operators), old.time + dt)
         seconds, iterations, unresolved = 0.0, 0, 0.0
         if system.contact_is_massless:
             right_side = force - u[STIFFNESS] - lag * middle[STIFFNESS]

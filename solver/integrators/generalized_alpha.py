@@ -114,8 +114,8 @@ class AlphaFamily(TimeScheme):
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
         trace = contact.interface.trace
-        guess_depth = contact.depth(trace(u_guess[VALUE], operators))
-        guess_rate = -(contact.gap_matrix @ trace(v_guess[VALUE], operators))
+        guess_depth = contact.depth(trace(u_guess[VALUE], operators), old.time + dt)
+        guess_rate = contact.closing_speed(trace(v_guess[VALUE], operators), old.time + dt)
         scale = beta * dt * dt
         rate_slope = gamma / (beta * dt)
 

@@ -75,7 +75,8 @@ class Midpoint(TimeScheme):
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
         free_trace = contact.interface.trace(free, operators)
-        free_depth = old.depth - dt * (contact.gap_matrix @ free_trace)
+        opened = contact.walls.grown(old.time, old.time + dt)
+        free_depth = old.depth - dt * (contact.gap_matrix @ free_trace) - opened
         solution = solve_contact_and_friction(
             Sliding.of(law, contact, 1.0, free_trace, old),
             condensed,

@@ -79,14 +79,14 @@ class MoreauJean(TimeScheme):
         contact, operators, theta = system.contact, system.operators, self.theta
         factors = system.load_factors(old.time + theta * dt)
         right_side = system.combine_loads(factors) + old.v[MASS] / (theta * dt) - old.u[STIFFNESS]
-        old_rate = -(contact.gap_matrix @ contact.interface.trace(old.v[VALUE], operators))
+        old_rate = contact.closing_speed(contact.interface.trace(old.v[VALUE], operators), old.time)
         closed = old.depth + 0.5 * dt * old_rate >= 0.0
         held = hold(system, right_side, np.where(closed, old.pressure, 0.0))
         started = time.perf_counter()
         free = condensed.solve_free(right_side)
         solved = time.perf_counter()
         free_trace = contact.interface.trace(free, operators)
-        free_rate = -(contact.gap_matrix @ free_trace)
+        free_rate = -(contact.gap_matrix @ free_trace) - contact.walls.grown(old.time, old.time + dt) / dt
         allowed = (1.0 - theta - theta * self.restitution) * old_rate
         assert isinstance(condensed, CondensedOperator)  # impulses are solved for with a factor
         stiffness = 1.0 / (RIGID * dt * np.maximum(condensed.diagonal, 1e-300) * contact.weights)

@@ -7,14 +7,26 @@ from typing import Annotated
 from pydantic import Field
 
 from gapbeam.solver.loads.base_motion import BaseMotion
+from gapbeam.solver.loads.clearance_change import ClearanceChange
 from gapbeam.solver.loads.exciter import Exciter
 from gapbeam.solver.loads.gravity import Gravity
 from gapbeam.solver.loads.harmonic_force import HarmonicForce
+from gapbeam.solver.loads.harmonic_support_motion import HarmonicSupportMotion
 from gapbeam.solver.loads.recorded_force import RecordedForce
 from gapbeam.solver.loads.recorded_motion import RecordedMotion
+from gapbeam.solver.loads.recorded_support_motion import RecordedSupportMotion
 
 Load = Annotated[
-    Gravity | HarmonicForce | Exciter | BaseMotion | RecordedForce | RecordedMotion, Field(discriminator="type")
+    Gravity
+    | HarmonicForce
+    | Exciter
+    | BaseMotion
+    | RecordedForce
+    | RecordedMotion
+    | HarmonicSupportMotion
+    | RecordedSupportMotion
+    | ClearanceChange,
+    Field(discriminator="type"),
 ]
 
 NO_LOADS: tuple[Load, ...] = ()

@@ -40,7 +40,7 @@ class LoadTable(Table, ABC):
 
     @abstractmethod
     def time_function(self) -> TimeFunction:
-        """Return s(t): a force, N, or an acceleration, m/s^2.
+        """Return s(t): a force, N, an acceleration, m/s^2, or with its rate the motion of walls, m.
 
         Raises:
             UserError: A file that it is read from cannot be used.
@@ -49,7 +49,7 @@ class LoadTable(Table, ABC):
     @property
     @abstractmethod
     def peak(self) -> float:
-        """Largest |s|, N or m/s^2, without the smooth start."""
+        """Largest |s|, N or m/s^2, without the smooth start; of the motion of walls the largest acceleration."""
 
     @property
     @abstractmethod
@@ -98,6 +98,11 @@ class LoadTable(Table, ABC):
     def static_force(self) -> StaticForce | None:
         """A constant force beside s, at the same place and along the same direction; it is part of the seat."""
         return None
+
+    @property
+    def travel(self) -> tuple[float, float]:
+        """Least and largest change of a clearance, m; zeros for loads that change none."""
+        return 0.0, 0.0
 
     @property
     def curve_units(self) -> Mapping[str, str]:

@@ -33,4 +33,19 @@ class SupportAcceleration:
     point: ClassVar[None] = None
 
 
-Place = PointForce | BodyForce | SupportAcceleration
+@dataclass(frozen=True)
+class SupportWalls:
+    """The walls of one support, which move in the frame of all supports: no force, but gaps that change by s, in m.
+
+    Attributes:
+        support: Name of the support; None: the only one.
+        opens: Whether s is added to its clearance, or moves it along the direction of the load.
+    """
+
+    support: str | None
+    opens: bool
+
+    point: ClassVar[None] = None
+
+
+Place = PointForce | BodyForce | SupportAcceleration | SupportWalls

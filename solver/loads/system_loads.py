@@ -13,10 +13,10 @@ import numpy as np
 
 from gapbeam.solver.loads.load_choice import Load as CaseLoad
 from gapbeam.solver.loads.load_directions import load_direction
-from gapbeam.solver.loads.places import SupportAcceleration
+from gapbeam.solver.loads.places import SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.time_function import constant
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import Load
+from gapbeam.solver.system.system_load import Load
 
 
 def make_loads(loads: Sequence[CaseLoad], patterns: Sequence[Array], dimension: int) -> tuple[Load, ...]:
@@ -35,8 +35,8 @@ def make_loads(loads: Sequence[CaseLoad], patterns: Sequence[Array], dimension: 
 
 
 def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
-    """Return one load; that of a moving support with the motion of its frame."""
-    s = load.time_function()
+    """Return one load; that of moving supports with the motion of their frame, that of one support without force."""
+    s = constant(0.0) if isinstance(load.place, SupportWalls) else load.time_function()
     if not isinstance(load.place, SupportAcceleration):
         return Load(load.name, pattern, s.value, static=load.static, of_arrays=True)
     return Load(

@@ -19,10 +19,12 @@ class TimeFunction:
     Attributes:
         value: s at a time, or at each of an array of times.
         mean: Mean of s over intervals from starts, (times,), to ends, (times,).
+        rate: Derivative of s, where s moves a wall.
     """
 
     value: Callable[[Any], Any]
     mean: Callable[[Array, Array], Array]
+    rate: Callable[[Any], Any] | None = None
 
 
 def constant(value: float) -> TimeFunction:
@@ -30,13 +32,14 @@ def constant(value: float) -> TimeFunction:
     return TimeFunction(lambda _time: value, lambda starts, _ends: np.full(np.shape(starts), value))
 
 
-def smooth(value: Callable[[Any], Any]) -> TimeFunction:
+def smooth(value: Callable[[Any], Any], rate: Callable[[Any], Any] | None = None) -> TimeFunction:
     """Return a function that polynomials follow well over a step; its mean is found by quadrature.
 
     Args:
         value: s at a time, or at each of an array of times.
+        rate: Its derivative, where it moves a wall.
     """
-    return TimeFunction(value, partial(quadrature_mean, value))
+    return TimeFunction(value, partial(quadrature_mean, value), rate)
 
 
 def quadrature_mean(value: Callable[[Any], Any], start: Any, end: Any) -> Any:

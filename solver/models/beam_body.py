@@ -28,7 +28,7 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.loads.load_directions import axis_point, load_direction
-from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
+from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.models.body import Body, MeshedBeam, gathered, point_rule
 from gapbeam.solver.models.reduction.held_motions import held
 from gapbeam.solver.models.reduction.line_points import gathered_points
@@ -136,6 +136,8 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
                 patterns.append(beam.across(axis_point(point)[:1], along[None]).toarray()[0])
             case BodyForce() | SupportAcceleration():
                 patterns.append(operators.apply_mass(beam.uniform(along)))
+            case SupportWalls():
+                patterns.append(np.zeros(operators.size))
             case unknown:
                 assert_never(unknown)
     patterns += [beam.mean_motion(one.motion) for one in attached_motions(case)]

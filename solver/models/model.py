@@ -28,6 +28,7 @@ from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel, 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
 from gapbeam.solver.integrators.stable_step import stable_step
+from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
 from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
@@ -201,7 +202,9 @@ def model_of(case: Case, body: Body) -> Model:
     setting = contact_setting(case, body)
     contact = body.contact.with_gaps_of(case.layout.faces)
     support = contact.support.with_stiffness(setting.face_stiffness)
-    contact = replace(contact, support=support)
+    dimension = body.meshed.space.mesh.geometry.dim
+    walls = walls_of(case.load, case.layout, contact, dimension)
+    contact = replace(contact, support=support, walls=walls)
     asked, (case, computed) = case, with_time_step(case, support.stiffness_per_area)
     law = make_law(
         case.contact.law,
@@ -219,7 +222,6 @@ def model_of(case: Case, body: Body) -> Model:
         creep = slip_velocity(case, case.contact.rubs)
         law = replace(law, friction=CoulombFriction(friction_coefficients(case, body), creep.value))
         defaults = (*defaults, creep)
-    dimension = body.meshed.space.mesh.geometry.dim
     system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
     if case.time.scheme.explicit:
         case, computed = with_stable_step(asked, case, computed, stable_step(system, law))

@@ -51,7 +51,11 @@ class BaseAndGland(Table):
     @property
     def faces(self) -> tuple[Face, ...]:
         """The base touches the undeformed beam, and the gland stands the clearance above it."""
-        return Face("base", 1.0, 0.0), Face("gland", -1.0, self.clearance)
+        return self.faces_at(Placement(self.clearance))
+
+    def faces_at(self, placed: Placement) -> tuple[Face, ...]:
+        """Return base and gland at another place."""
+        return Face("base", 1.0, 0.0 - placed.offset), Face("gland", -1.0, placed.clearance + placed.offset)
 
     def without_play(self) -> BaseAndGland:
         """Return the support with everything taken out that changes its gaps and its contact law alone."""
@@ -111,7 +115,11 @@ class _OneOfSeveral(AlongBeam):
     def faces(self) -> tuple[Face, ...]:
         """The faces of the region, named after the support and where they are: front_below."""
         middle = 0.5 * (self.start + self.end)
-        return self.region.faces(self.name, Placement(self.clearance, self.offset, self.lateral, self.tilt, middle))
+        return self.faces_at(Placement(self.clearance, self.offset, self.lateral, self.tilt, middle))
+
+    def faces_at(self, placed: Placement) -> tuple[Face, ...]:
+        """Return the faces at another place."""
+        return self.region.faces(self.name, placed)
 
     def without_play(self) -> _OneOfSeveral:
         """Return the support with everything taken out that changes its gaps and its contact law alone."""

@@ -1,9 +1,11 @@
 """The semi-discrete system: the equation of motion with contact.
 
-    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p) + T^T (w t),    C = c_M M + c_K K + dashpots,    g = g0 + G u
+    M a + C v + K u = sum_k s_k(t) f_k + H^T (w p) + T^T (w t),    C = c_M M + c_K K + dashpots,
+    g = g0 + G u + W(t)
 
 G (m x n) takes degrees of freedom to the gap at m contact points, H puts pressures back as forces, w (m) are areas, p
-the contact pressure. H = G but for Nitsche's method, where both contain the stress (`nitsche`). With friction,
+the contact pressure, W by how much walls that move open the gaps (`wall_motion`). H = G but for Nitsche's method, where
+both contain the stress (`nitsche`). With friction,
 T takes them to the motion along the faces, and t is the tangential traction (`laws.coulomb_friction`).
 Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
 never know which. Vectors are numpy arrays of the part that this rank owns.
@@ -11,16 +13,17 @@ never know which. Vectors are numpy arrays of the part that this rank owns.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
+from gapbeam.solver.system.system_load import Load
+from gapbeam.solver.system.wall_motion import NO_WALLS, Walls
 
 
 @dataclass(frozen=True)
@@ -39,6 +42,7 @@ class ContactOperator:
         geometry_matrix: G without the stress of Nitsche's method, (m, interface.size); None: G.
         tangents: T on the interface DOFs, (m k, interface.size), point by point: the motion along x and, in 3D, across;
             k = 1 or 2. None: without friction.
+        walls: The motion of walls, of gaps since t = 0.
     """
 
     interface: Interface
@@ -51,6 +55,7 @@ class ContactOperator:
     force_matrix: csr_matrix | None = None
     geometry_matrix: csr_matrix | None = None
     tangents: csr_matrix | None = None
+    walls: Walls = NO_WALLS
 
     @property
     def symmetric(self) -> bool:
@@ -88,20 +93,24 @@ class ContactOperator:
         support, growth = self.support.with_gaps_of(faces, self.faces, self.positions)
         return replace(self, support=support, initial_gap=self.initial_gap + growth)
 
-    def depth(self, interface_values: Array) -> Array:
-        """Return what the law takes, d = -(g0 + G u), (m,), m; negative where the gap is open."""
-        return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values))
+    def depth(self, interface_values: Array, time: float = 0.0) -> Array:
+        """Return what the law takes at a time, d = -(g0 + G u + W), (m,), m; negative where the gap is open."""
+        return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values) - self.walls.opened(time))
 
-    def penetration(self, interface_values: Array) -> Array:
-        """Return the penetration of the faces themselves, (m,), m: the same but for Nitsche's method."""
+    def closing_speed(self, interface_values: Array, time: float) -> Array:
+        """Return d' = -(G v + W'), (m,), m/s, of velocities on the interface DOFs at a time."""
+        return np.asarray(-(self.gap_matrix @ interface_values) - self.walls.opening_speed(time))
+
+    def penetration(self, interface_values: Array, time: float = 0.0) -> Array:
+        """Return the penetration of the faces themselves at a time, (m,), m: the same but for Nitsche's method."""
         matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
-        return np.asarray(-(self.initial_gap + matrix @ interface_values))
+        return np.asarray(-(self.initial_gap + matrix @ interface_values) - self.walls.opened(time))
 
     def penetration_of(self, state: State, operators: Operators) -> Array:
         """Return the penetration of the faces in a state, (m,), m. Collective for Nitsche's method."""
         if self.geometry_matrix is None:
             return state.depth
-        return self.penetration(self.interface.trace(state.u[VALUE], operators))
+        return self.penetration(self.interface.trace(state.u[VALUE], operators), state.time)
 
     def springs(self, stiffness: float) -> Springs:
         """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed."""
@@ -131,40 +140,11 @@ class ContactOperator:
         return csr_matrix((self.interface.size, 0) if self.tangents is None else self.tangents.T)
 
     def closing(self, old: State, new: State, operators: Operators) -> Array:
-        """Return -H (u1 - u0), (m,), m: what point forces do work on. Collective where H is not G."""
+        """Return -(H (u1 - u0) + W1 - W0), (m,), m: what point forces do work on. Collective where H is not G."""
         if self.symmetric:
             return new.depth - old.depth
-        return np.asarray(-(self.resultants.T @ self.interface.trace(new.u[VALUE] - old.u[VALUE], operators)))
-
-
-@dataclass(frozen=True)
-class Load:
-    """A spatial pattern times a function of time, with the motion of the frame where it is an inertia load.
-
-    Attributes:
-        name: Name in the case file.
-        pattern: Nodal forces per unit factor, (n,), N.
-        factor: s(t).
-        static: Whether it acts on the seat before t = 0.
-        frame_direction: Direction of a base motion with acceleration s(t), (3,), or None for other loads.
-        frame_mean: Mean of s over intervals from starts, (times,), to ends, (times,), for base motion.
-        of_arrays: Whether s also takes an array of times.
-    """
-
-    name: str
-    pattern: Array
-    factor: Callable[[float], float]
-    static: bool = False
-    frame_direction: Array | None = None
-    frame_mean: Callable[[Array, Array], Array] | None = None
-    of_arrays: bool = False
-
-    def factors(self, times: Array) -> Array:
-        """Return s at many times, (times,)."""
-        if self.of_arrays:
-            of_arrays: Callable[[Any], Any] = self.factor
-            return np.asarray(np.broadcast_to(of_arrays(times), times.shape), dtype=float)
-        return np.array([self.factor(float(time)) for time in times])
+        moved = self.resultants.T @ self.interface.trace(new.u[VALUE] - old.u[VALUE], operators)
+        return np.asarray(-moved - self.walls.grown(old.time, new.time))
 
 
 @dataclass(frozen=True)

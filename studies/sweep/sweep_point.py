@@ -202,6 +202,6 @@ def _kept(chain: Chain, task: Task) -> _End | None:
     with np.load(point_file(chain.folder, task, "npz")) as data:
         u, v = imaged(system.operators, data["u"]), imaged(system.operators, data["v"])
         state = State(float(data["time"]), u, v, data["depth"], data["pressure"])
-    depth = system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators))
+    depth = system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators), state.time)
     same = np.allclose(depth, state.depth, rtol=0.0, atol=SAME * float(np.ptp(state.depth)) + 1e-15)
     return (state, case) if same else None

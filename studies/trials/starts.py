@@ -20,6 +20,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 
 SOFT = 2.0 * pi  # rad/s: springs on the mass that leave a free body its rigid motions, far below bending
+LOOKS = 1000  # at the speeds of supports over a run
 KICK = 2.0  # times the energy of the forced motion that a kick has at most
 _WHOLE = 1.0e-6
 
@@ -59,7 +60,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
 
     The velocity is a random combination of the rigid motions in the bending plane and of the shapes in which the
     loads bend the beam, (K + omega^2 M)^-1 f; its kinetic energy is uniform up to twice f^T (K + omega^2 M)^-1 f / 2
-    of the loads that drive.
+    of the loads that drive, and of the beam at the largest speeds of supports that move.
 
     Args:
         model: The model.
@@ -72,10 +73,15 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     seat, operators, case = seated(model).state, model.system.operators, model.case
     omega = 2.0 * pi * max(forcing_frequencies(case.load), default=1.0)
     amplitudes = {load.name: load.peak for load in case.load if not load.static}
-    forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in model.system.loads if not load.static]
+    moving = {motion.load for motion in model.system.contact.walls.motions}
+    driving = [load for number, load in enumerate(model.system.loads) if not load.static and number not in moving]
+    forces = [amplitudes.get(load.name, 0.0) * load.pattern for load in driving]
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
     energy = 0.5 * sum(float(x) for x in model.system.dots([(x, f) for x, f in zip(shapes, forces, strict=True)]))
+    mass = case.material.density * case.beam.area * case.beam.length
+    speeds = model.system.contact.walls.speeds(np.linspace(0.0, case.time.end, LOOKS, dtype=np.float64))
+    energy += 0.5 * mass * float(np.sum(np.max(speeds**2, axis=0)))
     shapes += list(_rigid(model).T)
     velocity = np.zeros(operators.size)
     for shape in shapes:
@@ -87,8 +93,8 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     frequencies = forcing_frequencies(case.load)
     period = 1.0 / frequencies[0] if frequencies else 0.0
     steps = ceil(max(ramps, default=0.0) / model.step - _WHOLE) + floor(generator.uniform() * period / model.step)
-    if not _repeats(case):
-        steps = 0
+    if not _repeats(case) or moving:
+        steps = 0  # the walls of the seat are where they are at t = 0
     state = replace(seat, time=steps * model.step, v=imaged(operators, velocity))
     return Start(state, f"kick {number}")
 
@@ -112,11 +118,11 @@ def carried(model: Model, end: State, before: Case) -> Start:
     contact, operators = model.system.contact, model.system.operators
     time, notes = _time(model, end, before)
     u = end.u[VALUE]
-    depth = contact.depth(contact.interface.trace(u, operators))
+    depth = contact.depth(contact.interface.trace(u, operators), time)
     allowed = np.maximum(end.depth, 0.0) if len(end.depth) == len(depth) else np.zeros(len(depth))
     if np.any(depth > allowed + _slack(allowed)):
         u, moved, left = _moved_clear(model, u, depth, allowed)
-        depth = contact.depth(contact.interface.trace(u, operators))
+        depth = contact.depth(contact.interface.trace(u, operators), time)
         notes.append(f"moved by up to {moved:.3g} m as a rigid body, as the faces are closer")
         if left > _slack(allowed):
             notes.append(f"in spite of that {left:.3g} m deeper in its faces than before")

@@ -28,7 +28,8 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface
-from gapbeam.solver.system.semi_discrete import ContactOperator, Load, SemiDiscreteSystem, State, Step, imaged
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, Step, imaged
+from gapbeam.solver.system.system_load import Load
 from tests.shared.toys import IMPLICIT, SCHEMES, ledger_of, steps_of
 
 MASS, PRESSED, MU = 2.0, 30.0, 0.3  # kg, N, no unit

@@ -24,7 +24,8 @@ from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.operators import Interface
-from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, Load, SemiDiscreteSystem
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem
+from gapbeam.solver.system.system_load import Load
 from tests.shared.toys import stopped_oscillator
 from tests.verification.test_periodic_orbit import HARMONICS, LARGEST_FORCE, MEAN, STATE
 

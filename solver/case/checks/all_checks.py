@@ -73,6 +73,13 @@ from gapbeam.solver.case.checks.model_checks import (
     loads_bend_the_beam,
     modal_damping_has_modes,
 )
+from gapbeam.solver.case.checks.moving_support_checks import (
+    closures_leave_a_beam,
+    motions_reach_the_beam,
+    moved_supports_are_there,
+    moving_supports_are_marched,
+    moving_supports_do_not_rub_around,
+)
 from gapbeam.solver.case.checks.periodic_checks import (
     balance_has_a_law,
     curve_is_in_reach,
@@ -283,5 +290,10 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     curve_is_in_reach,
     loads_are_sound,
     loads_fit_the_run,
+    moved_supports_are_there,
+    motions_reach_the_beam,
+    moving_supports_do_not_rub_around,
+    moving_supports_are_marched,
+    closures_leave_a_beam,
 )
 """All checks; the names of their parameters are those of the tables they take."""

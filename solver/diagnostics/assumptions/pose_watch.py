@@ -9,6 +9,7 @@ resumed run looks at the same ones.
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, field
 from typing import Protocol
 
@@ -60,6 +61,11 @@ class PoseScales:
     span: float
 
 
+def still(_time: float) -> float:
+    """Return how far the supports have moved that do not move."""
+    return 0.0
+
+
 @dataclass
 class PoseWatch:
     """Keeps the largest rotation, strain, stress, travel and motion across the beam of a run.
@@ -67,6 +73,8 @@ class PoseWatch:
     Attributes:
         rows: What gives a pose.
         scales: What it is measured against.
+        moved: By how much the supports of the points on faces have moved at a time, (on_faces, d) or 0, m: travel and
+            motion across are those in them.
         closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL, ASIDE: value, time and place, (5, 5).
         due: When the next look is due, s.
         highest: Largest strain energy looked at, J.
@@ -76,6 +84,7 @@ class PoseWatch:
 
     rows: PoseRows
     scales: PoseScales
+    moved: Callable[[float], Array | float] = still
     closest: Array = field(default_factory=lambda: np.zeros((5, 5)))
     due: float = -1.0
     highest: float = 0.0
@@ -110,14 +119,15 @@ class PoseWatch:
         for row, point in enumerate(at):
             self._keep(row, float(found[row, point]), time, self.rows.places[point])
         faces = self.rows.on_faces
+        inside = displacement[:faces] - self.moved(time)
         if faces:
-            moved = np.abs(np.mean(displacement[:faces], axis=0))
+            moved = np.abs(np.mean(inside, axis=0))
             share = moved[0] / self.scales.support_length
             if len(moved) > 2:
                 share = max(share, moved[1] / self.scales.width)
             self._keep(TRAVEL, float(share), time, np.mean(self.rows.places[:faces], axis=0))
         if faces and self.scales.radius:
-            aside = np.linalg.norm(displacement[:faces, 1:], axis=1)
+            aside = np.linalg.norm(inside[:, 1:], axis=1)
             point = int(np.argmax(aside))
             self._keep(ASIDE, float(aside[point]) / self.scales.radius, time, self.rows.places[point])
         if not self.looks:

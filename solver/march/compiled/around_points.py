@@ -66,13 +66,13 @@ class AroundPoints(NamedTuple):
 
 
 def around_points(gaps: Array, contact: ContactOperator) -> tuple[Array, AroundPoints | None]:
-    """Return R, and the points around it; Phi and None where hardly any points share their motions.
+    """Return R, and the points around it; Phi and None where hardly any points share their motions, or walls move.
 
     Args:
         gaps: Phi, (m, n).
         contact: Its points.
     """
-    if not any(face.around for face in contact.support.faces):
+    if contact.walls.motions or not any(face.around for face in contact.support.faces):
         return gaps, None
     x, largest = contact.positions[:, 0], float(np.abs(gaps).max())
     members = np.argsort(x, kind="stable")

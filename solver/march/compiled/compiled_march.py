@@ -22,11 +22,13 @@ from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_a
 from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_around, march_steps, record_now
 from gapbeam.solver.march.compiled.plan_arrays import (
     arrays_of_state,
+    factor_rows,
     modal_table,
     room_for,
     room_for_records,
     scheme_table,
     state_of,
+    wall_rows,
 )
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy
 from gapbeam.solver.march.paused_march import Paused
@@ -148,8 +150,8 @@ class CompiledLoop:
         accounts = Accounts.opened(plan.system, plan.law, paused.state, plan.dt)
         self._march_steps(
             self._table, self._scheme, self._law(paused.state), self._motion(paused), self._room,
-            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self._table, 2), self._factors(0, 1)[:0],
-            0, 1, 0, plan.max_iterations,
+            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self._table, 2), factor_rows(plan, 0, 0),
+            wall_rows(plan, 0, 0), 0, 1, 0, plan.max_iterations,
         )  # fmt: skip
 
     def blocks(
@@ -197,7 +199,8 @@ class CompiledLoop:
             ledgers, records = ledger_arrays_of(accounts), room_for_records(self._table, wanted // every + 2)
             status, taken, recorded = self._march_steps(
                 self._table, self._scheme, law, motion, self._room, ledgers, limits_of(accounts), records,
-                self._factors(origin + done, wanted), done, every, count, plan.max_iterations,
+                factor_rows(plan, origin + done, wanted), wall_rows(plan, origin + done, wanted),
+                done, every, count, plan.max_iterations,
             )  # fmt: skip
             seconds = time.perf_counter() - started
             enter_arrays(ledgers, accounts, taken, seconds)
@@ -266,12 +269,12 @@ class CompiledLoop:
             where a point touches or leaves just at the end of a step.
 
         Raises:
-            ValueError: A scheme that carries accelerations, or damping that follows from touch speeds.
+            ValueError: A scheme that carries accelerations, damping that follows from touch speeds, walls that move.
             NotConverged: A step did not converge, or only in parts.
         """
         plan, count = self.plan, self.plan.steps if steps is None else steps
-        if self._scheme.form == ENDPOINT or plan.law.touch_product is not None:
-            raise ValueError("the state is not (q, v) alone: take a midpoint rule, and a law with a given damping")
+        if self._scheme.form == ENDPOINT or plan.law.touch_product is not None or plan.system.contact.walls.motions:
+            raise ValueError("the state is not (q, v) alone: take a midpoint rule, given damping, still walls")
         accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
         blocks = list(self.blocks(start, accounts=accounts, steps=count))
         if accounts.tally.halved:
@@ -294,15 +297,6 @@ class CompiledLoop:
     def _law(self, state: State) -> LawTable:
         plan = self.plan
         return plan.law.touched_at(state.touch_speed).table(plan.system.contact.size)
-
-    def _factors(self, first: int, steps: int) -> Array:
-        """Return the load factors in the balance of each step, (steps, loads)."""
-        system, dt, shift = self.plan.system, self.plan.dt, self._scheme.alpha_f
-        times: Array = np.asarray((first + np.arange(steps + 1)) * dt, dtype=float)
-        if self._scheme.form != ENDPOINT:
-            return system.load_factor_rows(np.asarray(times[:-1] + 0.5 * dt))
-        rows = system.load_factor_rows(times)
-        return np.ascontiguousarray((1.0 - shift) * rows[1:] + shift * rows[:-1])
 
     def _step_apart(self, motion: KernelState, number: int, accounts: Accounts) -> State:
         """Take a step by the generic march, which softens and halves; return its end."""

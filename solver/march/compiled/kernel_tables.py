@@ -84,8 +84,28 @@ class KernelState(NamedTuple):
     touch_speed: Array
 
 
+class WallRows(NamedTuple):
+    """Walls that move in the steps of a block, all arrays contiguous.
+
+    Attributes:
+        loads: Number of the load that each of k motions is, (k,).
+        growths: S, by how much a unit of each opens the gaps, (k, m).
+        places: w - w(0) at the start of the first step and at the end of each, (steps + 1, k).
+        speeds: w' at the same times, (steps + 1, k).
+    """
+
+    loads: Indices
+    growths: Array
+    places: Array
+    speeds: Array
+
+
 class Room(NamedTuple):
-    """Room of a step: vectors of the DOFs, of the points and of the faces, and the contact solution."""
+    """Room of a step: vectors of the DOFs, of the points and of the faces, and the contact solution.
+
+    `opened` is by how much walls have opened the gaps at the end of the step since t = 0, `grown` by how much in the
+    step, `opening_speed` how fast they do at its end.
+    """
 
     right: Array
     free: Array
@@ -99,6 +119,9 @@ class Room(NamedTuple):
     held_depth: Array
     guess_depth: Array
     guess_rate: Array
+    opened: Array
+    grown: Array
+    opening_speed: Array
     force: Array
     pressed: Array
     closed: Array

@@ -18,12 +18,13 @@ from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
 from gapbeam.solver.march.compiled.near_points import raise_closest
 from gapbeam.solver.march.compiled.point_motions import in_play
 from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
+from gapbeam.solver.march.compiled.wall_kernels import move_walls, wall_work
 from gapbeam.solver.system.operators import Array
 
 DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
@@ -33,7 +34,7 @@ FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
 @entry
 def march_steps(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
-    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+    records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
 ) -> tuple[int, int, int]:  # fmt: skip
     """March as many steps as there are rows of load factors, or until one fails or creates energy.
 
@@ -47,6 +48,7 @@ def march_steps(
         limits: The gates.
         records: Room for the records of these steps.
         factors: s_k in the balance of each step, (steps, loads).
+        walls: Walls that move in these steps.
         first: Number of the first step; records and fresh gaps fall on multiples.
         every: Steps between records.
         last: Number of the step after the last of the march, which is recorded.
@@ -55,26 +57,31 @@ def march_steps(
     Returns:
         DONE, FAILED (that step is not taken), NOT_FINITE or CREATED (it is), the steps taken and the records made.
     """
-    return _march_steps(modal, scheme, law, motion, room, ledgers, limits, records, factors, first, every, last, most)
+    return _march_steps(
+        modal, scheme, law, motion, room, ledgers, limits, records, factors, walls, first, every, last, most
+    )
 
 
 @entry
 def march_around(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
-    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+    records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
 ) -> tuple[int, int, int]:  # fmt: skip
     """March as `march_steps` does, with points around rigid sections: machine code of its own, kept apart."""
-    return _march_steps(modal, scheme, law, motion, room, ledgers, limits, records, factors, first, every, last, most)
+    return _march_steps(
+        modal, scheme, law, motion, room, ledgers, limits, records, factors, walls, first, every, last, most
+    )
 
 
 @compiled
 def _march_steps(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
-    records: Records, factors: Array, first: int, every: int, last: int, most: int,
+    records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
 ) -> tuple[int, int, int]:  # fmt: skip
     recorded = 0
     begin_points(modal, motion, room)
     for step in range(len(factors)):
+        move_walls(walls, step, room)
         if scheme.form == ENDPOINT:
             iterations = alpha_step(modal, scheme, law, motion, room, factors[step], most)
         else:
@@ -82,10 +89,10 @@ def _march_steps(
         if iterations < 0:
             complete_points(modal, modal.around, law, motion, room)
             return FAILED, step, recorded
-        _enter(modal, scheme, law, motion, room, ledgers, factors[step])
+        _enter(modal, scheme, law, motion, room, ledgers, factors[step], walls, step)
         number = first + step + 1
         if number % FRESH_GAPS == 0 or number == last:
-            _measure_anew(modal, law, motion, ledgers)
+            _measure_anew(modal, law, motion, room, ledgers)
         ledgers.solves[0] += iterations
         ledgers.solves[1] += iterations
         ledgers.solves[2] = max(ledgers.solves[2], iterations)
@@ -108,8 +115,9 @@ def _march_steps(
 
 @compiled
 def _enter(
-    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, factors: Array
-) -> None:
+    modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays,
+    factors: Array, walls: WallRows, step: int,
+) -> None:  # fmt: skip
     """Enter a solved step into the ledgers and make its end the state."""
     found = room.solution
     old_share = scheme.alpha_f
@@ -155,6 +163,10 @@ def _enter(
             work += (room.new_q[j] - motion.q[j]) * modal.loads[load, j]
         room.works[load] = factors[load] * work
         driven += modal.driven[load] * room.works[load]
+    for wall in range(len(walls.loads)):
+        work = wall_work(walls, step, wall, room)
+        room.works[walls.loads[wall]] += work
+        driven += work
     accept(modal, scheme, motion, room)
     for i in in_play(modal.around, len(motion.pressure)):
         if motion.pressure[i] > 0.0:
@@ -168,9 +180,9 @@ def _enter(
 
 
 @compiled
-def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, ledgers: LedgerArrays) -> None:
+def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays) -> None:
     """Form the gaps anew, and measure again what depends on them."""
-    form_gaps_anew(modal, motion)
+    form_gaps_anew(modal, motion, room)
     contact = 0.0
     for i in range(len(motion.depth)):
         contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, motion.depth[i])

@@ -11,7 +11,7 @@ from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.around_points import AroundPoints, around_points
 from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes
@@ -81,10 +81,32 @@ def scheme_table(plan: March) -> Scheme:
     return Scheme(plan.dt, *numbers)
 
 
+def factor_rows(plan: March, first: int, steps: int) -> Array:
+    """Return the load factors in the balance of each of some steps, (steps, loads)."""
+    system, scheme = plan.system, scheme_table(plan)
+    times = _times(plan, first, steps)
+    if scheme.form != ENDPOINT:
+        return system.load_factor_rows(np.asarray(times[:-1] + 0.5 * plan.dt))
+    rows, shift = system.load_factor_rows(times), scheme.alpha_f
+    return np.ascontiguousarray((1.0 - shift) * rows[1:] + shift * rows[:-1])
+
+
+def wall_rows(plan: March, first: int, steps: int) -> WallRows:
+    """Return the motion of walls in some steps."""
+    times = _times(plan, first, steps)
+    walls, points = plan.system.contact.walls, plan.system.contact.size
+    return WallRows(
+        loads=np.array([motion.load for motion in walls.motions], dtype=np.int64),
+        growths=_packed(np.broadcast_to(walls.growths, (len(walls.motions), points))),
+        places=_packed(walls.places(times)),
+        speeds=_packed(walls.speeds(times)),
+    )
+
+
 def room_for(table: Modal) -> Room:
     """Return the room of a step."""
     n, m, faces = len(table.squares), len(table.weights), _faces(table)
-    vectors = [*np.zeros((8, n)), *np.zeros((4, m)), *np.zeros((4, faces)), np.zeros(len(table.loads))]
+    vectors = [*np.zeros((8, n)), *np.zeros((7, m)), *np.zeros((4, faces)), np.zeros(len(table.loads))]
     return Room._make([*vectors, room_for_solution(m)])
 
 
@@ -134,6 +156,11 @@ def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float) 
     if plan.law.touch_product is not None:
         state = replace(state, touch_speed=motion.touch_speed.copy())
     return state
+
+
+def _times(plan: March, first: int, steps: int) -> Array:
+    """Return the start of the first step and the end of each, (steps + 1,), s."""
+    return np.asarray((first + np.arange(steps + 1)) * plan.dt, dtype=float)
 
 
 def _faces(table: Modal) -> int:

@@ -119,6 +119,17 @@ def _look_around(
 
 
 @compiled
+def open_gaps(around: AroundPoints | None, opened: Array, depth: Array) -> None:
+    """Take what walls have opened, (m,), off penetrations or their rates, (m,): still walls change no digit of these.
+
+    Walls around sections that share their motions stand still.
+    """
+    if around is None:
+        for i in range(len(depth)):
+            depth[i] -= opened[i]
+
+
+@compiled
 def end_points(around: AroundPoints | None, initial_gap: Array, room: Room) -> None:
     """Set the penetrations of points around sections at the end of a step."""
     if around is not None:
@@ -135,11 +146,12 @@ def accept_points(around: AroundPoints | None) -> None:
 
 
 @compiled
-def form_gaps_anew(modal: Modal, motion: KernelState) -> None:
+def form_gaps_anew(modal: Modal, motion: KernelState, room: Room) -> None:
     """Form the penetrations of all points from the DOFs, so that round-off does not add up."""
     set_motions(modal.gaps, modal.around, motion.q, motion.depth)
     for i in range(len(motion.depth)):
         motion.depth[i] = -modal.initial_gap[i] - motion.depth[i]
+    open_gaps(modal.around, room.opened, motion.depth)
 
 
 @compiled
@@ -147,14 +159,14 @@ def touch_all(modal: Modal, law: LawTable, motion: KernelState, room: Room) -> N
     """Keep the approach speeds of all open points, and what the damper makes of them."""
     set_motions(modal.gaps, modal.around, motion.v, room.guess_rate)
     for i in range(len(motion.depth)):
-        _touch(law, motion.depth, motion.touch_speed, i, room.guess_rate[i])
+        _touch(law, motion.depth, motion.touch_speed, i, room.guess_rate[i] + room.opening_speed[i])
 
 
 @compiled
 def complete_points(modal: Modal, around: AroundPoints | None, law: LawTable, motion: KernelState, room: Room) -> None:
     """Bring points around sections up to date that could not touch."""
     if around is not None:
-        form_gaps_anew(modal, motion)
+        form_gaps_anew(modal, motion, room)
         if law.numbers.touch_product > 0.0:
             touch_all(modal, law, motion, room)
 

@@ -14,6 +14,7 @@ from gapbeam.solver.march.compiled.point_solve import (
     end_points,
     guess_depths,
     hold_forces,
+    open_gaps,
     solve_points,
 )
 from gapbeam.solver.system.operators import Array
@@ -32,6 +33,7 @@ def midpoint_step(
     _add_loads_and_held(modal, motion, room, factors)
     _solve(modal, right, free)
     hold_forces(modal.gaps, modal.around, free, dt, motion.depth, room.held_depth)
+    open_gaps(modal.around, room.grown, room.held_depth)
     balance = Balance(dt, modal.delassus, modal.around, modal.largest, modal.weights, room.held_depth, room.held)
     numbers = StepNumbers(scheme.form, dt, 0.0, 0.0)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)
@@ -76,6 +78,9 @@ def alpha_step(
         modal.gaps, modal.around, modal.initial_gap, room.u_guess, room.v_guess, room.guess_depth, room.guess_rate
     )
     hold_forces(modal.gaps, modal.around, free, scale, room.guess_depth, room.held_depth)
+    open_gaps(modal.around, room.opened, room.guess_depth)
+    open_gaps(modal.around, room.opening_speed, room.guess_rate)
+    open_gaps(modal.around, room.opened, room.held_depth)
     balance = Balance(scale, modal.delassus, modal.around, modal.largest, modal.weights, room.held_depth, room.held)
     numbers = StepNumbers(scheme.form, dt, old_share, rate_slope)
     step = StepPoints(numbers, motion.depth, motion.pressure, room.guess_depth, room.guess_rate)

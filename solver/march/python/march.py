@@ -166,7 +166,7 @@ def with_touch_speed(plan: March, state: State, before: State | None = None) -> 
     if plan.law.touch_product is None:
         return state
     contact = plan.system.contact
-    speed = -(contact.gap_matrix @ contact.interface.trace(state.v[VALUE], plan.system.operators))
+    speed = contact.closing_speed(contact.interface.trace(state.v[VALUE], plan.system.operators), state.time)
     if before is not None and before.touch_speed is not None:
         speed = np.where(state.depth > 0.0, before.touch_speed, speed)
     return replace(state, touch_speed=speed)
@@ -204,5 +204,5 @@ def refreshed(system: SemiDiscreteSystem, state: State) -> State:
         u=u,
         v=again(state.v),
         a=again(state.a) if state.a is not None else None,
-        depth=system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators)),
+        depth=system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators), state.time),
     )

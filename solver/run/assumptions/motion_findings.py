@@ -13,6 +13,7 @@ from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, ROTATION, S
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
 from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
+from gapbeam.solver.loads.support_walls import interference
 
 SMALL_ROTATION = Assumption(
     "small rotation", "largest rotation", "rad", 0.1, 0.5,
@@ -91,7 +92,7 @@ def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding
 
 def _remedy(case: Case) -> str:
     """Return what a large penetration means in a case, and what helps there."""
-    if case.layout.clearance < 0.0:
+    if case.layout.clearance < 0.0 or interference(case.load, case.layout) > 0.0:
         if isinstance(case.model, BeamModel | RigidModel):
             return (
                 "this model cannot be squeezed, so that the springs of the contact take up the whole interference; "

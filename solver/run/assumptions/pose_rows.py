@@ -14,6 +14,7 @@ from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, PoseWatch
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.loads.load_directions import axis_point
+from gapbeam.solver.loads.support_walls import shifts_at
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.operators import Array, Interface, Operators
 
@@ -47,7 +48,16 @@ class ModelPose:
 
 def watch_of(model: Model) -> PoseWatch:
     """Return the watch on the pose of a model. Collective."""
-    return PoseWatch(_pose_of(model), _scales(model.case))
+    pose, case = _pose_of(model), model.case
+    if not model.system.contact.walls.motions:
+        return PoseWatch(pose, _scales(case))
+    shifts = shifts_at(case.load, case.layout, pose.places[: pose.on_faces, 0], pose.dimension)
+    walls = model.system.contact.walls
+
+    def moved(time: float) -> Array:
+        return np.asarray(np.tensordot(walls.places(np.array([time]))[0], shifts, 1))
+
+    return PoseWatch(pose, _scales(case), moved)
 
 
 def gauges_of(model: Model) -> Gauges | None:

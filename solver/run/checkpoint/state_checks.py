@@ -129,7 +129,7 @@ def _of_images(state: State, model: Model) -> Iterator[str]:
 
 def _of_points(state: State, model: Model) -> Iterator[str]:
     contact, operators = model.system.contact, model.system.operators
-    depth = contact.depth(contact.interface.trace(state.u[VALUE], operators))
+    depth = contact.depth(contact.interface.trace(state.u[VALUE], operators), state.time)
     largest = max(_largest(depth), _largest(contact.initial_gap))
     if not _largest(state.depth - depth) <= CARRIED * largest:
         yield "the depth of the contact points is not that of u"

@@ -14,6 +14,7 @@ from mpi4py import MPI
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.loads.support_walls import face_motions
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FORMAT_VERSION, SUMMARY_FILE
 from gapbeam.solver.run.output.results_folder import write_beside
@@ -49,13 +50,19 @@ def describe_model(model: Model) -> dict[str, Any]:
 
 def _supports(model: Model) -> list[dict[str, Any]]:
     """Return where the supports are, how far their planes stand from the undeformed beam, m, and their own contact."""
+    moves = face_motions(model.case.load, model.case.layout, model.case.mesh.dimension)
+
+    def described(face: Face) -> dict[str, Any]:
+        moved = {"moves": moves[face.name]} if face.name in moves else {}
+        return {"name": face.name, "side": _side(face), "gap": face.gap} | face.shape | moved
+
     return [
         {
             "name": one.name,
             "from": one.start,
             "to": one.end,
             "clearance": one.clearance,
-            "faces": [{"name": face.name, "side": _side(face), "gap": face.gap} | face.shape for face in one.faces],
+            "faces": [described(face) for face in one.faces],
             **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
         }
         for one in model.case.layout.supports

@@ -1,0 +1,123 @@
+"""Contradictions between supports that move in time and the rest of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gapbeam.solver.case.analysis_table import Periodic, Transient
+from gapbeam.solver.case.case import Beam, Mesh
+from gapbeam.solver.case.checks.hole_checks import WIDEST
+from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.loads.support_walls import moved_by
+from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
+from gapbeam.solver.wording.short_words import either
+
+DEEPEST = 0.5  # of the thickness: the largest interference
+FARTHEST = 10.0  # thicknesses: the widest clearance
+
+
+def _moving(support: AnySupports, load: Loads) -> Iterator[tuple[Key, Load, SupportWalls, OneSupport]]:
+    """Yield the loads that move a support that is there, each with its key, place and support."""
+    layout = Layout.of(support)
+    for number, entry in load.items():
+        if isinstance(entry.place, SupportWalls) and (moved := moved_by(entry.place, layout)) is not None:
+            yield ("load", number), entry, entry.place, moved
+
+
+def moved_supports_are_there(support: AnySupports, load: Loads) -> Iterator[Fault]:
+    """A motion names the support that it moves."""
+    layout = Layout.of(support)
+    names = either([one.name for one in layout.supports])
+    for number, entry in load.items():
+        place = entry.place
+        if not isinstance(place, SupportWalls) or moved_by(place, layout) is not None:
+            continue
+        if place.support is None:
+            yield Fault(
+                ("load", number, "type"),
+                f"{entry.type} without the key support, in a case of {len(layout.supports)} supports",
+                f"the name of the support that moves, {names}",
+                f'support = "{layout.supports[0].name}"; base_motion moves all of them',
+                (("support",),),
+            )
+        else:
+            yield Fault(("load", number, "support"), f'"{place.support}"', f"{names}", "", (("support",),))
+
+
+def motions_reach_the_beam(support: AnySupports, load: Loads, mesh: Mesh) -> Iterator[Fault]:
+    """A motion changes gaps: across the beam, and sideways only of what is met around it."""
+    for key, entry, place, moved in _moving(support, load):
+        along = entry.direction
+        if place.opens or along is None or len(along) != mesh.dimension:
+            continue
+        if along[0] != 0.0:
+            yield Fault(
+                (*key, "direction"),
+                f"{list(along)}, with a part along the beam",
+                "a direction across the beam: a support that moves along it changes no gap",
+                "leave direction out for a motion upward",
+                ((*key, "support"),),
+            )
+        elif len(along) == 3 and along[1] != 0.0 and not moved.around:
+            yield Fault(
+                (*key, "direction"),
+                f"{list(along)}, of the {moved.region.type} {moved.name}",
+                "no part sideways: planes across the bending direction are the same everywhere along y",
+                'direction = [0.0, 0.0, 1.0]; a region "hole" holds the beam sideways, too',
+                ((*key, "support"),),
+            )
+
+
+def moving_supports_do_not_rub_around(support: AnySupports, load: Loads, contact: Contact) -> Iterator[Fault]:
+    """A support around the beam that moves as it is slides on it, which friction does not know."""
+    for key, entry, place, moved in _moving(support, load):
+        if not place.opens and moved.around and contact.rubs is not None and moved.friction != 0.0:
+            yield Fault(
+                (*key, "type"),
+                f"{entry.type} of the {moved.region.type} {moved.name}, with friction",
+                "no friction there: the slip of walls that move around the beam is not followed",
+                f"friction = 0.0 in [[support]] {moved.name}",
+                (("contact", "friction"),),
+            )
+
+
+def moving_supports_are_marched(support: AnySupports, load: Loads, analysis: Transient | Periodic) -> Iterator[Fault]:
+    """Nothing but marches knows walls that move."""
+    if not isinstance(analysis, Periodic):
+        return
+    for key, entry, _, moved in _moving(support, load):
+        yield Fault(
+            ("analysis", "type"),
+            f'"periodic", with {entry.type} of the support {moved.name}',
+            "supports that stay where they are: no period is sought with walls that move",
+            'type = "transient"; a base_motion, which moves all supports alike, may be periodic',
+            ((*key, "type"),),
+        )
+
+
+def closures_leave_a_beam(beam: Beam, support: AnySupports, load: Loads) -> Iterator[Fault]:
+    """A clearance stays within the limits of those that do not change."""
+    radius = 0.5 * beam.thickness
+    for key, entry, place, moved in _moving(support, load):
+        if not place.opens:
+            continue
+        least, most = entry.travel
+        narrow, wide = moved.clearance + least, moved.clearance + most
+        widest = WIDEST * radius if moved.around else FARTHEST * beam.thickness
+        deepest = widest if moved.around else DEEPEST * beam.thickness
+        for clearance, limit in ((narrow, -deepest), (wide, widest)):
+            if clearance < limit < 0.0 or clearance > limit > 0.0:
+                what = "an interference" if clearance < 0.0 else "a clearance"
+                expected = f"{'at least' if limit < 0.0 else 'at most'} {limit:g} m in all"
+                yield Fault(
+                    (*key, "changes"),
+                    f"{clearance - moved.clearance:g} m, which makes {what} of {abs(clearance):g} m",
+                    expected,
+                    f"is it in mm? In m it is {(clearance - moved.clearance) / 1000:g}",
+                    (("beam", "thickness"),),
+                )

@@ -1,0 +1,115 @@
+"""From the loads of a case that move supports to the walls of a contact operator."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.regions.region import Placement
+from gapbeam.solver.supports.support_tables import OneSupport
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import ContactOperator
+from gapbeam.solver.system.wall_motion import NO_WALLS, WallMotion, Walls
+
+NEAR = 1.0e-9  # m: round-off of places along the beam
+
+
+def moved_by(place: SupportWalls, layout: Layout) -> OneSupport | None:
+    """Return the support whose walls move; None where there is none of that name, or no name and several supports."""
+    if place.support is None:
+        return layout.supports[0] if len(layout.supports) == 1 else None
+    return next((one for one in layout.supports if one.name == place.support), None)
+
+
+def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, dimension: int) -> Walls:
+    """Return the motions of walls.
+
+    Args:
+        loads: Those of a case.
+        layout: Its supports.
+        contact: Operator at their contact points.
+        dimension: 2 or 3.
+
+    Raises:
+        ValueError: A load moves a support that is not there.
+    """
+    motions, growths = list[WallMotion](), list[Array]()
+    for number, load in enumerate(loads):
+        if not isinstance(load.place, SupportWalls):
+            continue
+        s, support = load.time_function(), moved_by(load.place, layout)
+        if support is None or s.rate is None:
+            raise ValueError(f"the load {load.name} moves no support, or has no rate")
+        motions.append(WallMotion(number, s.value, s.rate))
+        growths.append(_growth(support, _unit(load, dimension), contact))
+    return Walls(tuple(motions), np.array(growths)) if motions else NO_WALLS
+
+
+def interference(loads: Sequence[Load], layout: Layout) -> float:
+    """Return the largest interference of supports at any time, at least 0, m."""
+    least = {one.name: one.clearance for one in layout.supports}
+    for load in loads:
+        if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
+            least[support.name] += load.travel[0]
+    return max(0.0, *(-clearance for clearance in least.values()))
+
+
+def shifts_at(loads: Sequence[Load], layout: Layout, places: Array, dimension: int) -> Array:
+    """Return by how much a unit of each motion of walls moves the support at places along the beam, (k, places, d).
+
+    Args:
+        loads: As in `walls_of`, in whose order the motions are.
+        layout: The supports.
+        places: x, (places,), m.
+        dimension: d.
+    """
+    found = list[Array]()
+    for load in loads:
+        if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
+            here = (places >= support.start - NEAR) & (places <= support.end + NEAR) & (not load.place.opens)
+            found.append(np.where(here[:, None], load_direction(load, dimension), 0.0))
+    return np.array(found)
+
+
+def face_motions(loads: Sequence[Load], layout: Layout, dimension: int) -> dict[str, dict[str, tuple[float, ...]]]:
+    """Return by how much a unit of each motion changes gap, offset and lateral of the faces that it moves.
+
+    Args:
+        loads: Those of a case.
+        layout: Its supports.
+        dimension: 2 or 3.
+
+    Returns:
+        The changes by the name of the load, by the name of the face.
+    """
+    found = dict[str, dict[str, tuple[float, ...]]]()
+    for load in loads:
+        if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
+            unit, none = (support.faces_at(placed) for placed in (_unit(load, dimension), Placement(0.0)))
+            for new, old in zip(unit, none, strict=True):
+                shapes = [(new.shape.get(key, 0.0), old.shape.get(key, 0.0)) for key in ("offset", "lateral")]
+                changes = (new.gap - old.gap, *(one - other for one, other in shapes))
+                found.setdefault(new.name, {})[load.name] = changes
+    return found
+
+
+def _unit(load: Load, dimension: int) -> Placement:
+    """Return where a unit of a motion of walls puts a support that was at no place."""
+    if isinstance(load.place, SupportWalls) and load.place.opens:
+        return Placement(1.0)
+    along = load_direction(load, dimension)
+    return Placement(0.0, float(along[-1]), float(along[1]) if dimension == 3 else 0.0)
+
+
+def _growth(support: OneSupport, unit: Placement, contact: ContactOperator) -> Array:
+    """Return by how much gaps grow when a support goes from no place to a unit of it, (m,)."""
+    found = np.zeros(contact.size)
+    for new, old in zip(support.faces_at(unit), support.faces_at(Placement(0.0)), strict=True):
+        here = contact.faces == contact.face_names.index(new.name)
+        found[here] = new.growth(old, contact.positions[here])
+    return found

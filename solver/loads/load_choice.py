@@ -10,11 +10,14 @@ from gapbeam.solver.loads.base_motion import BaseMotion
 from gapbeam.solver.loads.exciter import Exciter
 from gapbeam.solver.loads.gravity import Gravity
 from gapbeam.solver.loads.harmonic_force import HarmonicForce
+from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.recorded_force import RecordedForce
 from gapbeam.solver.loads.recorded_motion import RecordedMotion
+from gapbeam.solver.loads.swept_sine import SweptSineLoad
 
 Load = Annotated[
-    Gravity | HarmonicForce | Exciter | BaseMotion | RecordedForce | RecordedMotion, Field(discriminator="type")
+    Gravity | HarmonicForce | Exciter | BaseMotion | RandomLoad | SweptSineLoad | RecordedForce | RecordedMotion,
+    Field(discriminator="type"),
 ]
 
 NO_LOADS: tuple[Load, ...] = ()

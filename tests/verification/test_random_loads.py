@@ -13,6 +13,8 @@ from scipy.integrate import quad
 from scipy.stats import chi2, kstest
 
 import gapbeam
+from gapbeam.postprocess.report.blocks import TableBlock, Words
+from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
 from gapbeam.solver.loads.random_function import RandomSignal, filter_length, filter_response, sample_rate
 from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.models.body_key import body_key
@@ -282,3 +284,20 @@ def test_seed_and_spectrum_are_cheap_to_change() -> None:
     moved = beam_case({"mesh": COARSE}, (GRAVITY, {**SHAKEN, "point": 0.3}))
     assert body_key(one) == body_key(other)
     assert body_key(one) != body_key(moved)
+
+
+def test_the_report_compares_spectra() -> None:
+    """A table for each load, with the bands that lie outside; words where the run was too short."""
+    band = {"from": 10.0, "to": 20.0, "asked": 4.0, "generated": 3.0, "least_ratio": 0.8, "most_ratio": 1.2}
+    load = {"name": "floor", "unit": "m/s^2", "seed": 3, "rms": 2.0, "seconds": 5.0}
+    section = random_loads_section({"random_loads": [{**load, "bands": [band, {**band, "generated": 4.4}]}]})
+    assert section is not None
+    words, table = section.blocks
+    assert isinstance(words, Words)
+    assert isinstance(table, TableBlock)
+    assert "1 of 2 bands" in words.text
+    assert [row[-1] for row in table.rows] == ["no", "yes"]
+    short = random_loads_section({"random_loads": [{**load, "bands": []}]})
+    assert short is not None
+    assert "too short" in str(short.blocks[0])
+    assert random_loads_section({}) is None

@@ -27,7 +27,7 @@ CONFIDENCE = 0.95
 NUMBERS_OF_BANDS = (8, 4, 2, 1)
 LEAST_PRODUCT = 50.0  # of the width of a band and the duration
 LINES = 25.0  # of the estimate in the narrowest band
-MOST_SAMPLES = 2**22
+MOST_SAMPLES = 2**20
 CORRELATION = (1.0, 4.0 / 9.0, 1.0 / 36.0)  # of powers at 0, 1 and 2 lines of a Hann window
 HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # of the power of a line in it and beside it
 

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from math import pi
 from typing import Any
 
-from benchmarks.drawn_schema.records import write_record
+from benchmarks.drawn_schema.records import write_record, write_spectrum
 from benchmarks.drawn_schema.scene import Scene
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT
 
@@ -221,6 +221,10 @@ RULES: dict[tuple[str, str], Rule] = {
     ("WhiteSpectrum", "high"): lambda _, scene: 3.0 * scene.frequency,
     ("TableSpectrum", "frequencies"): lambda _, scene: [factor * scene.frequency for factor in (0.5, 1.0, 4.0)],
     ("TableSpectrum", "densities"): one_of([0.1, 1.0, 1.0], [1.0, 0.3, 0.01]),
+    ("FileSpectrum", "file"): write_spectrum,
+    ("FileSpectrum", "frequency_column"): seldom(one_of(1, "f")),
+    ("FileSpectrum", "density_column"): seldom(one_of(2, "S")),
+    ("FileSpectrum", "checksum"): never,
     ("TurbulenceSpectrum", "velocity"): one_of(0.5, 2.0),
     ("TurbulenceSpectrum", "length"): lambda _, scene: 0.2 / scene.frequency,
     ("TurbulenceSpectrum", "low"): seldom(lambda _, scene: 0.3 * scene.frequency),

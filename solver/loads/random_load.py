@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from pydantic import Field
 
@@ -45,7 +45,8 @@ class RandomLoad(PointOrSupportLoad):
 
     def time_function(self) -> TimeFunction:
         """Return the noise."""
-        return TimeFunction(self.signal.value, self.signal.mean)
+        signal = self.signal
+        return TimeFunction(signal.value, signal.mean)
 
     @property
     def peak(self) -> float:
@@ -64,6 +65,14 @@ class RandomLoad(PointOrSupportLoad):
         words = f"below which {MOST_POWER:.0%} of its power lie, {1.0 / (frequency * step):.4g} steps per period"
         words += f"; {asked.low:.4g} to {asked.high:.4g} Hz, rms {asked.rms:.4g} {self.unit}, seed {self.seed}"
         return f"{frequency:.4g} Hz", words
+
+    def with_checksum(self) -> Self:
+        """Return the load with the checksum of the file of its spectrum.
+
+        Raises:
+            RecordError: The file cannot be used, or is another one than its checksum says.
+        """
+        return self.model_copy(update={"spectrum": self.spectrum.with_checksum()})
 
     def generated(self, end: float) -> Mapping[str, Any]:
         """Return the spectrum of the signal up to a time, s, beside the one asked for."""

@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import hashlib
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
+from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, warnings
 from tests.shared.case_texts import GOOD, assert_says
 
@@ -29,7 +32,7 @@ BAD = {
     ),
     "unknown spectrum": (
         NOISE + POINT + 'spectrum = { type = "pink", high = 3.0 }\n',
-        ['"white", "table" or "turbulence"'],
+        ['"white", "table", "file" or "turbulence"'],
     ),
     "misspelled": (
         NOISE + POINT + 'spectrum = { type = "white", densty = 1.0, high = 100.0 }\n',
@@ -154,3 +157,43 @@ def test_odd_loads_are_warned_of(name: str, tmp_path: Path) -> None:
     found = "\n".join(warnings(case))
     for word in words:
         assert word in found
+
+
+FILE = NOISE + POINT + 'spectrum = { type = "file", file = "profile.csv" }\n'
+BAD_FILES = {
+    "no file": (None, ["spectrum file", "where there is no file", "a frequency and a density in each row"]),
+    "zero": ("0,1\n10,1\n20,2\n", ["frequency_column", "the frequency 0 in row 1", "above 0"]),
+    "negative": ("10,1\n20,-2\n", ["density_column", "the density -2 in row 2", "leave such rows out"]),
+    "disorder": ("10,1\n30,2\n20,3\n", ["frequency_column", "frequencies that increase", "column of the frequencies?"]),
+    "words": ("10,1\n20,many\n", ["'many' in line 2", "a number"]),
+    "one row": ("10,1\n", ["1 rows", "at least 2"]),
+}
+
+
+@pytest.mark.parametrize("name", BAD_FILES)
+def test_bad_files_are_explained(name: str, tmp_path: Path) -> None:
+    rows, words = BAD_FILES[name]
+    if rows is not None:
+        (tmp_path / "profile.csv").write_text(rows, encoding="utf-8")
+    with pytest.raises(CaseError) as caught:
+        read_case(written(tmp_path, FILE))
+    assert_says(caught.value, words)
+
+
+def test_a_file_is_the_table_of_its_rows(tmp_path: Path) -> None:
+    """By number or name of its columns, in other units; a file that has changed since is refused."""
+    (tmp_path / "profile.csv").write_text("S (g^2/Hz); f (Hz)\n0.5; 10\n2.0; 40\n1.0; 300\n", encoding="utf-8")
+    columns = FILE.replace('.csv"', '.csv", frequency_column = "f", density_column = 1, scale = 96.17')
+    case = read_case(written(tmp_path, columns))
+    rows = "frequencies = [10, 40, 300], densities = [0.5, 2.0, 1.0], scale = 96.17"
+    table = read_case(written(tmp_path, NOISE + POINT + f'spectrum = {{ type = "table", {rows} }}\n'))
+    times = np.linspace(0.0, 1.0, 50)
+    by_file, by_table = (one.load[2].time_function().value(times) for one in (case, table))
+    assert np.array_equal(by_file, by_table)
+    assert case.load[2].spectrum.checksum == hashlib.sha256((tmp_path / "profile.csv").read_bytes()).hexdigest()
+    (tmp_path / "again.toml").write_text(case_to_toml(case), encoding="utf-8")
+    assert read_case(tmp_path / "again.toml") == case
+    with (tmp_path / "profile.csv").open("a", encoding="utf-8") as file:
+        file.write("1.0; 400\n")
+    with pytest.raises(CaseError, match="has changed since"):
+        read_case(tmp_path / "again.toml")

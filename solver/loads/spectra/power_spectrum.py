@@ -31,6 +31,9 @@ class PowerSpectrum:
     frequencies: tuple[float, ...]
     densities: tuple[float, ...]
 
+    def __hash__(self) -> int:
+        return self._hash
+
     @property
     def low(self) -> float:
         """Lowest frequency, Hz."""
@@ -73,6 +76,10 @@ class PowerSpectrum:
             else:
                 high = middle
         return high
+
+    @cached_property
+    def _hash(self) -> int:
+        return hash((self.frequencies, self.densities))
 
     @cached_property
     def _logarithms(self) -> tuple[Array, Array, Array]:

@@ -6,8 +6,11 @@ from typing import Annotated
 
 from pydantic import Field
 
+from gapbeam.solver.loads.spectra.file_spectrum import FileSpectrum
 from gapbeam.solver.loads.spectra.table_spectrum import TableSpectrum
 from gapbeam.solver.loads.spectra.turbulence_spectrum import TurbulenceSpectrum
 from gapbeam.solver.loads.spectra.white_spectrum import WhiteSpectrum
 
-SpectrumChoice = Annotated[WhiteSpectrum | TableSpectrum | TurbulenceSpectrum, Field(discriminator="type")]
+SpectrumChoice = Annotated[
+    WhiteSpectrum | TableSpectrum | FileSpectrum | TurbulenceSpectrum, Field(discriminator="type")
+]

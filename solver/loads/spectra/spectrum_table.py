@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Literal
+from typing import Literal, Self
 
 from pydantic import Field
 
@@ -37,6 +37,14 @@ class SpectrumTable(Table, ABC):
     @abstractmethod
     def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
         """Return ascending frequencies, Hz, and densities as they are given; power laws in between."""
+
+    def with_checksum(self) -> Self:
+        """Return the spectrum with the checksum of the file that it is read from; itself without a file.
+
+        Raises:
+            UserError: The file cannot be used, or is another one than its checksum says.
+        """
+        return self
 
     @abstractmethod
     def faults(self, key: Key) -> Iterator[Fault]:

@@ -24,7 +24,7 @@ KEYS = (
     f'load=[{{type = "gravity"}}, {FORCE}, {FLOOR}, {SWEEP}]',
     "mesh.size=0.05",
     "time.step=2e-4",
-    "time.end=0.02",
+    "time.end=0.012",
     "output.history_interval=2e-4",
     "output.fields_interval=1e-2",
 )

@@ -170,7 +170,7 @@ MASS = DENSITY * AREA * LENGTH
 BAND = {"type": "white", "density": DENSITY_OF_FORCE, "high": 400.0}
 
 
-def oscillator(**random: Any) -> dict[str, Any]:
+def oscillator(end: float, **random: Any) -> dict[str, Any]:
     """Return a rigid beam on two equal joints, far from its support, under noise: heave of one DOF."""
     halves = {"stiffness": {"vertical": STIFFNESS / 2.0}, "damping": {"vertical": DAMPING / 2.0}}
     return tables(
@@ -178,14 +178,14 @@ def oscillator(**random: Any) -> dict[str, Any]:
         joint=[joint(place, "elastic", **halves) for place in (ROOT, TIP)],
         load=[{"type": "random", **random}],
         analysis={"type": "transient", "start": "undeformed"},
-        time={"end": DURATION, "step": STEP},
+        time={"end": end, "step": STEP},
         output={"errors": "none"},
     )
 
 
-def heave(folder: Path, **random: Any) -> tuple[np.ndarray, dict[str, Any]]:
+def heave(folder: Path, end: float = DURATION, **random: Any) -> tuple[np.ndarray, dict[str, Any]]:
     """Return the motion of the tip under noise, m, and the summary."""
-    outcome = run_case(gapbeam.read_case(oscillator(**random)), folder, MPI.COMM_SELF)
+    outcome = run_case(gapbeam.read_case(oscillator(end, **random)), folder, MPI.COMM_SELF)
     assert outcome.exit_status == 0, outcome.message
     assert outcome.summary["loop"] == "compiled"
     tip = gapbeam.open_results(folder).history["displacement"].sel(probe="tip")
@@ -219,8 +219,8 @@ def test_stationary_response_of_an_oscillator(tmp_path: Path) -> None:
     spread = np.sqrt(squares / DURATION) / power
     assert spread < 0.05
     assert np.mean(settled**2) / power == pytest.approx(1.0, abs=3.5 * spread)
-    shaken, _ = heave(tmp_path / "base", quantity="acceleration", seed=4, spectrum=BAND)
-    np.testing.assert_allclose(shaken, -MASS * x, atol=1e-6 * MASS * np.abs(x).max())
+    shaken, _ = heave(tmp_path / "base", 4.0, quantity="acceleration", seed=4, spectrum=BAND)
+    np.testing.assert_allclose(shaken, -MASS * x[: len(shaken)], atol=1e-6 * MASS * np.abs(x).max())
     (found,) = summary["random_loads"]
     bands = found["bands"]
     inside = [band["least_ratio"] < band["generated"] / band["asked"] < band["most_ratio"] for band in bands]
@@ -232,7 +232,7 @@ def test_stationary_response_of_an_oscillator(tmp_path: Path) -> None:
 
 def test_intervals_of_the_comparison_cover() -> None:
     """Over many seeds, 95 % of the ratios lie in their intervals, for spectra of all kinds."""
-    for spectrum, end in ((WHITE, 20.0), (TABLE, 2.0), (FLOW, 120.0)):
+    for spectrum, end in ((WHITE, 10.0), (TABLE, 1.5), (FLOW, 45.0)):
         found = [band for seed in range(45) for band in load(spectrum, seed=seed).generated(end)["bands"]]
         inside = [band["least_ratio"] < band["generated"] / band["asked"] < band["most_ratio"] for band in found]
         assert len(found) >= 180
@@ -265,7 +265,7 @@ def test_a_run_continues_under_the_same_noise(tmp_path: Path) -> None:
     text = DEMO.read_text(encoding="utf-8")
     case = tmp_path / "case.toml"
     case.write_text(text.replace("[[probe]]", f"{RANDOM}\n[[probe]]", 1), encoding="utf-8")
-    brief = ("mesh.size=0.05", "time.end=0.04", "output.errors=none")
+    brief = ("mesh.size=0.05", "time.end=0.02", "output.errors=none")
     whole = gapbeam.run(case, brief, tmp_path / "whole")
     parts = run_in_parts(case, brief, tmp_path / "parts", (1,))
     assert whole.exit_status == parts.exit_status == 0

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import pairwise
+from math import cos, log, pi, sin, sqrt
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,7 @@ from scipy.stats import chi2, kstest
 import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock, Words
 from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
+from gapbeam.solver.loads.counted_noise import noise_key, normal_block
 from gapbeam.solver.loads.random_function import RandomSignal, filter_length, filter_response, sample_rate
 from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.models.body_key import body_key
@@ -301,3 +303,19 @@ def test_the_report_compares_spectra() -> None:
     assert short is not None
     assert "too short" in str(short.blocks[0])
     assert random_loads_section({}) is None
+
+
+def test_the_generator_is_the_published_one() -> None:
+    """Philox4x64-10 gives the known answer of Random123 for key and counter 0; pairs of its words are normal pairs."""
+    words = np.random.Philox(key=0, counter=2**256 - 1).random_raw(4)  # NumPy counts up before it draws
+    assert [f"{word:x}" for word in words] == [
+        "16554d9eca36314c",
+        "db20fe9d672d0fdc",
+        "d7e772cee186176b",
+        "7e68b68aec7ba23b",
+    ]
+    key = noise_key(5, "shaker")
+    one, other = (int(word) >> 11 for word in np.random.Philox(key=key, counter=2**62 - 2).random_raw(2))
+    radius, angle = sqrt(-2.0 * log((one + 1) * 2.0**-53)), 2.0 * pi * other * 2.0**-53
+    first = normal_block(key, -1, 8)[:2]
+    assert first == pytest.approx([radius * cos(angle), radius * sin(angle)], rel=1e-12)

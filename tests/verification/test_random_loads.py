@@ -308,12 +308,8 @@ def test_the_report_compares_spectra() -> None:
 def test_the_generator_is_the_published_one() -> None:
     """Philox4x64-10 gives the known answer of Random123 for key and counter 0; pairs of its words are normal pairs."""
     words = np.random.Philox(key=0, counter=2**256 - 1).random_raw(4)  # NumPy counts up before it draws
-    assert [f"{word:x}" for word in words] == [
-        "16554d9eca36314c",
-        "db20fe9d672d0fdc",
-        "d7e772cee186176b",
-        "7e68b68aec7ba23b",
-    ]
+    published = "16554d9eca36314c db20fe9d672d0fdc d7e772cee186176b 7e68b68aec7ba23b"
+    assert " ".join(f"{word:x}" for word in words) == published
     key = noise_key(5, "shaker")
     one, other = (int(word) >> 11 for word in np.random.Philox(key=key, counter=2**62 - 2).random_raw(2))
     radius, angle = sqrt(-2.0 * log((one + 1) * 2.0**-53)), 2.0 * pi * other * 2.0**-53

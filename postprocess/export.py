@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from difflib import get_close_matches
 from itertools import product
 from pathlib import Path
 
@@ -12,12 +11,12 @@ import numpy as np
 import xarray as xr
 from scipy.io import savemat
 
+from gapbeam.postprocess.results.chosen_records import chosen_records
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 
 FILE = "history.csv"
 SUFFIXES = (".csv", ".mat")
-_ALIKE = 3  # suggestions for a name that is not there
 _BLOCK = 65536  # records formatted at a time
 
 
@@ -75,7 +74,11 @@ def export(
     path = Path(output)
     if path.suffix.lower() not in SUFFIXES:
         raise OptionError(f"the file {path} has another suffix; expected one of {', '.join(SUFFIXES)}")
-    history = _chosen(open_results(Path(results)).history, records, begin, end, every)
+    if every < 1:
+        raise OptionError(f"every = {every}; expected a whole number of at least 1")
+    history = chosen_records(open_results(Path(results)).history, records, begin, end).isel(
+        time=slice(None, None, every)
+    )
     columns = columns_of(history)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(path.name + ".part")
@@ -99,27 +102,6 @@ def columns_of(history: xr.Dataset) -> list[Column]:
         for number, words in enumerate(product(*labels)):
             found.append(Column((str(name), *words), str(record.attrs.get("units", "1")), values[:, number]))
     return found
-
-
-def _chosen(
-    history: xr.Dataset, records: Sequence[str], begin: float | None, end: float | None, every: int
-) -> xr.Dataset:
-    """Return the records asked for, in the time asked for."""
-    if every < 1:
-        raise OptionError(f"every = {every}; expected a whole number of at least 1")
-    unknown = [name for name in records if name not in history.data_vars]
-    if unknown:
-        known = sorted(map(str, history.data_vars))
-        near = get_close_matches(unknown[0], known, _ALIKE) or known
-        raise OptionError(f"the run has no record {unknown[0]!r}; expected one of: {', '.join(near)}")
-    chosen = history[list(records)] if records else history
-    kept = chosen.sel(time=slice(begin, end)).isel(time=slice(None, None, every))
-    if kept.sizes["time"] == 0:
-        times = history["time"].values
-        span = f"records from {times[0]:g} to {times[-1]:g} s" if len(times) else "no records"
-        first, last = ("the start" if begin is None else f"{begin:g} s"), ("the end" if end is None else f"{end:g} s")
-        raise OptionError(f"there is no record from {first} to {last}; the run has {span}")
-    return kept
 
 
 def _write_csv(path: Path, columns: Sequence[Column]) -> None:

@@ -4,8 +4,10 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
+import xarray as xr
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.figures.amplitude_spectrum import draw_amplitude_spectrum
@@ -21,15 +23,18 @@ from gapbeam.postprocess.figures.orbits_figure import (
 )
 from gapbeam.postprocess.figures.period_peaks import draw_period_peaks
 from gapbeam.postprocess.figures.phase_portrait import draw_phase_portrait
+from gapbeam.postprocess.figures.power_density_figure import draw_power_density
 from gapbeam.postprocess.figures.response_curve import draw_response_curve
 from gapbeam.postprocess.figures.time_history import draw_time_history
 from gapbeam.postprocess.results.bounded_json import read_json
+from gapbeam.postprocess.results.chosen_records import chosen_records
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.analysis_tables import as_data, as_text
 from gapbeam.postprocess.signals.periodicity import TOLERANCE
+from gapbeam.postprocess.signals.power_density import PowerDensity, density_data, density_rows, power_density
 from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze
 from gapbeam.postprocess.signals.smoothing import POINTS, RATE, Sampling
 from gapbeam.postprocess.signals.spectra import Window
@@ -63,6 +68,10 @@ def plot(
     harmonics: int = 10,
     tolerance: float = TOLERANCE,
     zoom: int = 3,
+    begin: float | None = None,
+    end: float | None = None,
+    psd: Sequence[str] = (),
+    resolution: float | None = None,
 ) -> list[Path]:
     """Draw every figure that the results allow, and write `tables.txt` and `figures.json`.
 
@@ -81,6 +90,10 @@ def plot(
         harmonics: Highest harmonic in figures and tables.
         tolerance: Of the periodicity, as a fraction of the range.
         zoom: Forcing periods in the enlarged panels.
+        begin: First time that is looked at, s; None: from the start.
+        end: Last time, s; None: to the end.
+        psd: Names of records to draw the power spectral density of, such as "contact_force".
+        resolution: Of these densities, Hz; None: from the length of the record.
 
     Returns:
         The files written: figures, `tables.txt`, `figures.json`.
@@ -88,43 +101,61 @@ def plot(
     Raises:
         ResultsError: The results cannot be read.
         SignalError: No such probe or component, or a value that is not finite.
-        OptionError: A format that is not one of the three.
+        OptionError: A format that is not one of the three, a record that is not there, or a span without records.
     """
     unknown = [name for name in formats if name not in FORMATS]
     if unknown:
         raise OptionError(f"formats {', '.join(unknown)}: expected some of {', '.join(FORMATS)}")
     results = open_results(folder)
     options = Options(probe, component, acceleration, rate, points, sampling, periods, window, harmonics, tolerance)
-    analysis = analyze(results, options, motion_of(results, results.forcing_frequency))
+    whole = begin is None and end is None
+    if is_periodic(results) and not whole:
+        raise OptionError("the run computed one period of its response: no span of time can be chosen from it")
+    history = chosen_records(results.history, (), begin, end)
+    chosen_records(history, psd)
+    densities = [power_density(history, name, resolution) for name in dict.fromkeys(psd)]
+    motion = motion_of(results, results.forcing_frequency) if is_periodic(results) else history
+    analysis = analyze(results, options, motion)
     target = Path(output) if output is not None else results.folder / FOLDER
-    return plot_analysis(results, analysis, target, formats, harmonics, zoom)
+    span = None if whole else (float(history["time"][0]), float(history["time"][-1]))
+    figures = _figures(results, history, analysis, harmonics, zoom)
+    figures |= {f"psd_{found.record}": partial(draw_power_density, found) for found in densities}
+    return _written(results, analysis, densities, figures, target, formats, _heading(results, span))
 
 
-def plot_analysis(
+def _written(
     results: Results,
     analysis: Analysis,
+    densities: Sequence[PowerDensity],
+    figures: dict[str, Callable[[], Figure]],
     output: Path,
     formats: Sequence[str],
-    harmonics: int = 10,
-    zoom: int = 3,
+    heading: str,
 ) -> list[Path]:
-    """Draw the figures of an analysis that is already there; see `plot`."""
     paths: list[Path] = []
     drawn: dict[str, list[str]] = {}
     with journal_style():
-        for name, draw in _figures(results, analysis, harmonics, zoom).items():
+        for name, draw in figures.items():
             written = save(draw(), output, name, formats)
             drawn[name] = [path.name for path in written]
             paths += written
     output.mkdir(parents=True, exist_ok=True)
     text, data = output / TABLES_FILE, output / DATA_FILE
-    text.write_text(as_text(analysis, _heading(results)), encoding="utf-8")
+    tables = "\n".join([as_text(analysis, heading), *("\n".join([*density_rows(one), ""]) for one in densities)])
+    text.write_text(tables, encoding="utf-8")
     contents = {"status": results.status, "figures": drawn, **as_data(analysis)}
+    if densities:
+        contents["power_densities"] = {one.record: density_data(one) for one in densities}
     data.write_text(json.dumps(contents, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return [*paths, text, data]
 
 
-def _heading(results: Results) -> str:
+def _heading(results: Results, span: tuple[float, float] | None) -> str:
+    title = _title(results)
+    return title if span is None else f"{title}\nrecords from t = {span[0]:.6g} to {span[1]:.6g} s"
+
+
+def _title(results: Results) -> str:
     if is_periodic(results):
         return f"{results.title}\none period of the response was computed; it is shown as it repeats"
     if results.status == "completed":
@@ -133,9 +164,11 @@ def _heading(results: Results) -> str:
     return f"{results.title}\nrun {results.status}{f': {message}' if message else ''}"
 
 
-def _figures(results: Results, analysis: Analysis, harmonics: int, zoom: int) -> dict[str, Callable[[], Figure]]:
+def _figures(
+    results: Results, history: xr.Dataset, analysis: Analysis, harmonics: int, zoom: int
+) -> dict[str, Callable[[], Figure]]:
     """The figures for which the results hold enough."""
-    history, frequency = results.history, analysis.forcing_frequency
+    frequency = analysis.forcing_frequency
     signals = analysis.signals.values()
     figures: dict[str, Callable[[], Figure]] = {}
     if analysis.displacement is not None:

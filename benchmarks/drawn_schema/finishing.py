@@ -43,7 +43,7 @@ def entries_of(draw: Draw, key: str) -> Any:
     models = models_in(Load)
     static = [model for model in models if getattr(model, "static", False)]
     moving = [model for model in models if model not in static and type_name(model) not in _of_walls()]
-    wanted = [model for model in models if _in_focus(draw, "load", model)]
+    wanted = [model for model in models if _in_focus(draw, "load", model) or _leads_to(model, draw.focus.table)]
     chosen = [] if draw.chance.random() < WEIGHTLESS else [*static]
     chosen += wanted or [draw.chance.choice(moving)]
     if draw.chance.random() < 0.25 or all(model in static for model in chosen):
@@ -161,6 +161,8 @@ def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict
     speed = 2.0 * pi * draw.scene.frequency
     size = {"velocity": 1.0 / speed, "displacement": 1.0 / speed**2}.get(load.get("quantity", ""), 1.0)
     named |= {key: size * load[key] for key in ("amplitude", "scale") if key in load}
+    if load.get("quantity") == "acceleration":
+        named.pop("point", None)
     tilt = (draw.scene.seed * 7919 + number * 104729) % 1000 / 1000.0
     if tilt < TILTED and load["type"] not in _of_walls():
         sense = -1.0 if load["type"] in _downward() else 1.0

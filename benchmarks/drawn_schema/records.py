@@ -1,4 +1,4 @@
-"""Measured signals that were never measured: files for recorded loads."""
+"""Measured signals that were never measured: files for recorded and random loads."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ import random
 from benchmarks.drawn_schema.scene import Scene
 
 ROWS = 24  # in a forcing period
-NAME = "record.csv"
+NAME, SPECTRUM = "record.csv", "spectrum.csv"
 
 
 def write_record(chance: random.Random, scene: Scene) -> str:
@@ -26,4 +26,12 @@ def write_record(chance: random.Random, scene: Scene) -> str:
         lines.append(f"{time:.9g},{value / total:.6g}")
     path = scene.folder / NAME
     path.write_text("\n".join(lines) + "\n", encoding="utf-8")
+    return str(path)
+
+
+def write_spectrum(chance: random.Random, scene: Scene) -> str:
+    """Write densities of about 1 around the forcing frequency, and return the path of their file."""
+    rows = [f"{share * scene.frequency:.9g};{chance.uniform(0.1, 1.0):.4g}" for share in (0.5, 1.0, 2.0, 4.0)]
+    path = scene.folder / SPECTRUM
+    path.write_text("\n".join(["f [Hz];S", *rows]) + "\n", encoding="utf-8")
     return str(path)

@@ -10,7 +10,7 @@ from collections.abc import Callable
 from math import pi
 from typing import Any
 
-from benchmarks.drawn_schema.records import write_record
+from benchmarks.drawn_schema.records import write_record, write_spectrum
 from benchmarks.drawn_schema.scene import Scene
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT
 
@@ -220,6 +220,27 @@ RULES: dict[tuple[str, str], Rule] = {
     ("RecordedTable", "start"): seldom(lambda chance, scene: chance.choice((0.0, 0.5)) / scene.frequency),
     ("RecordedTable", "ramp"): _ramp,
     ("RecordedTable", "checksum"): never,
+    ("PointOrSupportLoad", "point"): _point,  # left out of accelerations where the loads are put together
+    ("PointOrSupportLoad", "ramp"): _ramp,
+    ("RandomLoad", "seed"): seldom(one_of(1, 2, 3)),
+    ("SpectrumTable", "scale"): lambda chance, scene: _force(chance, scene) ** 2 / scene.frequency,
+    ("WhiteSpectrum", "density"): one_of(0.3, 1.0),
+    ("WhiteSpectrum", "low"): seldom(lambda _, scene: 0.5 * scene.frequency, 0.7),
+    ("WhiteSpectrum", "high"): lambda _, scene: 3.0 * scene.frequency,
+    ("TableSpectrum", "frequencies"): lambda _, scene: [factor * scene.frequency for factor in (0.5, 1.0, 4.0)],
+    ("TableSpectrum", "densities"): one_of([0.1, 1.0, 1.0], [1.0, 0.3, 0.01]),
+    ("FileSpectrum", "file"): write_spectrum,
+    ("FileSpectrum", "frequency_column"): seldom(one_of(1, "f")),
+    ("FileSpectrum", "density_column"): seldom(one_of(2, "S")),
+    ("FileSpectrum", "checksum"): never,
+    ("TurbulenceSpectrum", "velocity"): one_of(0.5, 2.0),
+    ("TurbulenceSpectrum", "length"): lambda _, scene: 0.2 / scene.frequency,
+    ("TurbulenceSpectrum", "low"): seldom(lambda _, scene: 0.3 * scene.frequency),
+    ("TurbulenceSpectrum", "high"): seldom(lambda _, scene: 4.0 * scene.frequency),
+    ("SweptSineLoad", "amplitude"): _force,
+    ("SweptSineLoad", "start_frequency"): lambda _, scene: 0.5 * scene.frequency,
+    ("SweptSineLoad", "end_frequency"): lambda chance, scene: scene.frequency * chance.choice((0.2, 2.0)),
+    ("SweptSineLoad", "duration"): lambda _, scene: 5.0 / scene.frequency,
     ("Probe", "name"): never,  # numbered where the probes are put together
     ("Probe", "point"): _point,
     ("Time", "end"): lambda _, scene: scene.periods / scene.frequency,

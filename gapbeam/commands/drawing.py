@@ -42,6 +42,17 @@ def plot(
     harmonics: Annotated[int, typer.Option(min=1, help="highest harmonic in figures and tables")] = 10,
     tolerance: Annotated[float, typer.Option(min=0.0, help="of the period, as a fraction of the range")] = 0.01,
     zoom: Annotated[int, typer.Option(min=1, help="forcing periods in the enlarged panels")] = 3,
+    begin: Annotated[float | None, typer.Option("--from", help="first time that is looked at, s")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="last time, s")] = None,
+    psd: Annotated[
+        list[str] | None,
+        typer.Option(
+            metavar="RECORD", help="draw the power density of a record, such as contact_force; may be repeated"
+        ),
+    ] = None,
+    resolution: Annotated[
+        float | None, typer.Option(min=1e-9, help="of power densities, Hz; by default a 9th of what the record allows")
+    ] = None,
 ) -> int:
     """Draw peaks, time histories, spectrum and contact forces of a run, and print its tables."""
     from gapbeam.interface.shown_results import plot as draw
@@ -60,6 +71,10 @@ def plot(
         harmonics=harmonics,
         tolerance=tolerance,
         zoom=zoom,
+        begin=begin,
+        end=end,
+        psd=psd or (),
+        resolution=resolution,
         **chosen,
     )
     print(next(path for path in paths if path.name == TABLES_FILE).read_text(encoding="utf-8"))

@@ -87,6 +87,10 @@ def plot(
     harmonics: int = 10,
     tolerance: float = 0.01,
     zoom: int = 3,
+    begin: float | None = None,
+    end: float | None = None,
+    psd: Sequence[str] = (),
+    resolution: float | None = None,
 ) -> list[Path]:
     """Draw peaks, time histories, spectrum and contact forces of a run, and write its tables.
 
@@ -105,6 +109,10 @@ def plot(
         harmonics: Highest harmonic in figures and tables.
         tolerance: Of the period, as a fraction of the range.
         zoom: Forcing periods in the enlarged panels.
+        begin: First time that is looked at, s; None: from the start.
+        end: Last time, s; None: to the end.
+        psd: Names of records to draw the power spectral density of, such as "contact_force".
+        resolution: Of these densities, Hz; None: from the length of the record.
 
     Returns:
         The figures and tables.
@@ -125,6 +133,7 @@ def plot(
         return draw(
             folder, place, tuple(formats), probe, component, acceleration=acceleration, rate=rate, points=points,
             sampling=sampling, periods=periods, window=window, harmonics=harmonics, tolerance=tolerance, zoom=zoom,
+            begin=begin, end=end, psd=tuple(psd), resolution=resolution,
         )  # fmt: skip
 
 

@@ -12,15 +12,19 @@ from gapbeam.solver.loads.exciter import Exciter
 from gapbeam.solver.loads.gravity import Gravity
 from gapbeam.solver.loads.harmonic_force import HarmonicForce
 from gapbeam.solver.loads.harmonic_support_motion import HarmonicSupportMotion
+from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.recorded_force import RecordedForce
 from gapbeam.solver.loads.recorded_motion import RecordedMotion
 from gapbeam.solver.loads.recorded_support_motion import RecordedSupportMotion
+from gapbeam.solver.loads.swept_sine import SweptSineLoad
 
 Load = Annotated[
     Gravity
     | HarmonicForce
     | Exciter
     | BaseMotion
+    | RandomLoad
+    | SweptSineLoad
     | RecordedForce
     | RecordedMotion
     | HarmonicSupportMotion

@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping
-from typing import ClassVar, Self
+from typing import Any, ClassVar, Self
 
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.attachment import Attachment, StaticForce
@@ -122,6 +122,10 @@ class LoadTable(Table, ABC):
                 bare = changed if changed.place == self.place else bare
         return bare
 
+    def generated(self, end: float) -> Mapping[str, Any] | None:  # noqa: ARG002 - for those that override it
+        """Return the spectrum of a random signal up to a time, s, beside the one asked for; None for other loads."""
+        return None
+
     def with_checksum(self) -> Self:
         """Return the load with the checksum of the file that it is read from; itself without a file.
 
@@ -158,4 +162,8 @@ class LoadTable(Table, ABC):
 
     def unusual_steps(self, step: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
         """Yield in what a time step, s, is too long for the load, in words that go on after the step."""
+        yield from ()
+
+    def unusual_records(self, interval: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
+        """Yield in what an interval between records, s, is too long for the load, in words that go on after it."""
         yield from ()

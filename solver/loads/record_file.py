@@ -1,4 +1,4 @@
-"""A measured signal from a text file: rows of numbers in columns, as loggers and spreadsheets write them.
+"""A measured signal or spectrum from a text file: rows of numbers in columns, as loggers and spreadsheets write them.
 
 The lines above the first row are passed over; the last of them that has as many entries as a row names the columns.
 Blank lines, and what stands behind #, say nothing. Columns are separated by commas, semicolons, tabs or blanks, and
@@ -25,16 +25,47 @@ from gapbeam.solver.wording.short_words import either, printable
 
 LARGEST = 256_000_000
 """The largest file that is read, bytes."""
-FEWEST = 4
-"""Rows, of which a cubic has as many coefficients."""
 GREATEST = 1.0e30
 """Of all numbers in a record."""
 LONGEST_LINE = 10_000
 HEAD = 65_536
-EXPECTED = "a text file with a time and a value in each row, its path relative to the case file"
-TIME, VALUE, FILE = ("time_column",), ("value_column",), ("file",)
+TIME, FILE = ("time_column",), ("file",)
 
 Column = int | str
+
+
+@dataclass(frozen=True)
+class RowKind:
+    """What the rows of a file hold, as messages and keys name it.
+
+    Attributes:
+        first: Increases from row to row.
+        second: Belongs to it.
+        fewest: Rows.
+    """
+
+    first: str
+    second: str
+    fewest: int
+
+    @property
+    def plural(self) -> str:
+        """The entries of the first column."""
+        return f"{self.first[:-1]}ies" if self.first.endswith("y") else f"{self.first}s"
+
+    @property
+    def keys(self) -> tuple[Key, Key]:
+        """The keys of the two columns."""
+        return (f"{self.first}_column",), (f"{self.second}_column",)
+
+    @property
+    def expected(self) -> str:
+        """What a file should be."""
+        return f"a text file with a {self.first} and a {self.second} in each row, its path relative to the case file"
+
+
+SIGNAL = RowKind("time", "value", 4)
+"""A cubic has four coefficients."""
 
 
 class RecordError(UserError):
@@ -50,7 +81,7 @@ class RecordedRows:
     """The rows of a file.
 
     Attributes:
-        times: As in the file, increasing, (rows,).
+        times: As in the file, increasing, or what else is in the first column, (rows,).
         values: As in the file, (rows,).
         checksum: SHA-256 of the file, hexadecimal.
     """
@@ -60,13 +91,14 @@ class RecordedRows:
     checksum: str
 
 
-def read_record(file: str, time_column: Column, value_column: Column) -> RecordedRows:
+def read_record(file: str, time_column: Column, value_column: Column, kind: RowKind = SIGNAL) -> RecordedRows:
     """Read a record; one that was read before and has not changed since is not read again.
 
     Args:
         file: Its path.
         time_column: Number from 1, or name.
         value_column: Likewise.
+        kind: What the columns hold.
 
     Raises:
         RecordError: There is no such file or column, it is too large, or it holds something else than finite numbers
@@ -75,51 +107,51 @@ def read_record(file: str, time_column: Column, value_column: Column) -> Recorde
     path = Path(file)
     try:
         if "\0" in file or not path.exists():
-            raise _fault(FILE, f"{printable(file, 200)}, where there is no file", EXPECTED, _here(file))
+            raise _fault(FILE, f"{printable(file, 200)}, where there is no file", kind.expected, _here(file))
         if not path.is_file():
             found = "a folder" if path.is_dir() else "a device or pipe"
-            raise _fault(FILE, f"{printable(file, 200)}, {found}", EXPECTED)
+            raise _fault(FILE, f"{printable(file, 200)}, {found}", kind.expected)
         status = path.stat()
         if status.st_size > LARGEST:
             hint = "fewer columns, digits or rows; is it a record at all?"
             raise _fault(FILE, f"a file of {status.st_size} bytes", f"at most {LARGEST} bytes", hint)
         stamp = (status.st_mtime_ns, status.st_size, status.st_ino)
-        return _read(path, stamp, time_column, value_column)
+        return _read(path, stamp, (time_column, value_column), kind)
     except OSError as error:
         found = f"{printable(file, 200)}, which cannot be read: {error.strerror or error}"
-        raise _fault(FILE, found, EXPECTED) from error
+        raise _fault(FILE, found, kind.expected) from error
 
 
 @lru_cache(maxsize=8)
-def _read(path: Path, _stamp: tuple[int, ...], time_column: Column, value_column: Column) -> RecordedRows:
+def _read(path: Path, _stamp: tuple[int, ...], columns: tuple[Column, Column], kind: RowKind) -> RecordedRows:
     with path.open("rb") as file:
         content = file.read(LARGEST + 1)
-    layout = _layout(content[:HEAD], len(content) > HEAD, time_column, value_column)
-    places = [_place(key, column, layout) for key, column in ((TIME, time_column), (VALUE, value_column))]
+    layout = _layout(content[:HEAD], len(content) > HEAD, columns, kind)
+    places = [_place(key, column, layout) for key, column in zip(kind.keys, columns, strict=True)]
     faults = [place for place in places if isinstance(place, Fault)]
     if not faults and places[0] == places[1]:
-        faults = [Fault(VALUE, "the column of the times", "another one", "columns are counted from 1")]
+        faults = [Fault(kind.keys[1], f"the column of the {kind.plural}", "another one", "columns are counted from 1")]
     if faults:
         raise RecordError(faults)
     times, values = _numbers(content, layout, [place for place in places if isinstance(place, int)])
-    faults = list(_faults(times, values))
+    faults = list(_faults(times, values, kind))
     if faults:
         raise RecordError(faults)
     return RecordedRows(times, values, hashlib.sha256(content).hexdigest())
 
 
-def _layout(head: bytes, goes_on: bool, time_column: Column, value_column: Column) -> RecordLayout:
+def _layout(head: bytes, goes_on: bool, columns: tuple[Column, Column], kind: RowKind) -> RecordLayout:
     """Return how the rows are written, from the first bytes of a file."""
     if b"\0" in head:
         hint = "export it as text; UTF-16 text has to be saved as UTF-8"
-        raise _fault(FILE, "a binary file", EXPECTED, hint)
+        raise _fault(FILE, "a binary file", kind.expected, hint)
     lines = head.decode("utf-8-sig", errors="replace").splitlines()
     try:
-        return layout_of(lines[:-1] if goes_on else lines, (time_column, value_column))
+        return layout_of(lines[:-1] if goes_on else lines, columns)
     except NoRows as error:
         first = f"; its first line is {printable(lines[0])!r}" if lines else ", which is empty"
         found = f"a file without a row of two numbers in its first {HEAD} bytes{first}"
-        raise _fault(FILE, found, EXPECTED, str(error)) from error
+        raise _fault(FILE, found, kind.expected, str(error)) from error
 
 
 def _place(key: Key, column: Column, layout: RecordLayout) -> int | Fault:
@@ -187,24 +219,26 @@ class RowReader:
             yield self.text.replace(",", ".") if layout.comma else self.text
 
 
-def _faults(times: Array, values: Array) -> Iterator[Fault]:
+def _faults(times: Array, values: Array, kind: RowKind) -> Iterator[Fault]:
     """Yield what is wrong with the numbers of a record."""
-    for key, word, numbers in ((TIME, "time", times), (VALUE, "value", values)):
+    (first, second), plural = kind.keys, kind.plural
+    for key, word, numbers in ((first, kind.first, times), (second, kind.second, values)):
         wrong = np.flatnonzero(~(np.abs(numbers) <= GREATEST))
         if len(wrong):
             many = f", and {len(wrong) - 1} more" if len(wrong) > 1 else ""
             found = f"the {word} {numbers[wrong[0]]:g} in row {wrong[0] + 1}{many}"
             yield Fault(key, found, f"finite numbers up to {GREATEST:g}", "leave out rows where nothing was measured")
-    if len(times) < FEWEST:
-        yield Fault(FILE, f"{len(times)} rows", f"at least {FEWEST}")
+    if len(times) < kind.fewest:
+        yield Fault(FILE, f"{len(times)} rows", f"at least {kind.fewest}")
     back = np.flatnonzero(np.diff(times) <= 0.0)
     if len(back):
         row = int(back[0]) + 1
         before, after = float(times[row - 1]), float(times[row])
         alike = before == after
         found = f"{before} in row {row} and {'again' if alike else after} in row {row + 1}"
-        hint = "times printed with too few digits, or another column?" if alike else "is it the column of the times?"
-        yield Fault(TIME, found, "times that increase from row to row", hint)
+        hint = f"{plural} printed with too few digits, or another column?"
+        hint = hint if alike else f"is it the column of the {plural}?"
+        yield Fault(first, found, f"{plural} that increase from row to row", hint)
 
 
 def _is_number(text: str) -> bool:

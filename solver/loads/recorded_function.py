@@ -20,6 +20,7 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.ramp import ramped
 from gapbeam.solver.loads.record_curve import Content, RecordCurve, content, curve_of, extremes
 from gapbeam.solver.loads.recorded_table import RecordedTable
+from gapbeam.solver.loads.time_function import piecewise_mean
 from gapbeam.solver.system.operators import Array
 
 Times = TypeVar("Times", float, Array)
@@ -74,16 +75,7 @@ class RecordedSignal:
             starts: (times,), s.
             ends: (times,), s, none before its start.
         """
-        edges = np.unique(np.concatenate([starts, ends, self._knots(float(np.min(starts)), float(np.max(ends)))]))
-        half, middle = 0.5 * np.diff(edges), 0.5 * (edges[1:] + edges[:-1])
-        parts = np.zeros(len(half) + 1)
-        for node, weight in zip(_NODES, _WEIGHTS, strict=True):
-            parts[:-1] += weight * half * self.value(np.asarray(middle + half * node))
-        # a sum for each interval by itself: the same bits wherever a run is interrupted
-        places = np.stack([np.searchsorted(edges, starts), np.searchsorted(edges, ends)], axis=1)
-        gained, spans = np.add.reduceat(parts, places.ravel())[::2], ends - starts
-        at_starts = self.value(np.asarray(starts, dtype=float))
-        return np.asarray(np.divide(gained, spans, out=at_starts, where=spans > 0.0))
+        return piecewise_mean(self.value, self._knots(float(np.min(starts)), float(np.max(ends))), starts, ends)
 
     @property
     def peak(self) -> float:
@@ -146,7 +138,3 @@ def signal_of(load: RecordedTable) -> RecordedSignal:
         load.beyond,
         load.derivative,
     )
-
-
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(5)
-"""Exact up to degree 9; a cubic times the ramp is of degree 8."""

@@ -34,6 +34,9 @@ def describe_march(
     summary["convergence"] = accounts.tally.convergence()
     summary["wall_time"] |= accounts.tally.seconds()
     summary["checkpoints"] = consumers.costs()
+    end = min(model.case.time.end, accounts.tally.steps * model.step)
+    if generated := [found for load in model.case.load if (found := load.generated(end)) is not None]:
+        summary["random_loads"] = generated
     findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
     summary["assumptions"] = [finding.as_data() for finding in findings]
     noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]

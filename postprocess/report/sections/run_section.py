@@ -20,6 +20,7 @@ from gapbeam.postprocess.report.sections.contact_section import contact_section
 from gapbeam.postprocess.report.sections.curve_section import curve_section, periodic_section
 from gapbeam.postprocess.report.sections.energy_section import energy_section
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section
+from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
 from gapbeam.postprocess.report.sections.spectra_section import spectra_section
 from gapbeam.postprocess.report.sections.verdict_section import summary_section
 from gapbeam.postprocess.report.study_json import read_object
@@ -38,7 +39,7 @@ PICTURE_WORDS = {
 
 
 def run_report(results: Results, command: str) -> Report:
-    """Return the report on a run: verdicts and figures first, then motion, spectra, contact, energy, the case.
+    """Return the report on a run: verdicts and figures then motion, spectra, contact, energy, random loads, the case.
 
     What the results do not allow is left out, or reported where it would stand.
 
@@ -57,7 +58,8 @@ def run_report(results: Results, command: str) -> Report:
     curve = results.folder / CURVE_FILE
     if curve.is_file():
         sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
-    sections += [section for section in (_pictures(results.folder), case_section(results)) if section is not None]
+    ends = (random_loads_section(results.summary), _pictures(results.folder), case_section(results))
+    sections += [section for section in ends if section is not None]
     return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
 
 

@@ -201,6 +201,9 @@ def output(case: Case) -> Iterator[str]:
                 f"[output] history_interval = {interval:g} keeps {1 / frequency / interval:.3g} records "
                 f"in a period of the load {load.name}; its waveform is lost"
             )
+        if interval > step > 0.0:
+            for line in load.unusual_records(interval):
+                yield f"[output] history_interval = {interval:g} {line}"
     fields = case.time.end / case.output.fields_interval if case.output.fields_interval else 0
     if fields > MOST_FIELDS:
         yield f"[output] fields_interval = {case.output.fields_interval:g} writes {fields:.3g} fields to disk"

@@ -139,9 +139,10 @@ def _refuse_endless(data: Mapping[str, Any], path: Path) -> None:
 
 
 def _find_files(data: dict[str, Any], path: Path) -> None:
-    """Make the paths of mesh files and records absolute."""
+    """Make the paths of mesh files, records and spectra absolute."""
     loads = data.get("load")
-    for table in (data.get("mesh"), *(loads if isinstance(loads, list) else ())):
+    loads = [load for load in loads if isinstance(load, dict)] if isinstance(loads, list) else []
+    for table in (data.get("mesh"), *loads, *(load.get("spectrum") for load in loads)):
         if isinstance(table, dict) and isinstance(table.get("file"), str) and table["file"]:
             table["file"] = os.path.normpath(path.absolute().parent / table["file"])
 

@@ -145,6 +145,11 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
         key = (*key, "type")
     elif isinstance(key[-1], int):
         return Fault(key, shown(value), f"a table with type = {known}")
+    elif value is None:
+        needed = [field for field, info in models[0].model_fields.items() if info.is_required() and field != "type"]
+        line = ", ".join([f"type = {toml_value(names[0])}", *(example(models[0], field) for field in needed)])
+        hint = f"for example {key[-1]} = {{ {line} }}"
+        return Fault(key, "nothing: the key is missing", f"a table with type = {known}", hint)
     close = near(chosen, names)
     hint = f"did you mean {toml_value(close)}?" if close else ""
     return Fault(key, shown(chosen), known, hint)

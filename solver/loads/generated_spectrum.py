@@ -1,0 +1,107 @@
+"""The spectrum of a random signal as it was generated, beside the one asked for, with the scatter that chance allows.
+
+The bands hold equal shares of the power asked for. Their mean squares are sums over Welch's estimate with Hann windows
+that overlap by half. Neighboring frequencies of one window are correlated with 4/9 and 1/36, neighboring windows with
+1/36; so the relative variance of a sum over lines k of expected power E_k from K windows is
+
+    (1 + (1 - 1/K) / 18) / K * sum_kl E_k E_l rho_|k-l| / (sum_k E_k)^2,    rho = 1, 4/9, 1/36, 0, ...
+
+The sum is taken as chi-squared with that variance. E_k is the spectrum asked for as the window sees it.
+
+Source: Welch, IEEE Trans. Audio Electroacoust. 15 (1967); Percival and Walden, Spectral Analysis (1993), chapter 6.
+"""
+
+from __future__ import annotations
+
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from scipy.signal import welch
+from scipy.stats import chi2
+
+from gapbeam.solver.loads.random_function import RandomSignal, grid_densities
+from gapbeam.solver.system.operators import Array
+
+CONFIDENCE = 0.95
+NUMBERS_OF_BANDS = (8, 4, 2, 1)
+LEAST_PRODUCT = 50.0  # of the width of a band and the duration
+LINES = 25.0  # of the estimate in the narrowest band
+MOST_SAMPLES = 2**20
+CORRELATION = (1.0, 4.0 / 9.0, 1.0 / 36.0)  # of powers at 0, 1 and 2 lines of a Hann window
+HANN = np.array([1.0, 4.0, 1.0]) / 6.0  # of the power of a line in it and beside it
+
+
+def compared(signal: RandomSignal, end: float) -> dict[str, Any]:
+    """Return what was generated up to a time beside what was asked for.
+
+    Args:
+        signal: Without its smooth start.
+        end: s.
+
+    Returns:
+        rms asked for, in the unit of the load; `bands` with the limits, Hz, the mean squares asked for and generated,
+        and the 95 % interval of their ratio; none where the run is too short. `seconds` of the signal were compared.
+    """
+    asked, rate = signal.spectrum, signal.rate
+    count = min(int(end * rate), MOST_SAMPLES)
+    found: dict[str, Any] = {"rms": asked.rms, "seconds": count / rate, "confidence": CONFIDENCE, "bands": []}
+    edges = next(
+        (
+            edges
+            for bands in NUMBERS_OF_BANDS
+            if _narrowest(edges := _edges(signal, bands)) * found["seconds"] >= LEAST_PRODUCT
+        ),
+        None,
+    )
+    if edges is None:
+        return found
+    values = signal.value(np.arange(count) / rate)
+    length = 2 * int(0.5 * rate * LINES / _narrowest(edges))
+    lines, generated = welch(values, rate, "hann", length, length // 2, detrend=False)
+    width, windows = rate / length, 2 * count // length - 1
+    seen = np.convolve(_mirrored(grid_densities(asked, lines, width)), HANN, mode="valid")
+    expected = np.asarray(seen, dtype=float)
+    generated[0] *= 2.0  # one-sided as the other lines are
+    for low, high in pairwise(edges):
+        lowest, highest = np.rint(np.array([low, high]) / width).astype(int)
+        found["bands"].append(_band(expected, generated, lowest, highest, width, windows))
+    return found
+
+
+def _edges(signal: RandomSignal, bands: int) -> Array:
+    """Return the limits of bands of equal power, Hz, (bands + 1,)."""
+    asked = signal.spectrum
+    return np.array([asked.low, *(asked.below(number / bands) for number in range(1, bands)), asked.high])
+
+
+def _narrowest(edges: Array) -> float:
+    return float(np.min(np.diff(edges)))
+
+
+def _mirrored(densities: Array) -> Array:
+    """Return densities on a grid from 0 with one more below 0 and one above the highest."""
+    return np.concatenate([densities[1:2], densities, [0.0]])
+
+
+def _band(expected: Array, generated: Any, first: int, last: int, width: float, windows: int) -> dict[str, Any]:
+    """Return a band from a line up to another one, without the latter."""
+    parts = expected[first:last]
+    power = float(np.sum(parts)) * width
+    pairs = sum(
+        (1.0 if lag == 0 else 2.0) * rho * float(parts[lag:] @ parts[: len(parts) - lag])
+        for lag, rho in enumerate(CORRELATION)
+    )
+    variance = (1.0 + (1.0 - 1.0 / windows) / 18.0) / windows * pairs / float(np.sum(parts)) ** 2
+    freedom = 2.0 / variance
+    least, most = (
+        float(chi2.ppf(share, freedom)) / freedom for share in (0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE)
+    )
+    return {
+        "from": first * width,
+        "to": last * width,
+        "asked": power,
+        "generated": float(np.sum(generated[first:last])) * width,
+        "least_ratio": least,
+        "most_ratio": most,
+    }

@@ -1,0 +1,157 @@
+"""Gaussian noise of a given spectrum as a smooth function of time, with a smooth start.
+
+    s(t) = r(t) sum_n c_n B(F t - n),    c = h * w
+
+w are independent normal numbers (`loads.counted_noise`), h is a filter of finite length, B the cubic B-spline, r the
+ramp. s is twice continuously differentiable and defined at all times: steps of any length, their halves and the stages
+of schemes take it where they need it, and nothing depends on what was asked for before.
+
+The rate F is 8 times the highest frequency. A cubic B-spline multiplies the spectrum of c by sinc(f / F)^8; the filter
+is made for S(f) / sinc(f / F)^8, so that the spectrum of s is S. The spectrum around F that sampling leaves is below
+(1/7)^8 = 2e-7 of S, and the mean square depends on the place between samples by less than 1e-3.
+
+The filter is a sum of cosines on a grid of frequencies, from the mean of S over each of its intervals, smoothed over
+some of them: the mean square is exactly the integral of S, and the ends of a band are not sharper than that. The noise
+is stationary and Gaussian and does not repeat. Blocks of it are filtered by fast Fourier transforms (overlap and save).
+
+Source: Oppenheim and Schafer, Discrete-Time Signal Processing (2010), chapters 7 and 8.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import lru_cache
+from math import ceil, log2
+from typing import TypeVar
+
+import numpy as np
+
+from gapbeam.solver.loads.counted_noise import noise_key, normal_block
+from gapbeam.solver.loads.ramp import ramped
+from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
+from gapbeam.solver.loads.time_function import piecewise_mean
+from gapbeam.solver.system.operators import Array
+
+Times = TypeVar("Times", float, Array)
+OVERSAMPLING = 8.0  # samples in a period of the highest frequency
+IN_BAND, BELOW_LOWEST, IN_GAP = 256.0, 16.0, 4.0
+"""Intervals of the grid in the band, below its lowest frequency, and between two rows of a spectrum."""
+LEAST_LENGTH, MOST_LENGTH = 2**10, 2**20  # of a filter
+SMOOTHING = np.hanning(11)[1:-1] / np.sum(np.hanning(11))
+SUPPORT = 4  # samples that a cubic B-spline reaches
+BLOCKS_KEPT = 6
+
+
+@dataclass(frozen=True)
+class RandomSignal:
+    """A random function of time.
+
+    Attributes:
+        spectrum: One-sided.
+        seed: Of the noise.
+        name: Of the load; loads of other names are independent.
+        ramp: Duration of the smooth start, s.
+    """
+
+    spectrum: PowerSpectrum
+    seed: int
+    name: str
+    ramp: float
+
+    @property
+    def rate(self) -> float:
+        """F, samples in a second."""
+        return sample_rate(self.spectrum)
+
+    def value(self, time: Times) -> Times:
+        """Return s at a time, or at each of an array of times."""
+        times = np.asarray(time, dtype=float)
+        values = ramped(times, self.ramp, (self._stationary(times.ravel()).reshape(times.shape),))
+        found: Times = values if isinstance(time, np.ndarray) else float(values)
+        return found
+
+    def mean(self, starts: Array, ends: Array) -> Array:
+        """Return the mean of s over intervals, (times,); exact, as s is made of polynomials between samples.
+
+        Args:
+            starts: (times,), s.
+            ends: (times,), s, none before its start.
+        """
+        first, last = np.floor(float(np.min(starts)) * self.rate), np.ceil(float(np.max(ends)) * self.rate)
+        knots = np.append(np.arange(first, last + 1.0) / self.rate, self.ramp)
+        return piecewise_mean(self.value, knots, starts, ends)
+
+    def _stationary(self, times: Array) -> Array:
+        """Return s without its ramp, (times,)."""
+        key, length = noise_key(self.seed, self.name), filter_length(self.spectrum)
+        places = times * self.rate
+        samples = np.floor(places)
+        u = places - samples
+        numbers = samples.astype(np.int64)
+        blocks = numbers // length
+        values = np.empty(len(times))
+        for block in np.unique(blocks):
+            here = blocks == block
+            window = _with_following(self.spectrum, key, int(block))
+            values[here] = _spline(window, numbers[here] - block * length, u[here])
+        return values
+
+
+def sample_rate(spectrum: PowerSpectrum) -> float:
+    """Return the samples in a second that noise of a spectrum is made of, 1/s."""
+    return OVERSAMPLING * spectrum.high
+
+
+def filter_length(spectrum: PowerSpectrum) -> int:
+    """Return the length of the filter in samples: a power of two."""
+    wanted = [(spectrum.high - spectrum.low) / IN_BAND, *(np.diff(spectrum.frequencies) / IN_GAP)]
+    if spectrum.low > 0.0:
+        wanted.append(spectrum.low / BELOW_LOWEST)
+    return max(LEAST_LENGTH, 1 << ceil(log2(sample_rate(spectrum) / min(wanted))))
+
+
+def grid_densities(spectrum: PowerSpectrum, frequencies: Array, width: float) -> Array:
+    """Return the mean of S over an interval around each frequency, of its two-sided half around 0, (count,)."""
+    edges = np.concatenate([[max(frequencies[0] - 0.5 * width, 0.0)], frequencies + 0.5 * width])
+    means = np.diff(spectrum.power_below(edges)) / width
+    if frequencies[0] == 0.0:
+        means[0] *= 2.0
+    return means
+
+
+def _spline(window: Array, places: Array, u: Array) -> Array:
+    """Return the sum of four cubic B-splines at places and shares u of an interval behind them, (times,)."""
+    v = 1.0 - u
+    weights = (v * v * v, 4.0 - 3.0 * u * u * (2.0 - u), 4.0 - 3.0 * v * v * (2.0 - v), u * u * u)
+    total = np.zeros(len(u))
+    for shift, weight in enumerate(weights):
+        total += weight / 6.0 * window[places + shift]
+    return total
+
+
+@lru_cache(maxsize=4)
+def filter_response(spectrum: PowerSpectrum) -> Array:
+    """Return the Fourier transform of h over twice its length, (length + 1,)."""
+    length, rate = filter_length(spectrum), sample_rate(spectrum)
+    frequencies = np.asarray(np.arange(length // 2 + 1) * (rate / length), dtype=float)
+    densities = grid_densities(spectrum, frequencies, rate / length)
+    reach = len(SMOOTHING) // 2
+    smooth = np.convolve(np.concatenate([densities[reach:0:-1], densities]), SMOOTHING)[2 * reach :][: len(densities)]
+    gains = np.sqrt(0.5 * rate * smooth) / np.sinc(frequencies / rate) ** SUPPORT
+    taps = np.roll(np.fft.irfft(gains, length), length // 2)
+    return np.asarray(np.fft.rfft(taps, 2 * length))
+
+
+@lru_cache(maxsize=BLOCKS_KEPT)
+def _samples(spectrum: PowerSpectrum, key: int, block: int) -> Array:
+    """Return a block of c, as long as the filter; always computed from the same numbers in the same way."""
+    length = filter_length(spectrum)
+    white = np.concatenate([normal_block(key, block - 1, length), normal_block(key, block, length)])
+    return np.asarray(np.fft.irfft(np.fft.rfft(white) * filter_response(spectrum), 2 * length)[length:])
+
+
+@lru_cache(maxsize=BLOCKS_KEPT)
+def _with_following(spectrum: PowerSpectrum, key: int, block: int) -> Array:
+    """Return a block of c and the samples behind it that its last splines reach."""
+    following = _samples(spectrum, key, block + 1)[: SUPPORT - 1]
+    return np.concatenate([_samples(spectrum, key, block), following])

@@ -1,0 +1,1 @@
+"""Spectra of random loads: densities over frequency that a user asks for."""

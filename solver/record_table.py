@@ -106,6 +106,9 @@ FIELDS = {
     "velocity": "m/s",
     "contact_pressure": "Pa",
 }
+STRESS_FIELDS = {"axial_stress": "Pa", "von_mises_stress": "Pa"}
+"""Further fields of runs that ask for them."""
+VECTOR_FIELDS = ("displacement", "velocity")
 
 STANDARD_GRAVITY = 9.80665
 

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -22,6 +23,7 @@ class MotionRange:
             m.
         largest_pressure: Pa.
         strongest: Number of the frame with the largest contact pressure.
+        largest_stress: Largest size of each stress that the run wrote, by name, Pa.
     """
 
     times: np.ndarray
@@ -31,6 +33,7 @@ class MotionRange:
     largest_near: float
     largest_pressure: float
     strongest: int
+    largest_stress: Mapping[str, float] = field(default_factory=dict)
 
 
 def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
@@ -42,9 +45,11 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
     """
     x, bending = fields.points[:, 0], fields.dimension - 1
     end, close = x > x.max() - 1e-6 * np.ptp(x), (x >= near[0]) & (x <= near[1])
-    rows = []
+    rows, stress = [], dict[str, float]()
     for frame in fields:
         moved = frame.displacement[:, bending]
+        for name, values in frame.stress.items():
+            stress[name] = max(stress.get(name, 0.0), float(np.abs(values).max()))
         rows.append(
             (
                 frame.time,
@@ -64,4 +69,5 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
         largest_near=float(near_support.max()),
         largest_pressure=float(pressure.max()),
         strongest=int(np.argmax(pressure)),
+        largest_stress=stress,
     )

@@ -9,6 +9,8 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
@@ -20,12 +22,15 @@ from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.caption import Caption
 from gapbeam.postprocess.scene.pressure_panel import PressurePanel
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
+from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from gapbeam.postprocess.scene.traces import Traces
 
 Place = tuple[float, float, float, float]
 
 # Left, bottom, width, height as fractions of the sheet.
 WHOLE: Place = (0.02, 0.545, 0.96, 0.35)
+_WHOLE_BESIDE_SCALE: Place = (0.02, 0.545, 0.88, 0.35)
+_SCALE: Place = (0.925, 0.575, 0.008, 0.29)
 ZOOM: Place = (0.02, 0.105, 0.43, 0.35)
 _PRESSURE: Place = (0.50, 0.105, 0.165, 0.35)
 _FORCE: Place = (0.775, 0.295, 0.205, 0.16)
@@ -47,6 +52,11 @@ _STYLE: dict[str, Any] = {
     "legend.frameon": False,
     "legend.fontsize": 14.0,
 }
+
+
+def whole_place(color: SurfaceColor) -> Place:
+    """Return the place of the whole beam: beside the scale of its colors, where it has one."""
+    return _WHOLE_BESIDE_SCALE if color.everywhere else WHOLE
 
 
 def pixels(place: Place, size: tuple[int, int]) -> tuple[int, int]:
@@ -77,6 +87,7 @@ class Sheet:
         caption: Caption,
         windows: tuple[Window, Window],
         marks: Sequence[Mark] = (),
+        color: SurfaceColor | None = None,
     ) -> None:
         """Lay out.
 
@@ -89,6 +100,7 @@ class Sheet:
             caption: Texts.
             windows: What the pictures of the whole beam and of the support show.
             marks: Joints, masses and fluids, drawn on the undeformed beam of a slice.
+            color: What the surface is colored by; None: contact pressure.
         """
         self._size, self._caption, self._traces = size, caption, traces
         self._large = size[1] / _DESIGNED_FOR
@@ -96,7 +108,10 @@ class Sheet:
         with mpl.rc_context(style):
             self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
             self._canvas = FigureCanvasAgg(self.figure)
-            self._whole = self._picture(WHOLE, windows[0], support, 11)
+            color = color or SurfaceColor.of_pressure(pressures[2])
+            self._whole = self._picture(whole_place(color), windows[0], support, 11)
+            if color.everywhere:
+                self._add_scale(color)
             if support.dimension == 2:
                 self._mark(marks, support)
             self._near = self._picture(ZOOM, windows[1], support, 7)
@@ -157,6 +172,14 @@ class Sheet:
             panel.spines["bottom"].set_visible(True)
             panel.spines["bottom"].set_bounds(first, last)
         return image
+
+    def _add_scale(self, color: SurfaceColor) -> None:
+        """Draw the scale of the colors beside the whole beam, with name and unit."""
+        scale = ScalarMappable(Normalize(*color.shown_limits), color.colors)
+        bar = self.figure.colorbar(scale, cax=self.figure.add_axes(_SCALE))
+        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.ax.locator_params(nbins=6)
+        bar.set_label(color.label)
 
     def _mark(self, marks: Sequence[Mark], support: SupportBoxes) -> None:
         """Mark joints and masses on the axis of the undeformed beam, and shade fluids, with names above the beam."""

@@ -141,6 +141,7 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
     from gapbeam.postprocess.scene.beam_surface import body_of
     from gapbeam.postprocess.scene.camera_view import View
     from gapbeam.postprocess.scene.camera_window import Window
+    from gapbeam.postprocess.scene.surface_color import SurfaceColor
 
     scale, pixel = 50.0, 1.0e-4
     write_results(tmp_path, np.linspace(0.0, 0.1, 3), clearance=CLEARANCE)
@@ -154,7 +155,15 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
         gland = support.box(support.blocks[1], scale)
         assert gland[2] == pytest.approx(0.006 + scale * CLEARANCE)
         window = Window((0.0, 0.04), (-0.02, 0.02))
-        view = View(body_of(fields, support), support, window, (400, 400), scale, 1.0, (0.0, -1.0, 0.0))
+        view = View(
+            body_of(fields, support),
+            support,
+            window,
+            (400, 400),
+            scale,
+            SurfaceColor.of_pressure(1.0),
+            (0.0, -1.0, 0.0),
+        )
         picture = view.picture(fields.frame(0))
         view.close()
     column = (picture[:, 200] > 250).all(axis=-1)

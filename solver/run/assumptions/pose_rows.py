@@ -47,7 +47,7 @@ class ModelPose:
 
 def watch_of(model: Model) -> PoseWatch:
     """Return the watch on the pose of a model. Collective."""
-    return PoseWatch(_pose_of(model), _scales(model.case))
+    return PoseWatch(_pose_of(model), scales_of(model.case))
 
 
 def gauges_of(model: Model) -> Gauges | None:
@@ -65,7 +65,7 @@ def gauges_of(model: Model) -> Gauges | None:
         model.space, [(f"[[probe]] {probe.name}", axis_point(probe.point)) for probe in asked]
     )
     shares = 1.0 / np.bincount(numbers, minlength=len(asked))
-    return Gauges(_pose_at(model, rows_at(model.space, points)), _scales(model.case), numbers, shares)
+    return Gauges(_pose_at(model, rows_at(model.space, points)), scales_of(model.case), numbers, shares)
 
 
 def _pose_of(model: Model) -> ModelPose:
@@ -85,7 +85,8 @@ def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:
     return ModelPose(found.places, found.on_faces, dimension, small, None, operators)
 
 
-def _scales(case: Case) -> PoseScales:
+def scales_of(case: Case) -> PoseScales:
+    """Return what the poses of a case are measured against."""
     material, plane = case.material, case.mesh.dimension == 2 and case.mesh.plane == "stress"
     return PoseScales(
         shear_modulus=material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)),

@@ -94,6 +94,20 @@ class View:
         summed = sum(fine[row::_FINER, column::_FINER].astype(np.uint16) for row, column in places)
         return np.asarray((summed + len(places) // 2) // len(places)).astype(np.uint8)
 
+    def fractions(self, points: np.ndarray) -> np.ndarray:
+        """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""
+        camera, (width, height) = self._plotter.camera, self._plotter.window_size
+        ahead = np.subtract(camera.focal_point, camera.position)
+        ahead /= np.linalg.norm(ahead)
+        right = np.cross(ahead, camera.up)
+        right /= np.linalg.norm(right)
+        away = points - np.array(camera.position)
+        half = np.full(len(points), camera.parallel_scale)  # of the height of the picture, at the point, m
+        if not camera.parallel_projection:
+            half = np.tan(np.radians(0.5 * camera.view_angle)) * (away @ ahead)
+        across = np.stack([away @ right * (height / width), away @ np.cross(right, ahead)], axis=1)
+        return np.asarray(0.5 + 0.5 * across / half[:, None])
+
     def close(self) -> None:
         """Let the graphics memory go."""
         self._plotter.close()

@@ -10,7 +10,7 @@ from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.scene.attached_marks import marks_of
+from gapbeam.postprocess.scene.attached_marks import marks_of, placed
 from gapbeam.postprocess.scene.beam_surface import body_of
 from gapbeam.postprocess.scene.camera_view import View
 from gapbeam.postprocess.scene.camera_window import (
@@ -95,8 +95,8 @@ class Studio:
             frames_per_second,
         )
         pressures = fields.points, close, motion.largest_pressure
-        marks = tuple(marks_of(results.case, support.start))
-        self._sheet = Sheet(size, support, pressures, self._traces, caption, windows, marks, color)
+        marks = placed(marks_of(results.case, support.start), support, windows[0].height, self._views[0].fractions)
+        self._sheet = Sheet(size, support, pressures, self._traces, caption, windows, tuple(marks), color)
 
     def moments(self) -> dict[str, tuple[int, str]]:
         """The frames worth a picture: number and remark by name."""

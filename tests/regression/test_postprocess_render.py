@@ -172,6 +172,32 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
     assert between.sum() == pytest.approx((1.0 - share) * scale * CLEARANCE / pixel, abs=4)
 
 
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_marks_stand_where_the_camera_sees_their_places(tmp_path: Path, dimension: int) -> None:
+    """Fractions of the picture are those of the camera of VTK, of a plane and in perspective."""
+    from gapbeam.postprocess.scene.beam_surface import body_of
+    from gapbeam.postprocess.scene.camera_view import View
+    from gapbeam.postprocess.scene.camera_window import Window
+    from gapbeam.postprocess.scene.surface_color import SurfaceColor
+
+    run = open_results(results(tmp_path, dimension))
+    with run.fields() as fields:
+        support = support_of(fields.points, dimension, supports_of(run.summary, run.case))
+        window = Window((-0.01, 0.53), (-0.05, 0.08))
+        color = SurfaceColor.of_pressure(1.0)
+        view = View(body_of(fields, support), support, window, (768, 158), 50.0, color, (0.1, -1.0, 0.28))
+        view.picture(fields.frame(0))
+    places = np.array([support.inside(x, height) for x in (0.0, 0.2, 0.51) for height in (-0.03, 0.006)])
+    expected = []
+    for place in places:
+        view._plotter.renderer.SetWorldPoint(*place, 1.0)
+        view._plotter.renderer.WorldToView()
+        expected.append(0.5 + 0.5 * np.array(view._plotter.renderer.GetViewPoint()[:2]))
+    np.testing.assert_allclose(view.fractions(places), expected, atol=1e-9)
+    view.close()
+    assert np.ptp(expected, axis=0).min() > 0.1
+
+
 def test_automatic_factors_are_round_and_show_the_motion(tmp_path: Path) -> None:
     run = open_results(results(tmp_path, 2, count=8))
     with run.fields() as fields:

@@ -11,6 +11,7 @@ from vtkmodules.vtkRenderingCore import vtkMapper
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.beam_surface import COLORED, BeamSurface
 from gapbeam.postprocess.scene.camera_window import Window
+from gapbeam.postprocess.scene.motion_range import slide_of
 from gapbeam.postprocess.scene.ring import ring_of
 from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes
 from gapbeam.postprocess.scene.surface_color import BEAM, SurfaceColor
@@ -84,8 +85,9 @@ class View:
 
     def picture(self, frame: Frame) -> np.ndarray:
         """Draw one frame, (height, width, 3), 8 bits."""
+        shown = frame.displacement - [(1.0 - 1.0 / self._scale) * slide_of(frame), 0.0, 0.0]
         for part in self._body.parts:
-            part.move(frame.displacement, self._scale)
+            part.move(shown, self._scale)
         for part in (self._body.skin, self._body.faces):
             part.color(self._color.values(frame))
         self._plotter.render()

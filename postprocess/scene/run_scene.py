@@ -32,6 +32,8 @@ Scale = Literal["auto"] | float
 _FROM_WHOLE = (0.10, -1.0, 0.28)
 _FROM_SUPPORT = (0.45, -1.0, 0.38)
 
+_SEEN = 5.0e-3  # of the length of the beam
+
 _NEARLY = 0.95
 """Of the largest recorded force: a field with less does not show the impact."""
 
@@ -93,6 +95,7 @@ class Studio:
             results.forcing_frequency,
             motion.times,
             frames_per_second,
+            slides=motion.slide * max(factors) > _SEEN * (support.end - support.start),
         )
         pressures = fields.points, close, motion.largest_pressure
         marks = placed(marks_of(results.case, support.start), support, windows[0].height, self._views[0].fractions)

@@ -172,6 +172,31 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
     assert between.sum() == pytest.approx((1.0 - share) * scale * CLEARANCE / pixel, abs=4)
 
 
+def test_a_beam_that_slides_stays_in_its_picture(tmp_path: Path) -> None:
+    """The mean motion along the beam is drawn as it is, 10 mm of 510 mm, while all else is enlarged; it is written."""
+    from gapbeam.postprocess.scene.run_scene import Studio
+
+    folder = results(tmp_path, 2)
+    points, cells = plane_beam()
+    frames = rocking(points, 2)
+    slid = [(time, displacement + np.array([0.01, 0.0, 0.0]), pressure) for time, displacement, pressure in frames]
+    found = []
+    for series in (frames, slid):
+        write_fields(folder, points, cells, "Quadrilateral", series)
+        run = open_results(folder)
+        with run.fields() as fields:
+            studio = Studio(run, fields, "auto", SIZE, 0.0)
+            found.append((studio.draw(2), studio._sheet._caption.whole))
+            studio.close()
+    assert "along the beam" not in found[0][1]
+    assert found[1][1] == found[0][1] + "; along the beam × 1"
+    color = np.array([0xC9, 0xD3, 0xDC])
+    still, moved = ((np.abs(picture[50:200] - color.astype(int)) < 3).all(axis=-1).any(axis=0) for picture, _ in found)
+    columns = [np.flatnonzero(one)[[0, -1]] for one in (still, moved)]
+    length = columns[0][1] - columns[0][0]
+    assert columns[1] - columns[0] == pytest.approx(length * 0.01 / 0.51, abs=2)
+
+
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_marks_stand_where_the_camera_sees_their_places(tmp_path: Path, dimension: int) -> None:
     """Fractions of the picture are those of the camera of VTK, of a plane and in perspective."""

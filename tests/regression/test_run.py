@@ -202,7 +202,7 @@ def test_history_is_labeled(history: xr.Dataset) -> None:
     """
     assert "friction_force" not in history
     for record in HISTORY:
-        if {"tangent", "gauge", "across"} & set(record.dims):
+        if {"tangent", "gauge", "across", "joint"} & set(record.dims):
             continue
         assert history[record.name].attrs["units"] == record.unit
         assert history[record.name].attrs["long_name"] == record.meaning

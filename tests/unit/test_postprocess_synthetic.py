@@ -69,6 +69,9 @@ def write_results(
         "load": () if frequency is None else ("force",),
         "gauge": probes,
         "across": ("y", "z"),
+        "joint": (),
+        "translation": (),
+        "turn": (),
     }
     with h5py.File(folder / HISTORY_FILE, "w") as file:
         file.attrs["format"] = FORMAT_VERSION

@@ -14,6 +14,7 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.scene.film import write_film
 from gapbeam.postprocess.scene.offscreen import RenderError, prepare_offscreen
+from gapbeam.postprocess.scene.surface_color import STRESSES
 
 FOLDER = "pictures"
 LONGEST_FILM = 300
@@ -31,6 +32,7 @@ def render(
     size: tuple[int, int] = (1600, 900),
     frames_per_second: float = 20.0,
     progress: Callable[[int, int], None] | None = None,
+    stress: Literal["axial", "von-mises"] | None = None,
 ) -> list[Path]:
     """Draw the beam at its largest contact force and at its largest tip displacement, and a film.
 
@@ -47,16 +49,21 @@ def render(
         size: Width and height in pixels.
         frames_per_second: Speed of the film.
         progress: Called with the number of frames drawn and to draw.
+        stress: Color the beam by this stress; None: by the contact pressure on its faces.
 
     Returns:
         The files written: two pictures, and the film (mp4, or GIF where there is no ffmpeg).
 
     Raises:
-        ResultsError: The results cannot be read.
+        ResultsError: The results cannot be read, or have no such stress.
         RenderError: Nothing can be drawn off-screen here, or there are no fields.
-        OptionError: A scale, size, speed or number of frames out of range.
+        OptionError: A scale, size, speed or number of frames out of range, or an unknown stress.
     """
     _check(scale, frames, size, frames_per_second)
+    if stress is not None and stress not in STRESSES:
+        raise OptionError(f"stress {stress!r}: expected one of {', '.join(STRESSES)}, or None")
+    colored = None if stress is None else STRESSES[stress]
+    speed = frames_per_second
     results = open_results(folder)
     with results.fields() as fields:
         if len(fields) == 0:
@@ -69,12 +76,12 @@ def render(
         chosen = range(max(0, len(fields) - (frames or LONGEST_FILM)), len(fields))
         film = film and len(chosen) > 1
         paths = []
-        with closing(Studio(results, fields, scale, size, frames_per_second if film else 0.0)) as studio:
+        with closing(Studio(results, fields, scale, size, speed if film else 0.0, colored)) as studio:
             for name, (index, remark) in studio.moments().items():
                 paths.append(target / f"{name}.png")
                 Image.fromarray(studio.draw(index, remark)).save(paths[-1])
             if film:
-                paths.append(write_film(target / "film", _drawn(studio.draw, chosen, progress), frames_per_second))
+                paths.append(write_film(target / "film", _drawn(studio.draw, chosen, progress), speed))
     return paths
 
 

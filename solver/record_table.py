@@ -73,6 +73,8 @@ HISTORY: tuple[HistoryVariable, ...] = (
     ),
     HistoryVariable("axial_stress", "Pa", _GAUGE, "stress along the beam at the point, positive in tension"),
     HistoryVariable("von_mises_stress", "Pa", _GAUGE, "von Mises stress at the point"),
+    HistoryVariable("joint_force", "N", ("time", "joint", "translation"), "force of the joint on the beam, by motion"),
+    HistoryVariable("joint_moment", "N m", ("time", "joint", "turn"), "moment of the joint on the beam, by motion"),
     HistoryVariable("contact_force", "N", _FACE, "normal contact force on the beam, positive in compression"),
     HistoryVariable(
         "contact_resultant",
@@ -112,6 +114,9 @@ FIELDS = {
     "velocity": "m/s",
     "contact_pressure": "Pa",
 }
+STRESS_FIELDS = {"axial_stress": "Pa", "von_mises_stress": "Pa"}
+"""Further fields of runs that ask for them."""
+VECTOR_FIELDS = ("displacement", "velocity")
 
 STANDARD_GRAVITY = 9.80665
 

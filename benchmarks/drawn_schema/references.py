@@ -45,7 +45,12 @@ def motion_by(way: Way, case: Case, run: MotionRecord, step: float, computed: di
     if way.exact is None and not way.name.startswith(("whole mesh", "formulation")):
         share = FINER if way.changes.get("model", case.model.type) != "full" else SLOWER
     changes: dict[str, Any] = {**way.changes, "gates.accept_energy_growth": True}
-    changes |= {"time.step": step * share, "output.history_interval": run.interval, "output.fields_interval": None}
+    changes |= {
+        "time.step": step * share,
+        "output.history_interval": run.interval,
+        "output.fields_interval": None,
+        "output.stress": False,
+    }
     takes = case.contact.formulation.takes_stiffness
     if takes and "contact.stiffness" in computed and "contact.stiffness" not in changes:
         changes["contact.stiffness"] = computed["contact.stiffness"]
@@ -70,7 +75,12 @@ def long_march(way: Way, case: Case, step: float, computed: dict[str, float]) ->
     periods = getattr(case.analysis, "periods", 1)
     whole = ceil(1.0 / (frequency * step) - 1.0e-6)
     step = 1.0 / (frequency * whole)
-    changes = dict(way.changes) | {"time.step": step, "output.history_interval": None, "output.fields_interval": None}
+    changes = dict(way.changes) | {
+        "time.step": step,
+        "output.history_interval": None,
+        "output.fields_interval": None,
+        "output.stress": False,
+    }
     if case.contact.formulation.takes_stiffness and "contact.stiffness" in computed:
         changes["contact.stiffness"] = computed["contact.stiffness"]
     model = gapbeam.model(case, changes).model

@@ -90,13 +90,21 @@ def render(
     frames: Annotated[int | None, typer.Option(min=1, help="the last frames of the run; by default 300")] = None,
     size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="in pixels")] = "1600x900",
     frames_per_second: Annotated[float, typer.Option(min=0.1, help="speed of the film")] = 20.0,
+    stress: Annotated[
+        str | None,
+        typer.Option(
+            click_type=click.Choice(["axial", "von-mises"]),
+            help="color the beam by this stress; by default by contact pressure",
+        ),
+    ] = None,
 ) -> int:
     """Draw the deformed beam in its support, off-screen: pictures and a film."""
     from gapbeam.interface.shown_results import render as draw
 
     factor, pixels = _scale(scale), _size(size)
+    colored: Any = stress
     with progress_bar("drawing") as bar:
-        paths = draw(results, output, factor, film, frames, pixels, frames_per_second, bar.show)
+        paths = draw(results, output, factor, film, frames, pixels, frames_per_second, bar.show, colored)
     _print_paths(paths)
     return 0
 

@@ -146,6 +146,7 @@ def render(
     size: tuple[int, int] = (1600, 900),
     frames_per_second: float = 20.0,
     progress: Callable[[int, int], None] | None = None,
+    stress: Literal["axial", "von-mises"] | None = None,
 ) -> list[Path]:
     """Draw the deformed beam in its support, off-screen: pictures and a film.
 
@@ -158,6 +159,7 @@ def render(
         size: Width and height in pixels.
         frames_per_second: Speed of the film.
         progress: Called with the number of frames that are drawn, and of all.
+        stress: Color the beam by this stress; None: by the contact pressure on its faces.
 
     Returns:
         The pictures and the film.
@@ -175,7 +177,7 @@ def render(
     folder = folder_of(results)
     place = _place(folder, output, FOLDER)
     with as_written(folder):
-        return draw(folder, place, scale, film, frames, size, frames_per_second, progress)
+        return draw(folder, place, scale, film, frames, size, frames_per_second, progress, stress)
 
 
 def export(

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -18,7 +18,7 @@ from meshio.xdmf import TimeSeriesReader
 from gapbeam.postprocess.results.damaged_files import printable
 from gapbeam.postprocess.results.hdf5_check import check_hdf5
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS_DATA_FILE
+from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS_DATA_FILE, STRESS_FIELDS
 
 FloatArray = np.ndarray
 LARGEST = 256 * 2**20  # bytes of the XML file
@@ -33,12 +33,14 @@ class Frame:
         displacement: (points, 3), m, relative to the support.
         velocity: (points, 3), m/s, relative to the support.
         contact_pressure: (points,), Pa; zero away from the contact faces.
+        stress: Axial and von Mises stress, (points,) each, Pa, by name; empty where the run wrote none.
     """
 
     time: float
     displacement: FloatArray
     velocity: FloatArray
     contact_pressure: FloatArray
+    stress: Mapping[str, FloatArray] = field(default_factory=dict)
 
 
 class FieldSeries:
@@ -102,14 +104,19 @@ class FieldSeries:
                 displacement=_three_columns(data["displacement"]),
                 velocity=_three_columns(data["velocity"]),
                 contact_pressure=np.asarray(data["contact_pressure"], dtype=float).reshape(-1),
+                stress={
+                    name: np.asarray(data[name], dtype=float).reshape(-1) for name in STRESS_FIELDS if name in data
+                },
             )
         except ResultsError:
             raise
         except Exception as fault:  # of three libraries
             raise self._unreadable(fault) from fault
-        if not np.isfinite(frame.displacement).all() or not np.isfinite(frame.contact_pressure).all():
+        scalars = (frame.contact_pressure, *frame.stress.values())
+        if not all(np.isfinite(values).all() for values in (frame.displacement, *scalars)):
             raise self._unreadable(ValueError(f"values that are not finite at t = {frame.time:g} s"))
-        if frame.displacement.shape != self.points.shape or frame.contact_pressure.shape != self.points.shape[:1]:
+        fit = all(values.shape == self.points.shape[:1] for values in scalars)
+        if frame.displacement.shape != self.points.shape or not fit:
             raise self._unreadable(ValueError(f"fields that do not fit the mesh at t = {frame.time:g} s"))
         return frame
 

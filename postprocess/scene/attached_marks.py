@@ -1,10 +1,14 @@
-"""Marks where joints hold the beam, masses sit on it and fluids surround it."""
+"""Marks where joints hold the beam, masses sit on it and fluids surround it, and where they are in a picture."""
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
+
+import numpy as np
+
+from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 _JOINTS = {"clamped": "s", "pinned": "^", "guided": "D", "elastic": "P"}
 _MASS = "o"
@@ -25,6 +29,47 @@ class Mark:
     x: float
     symbol: str
     end: float | None = None
+
+
+@dataclass(frozen=True)
+class PlacedMark:
+    """A mark in a picture; places are fractions of its width and height.
+
+    Attributes:
+        mark: The mark.
+        at: The place on the axis of the undeformed beam, or in the middle of a fluid.
+        above: The upper side of the beam there.
+        outline: Corners of the part of the picture that a fluid takes up, (4, 2); None for the others.
+    """
+
+    mark: Mark
+    at: np.ndarray
+    above: np.ndarray
+    outline: np.ndarray | None = None
+
+
+def placed(
+    marks: Iterable[Mark],
+    support: SupportBoxes,
+    heights: tuple[float, float],
+    fractions: Callable[[np.ndarray], np.ndarray],
+) -> Iterator[PlacedMark]:
+    """Yield marks with their places.
+
+    Args:
+        marks: The marks.
+        support: Beam and supports.
+        heights: Limits of what the picture shows in the bending direction, m: a fluid is shaded from one to the other.
+        fractions: From points (k, 3), m, to places in the picture (k, 2).
+    """
+    for mark in marks:
+        x = mark.x if mark.end is None else 0.5 * (mark.x + mark.end)
+        at, above = fractions(np.array([support.inside(x, support.middle), support.inside(x, support.top)]))
+        if mark.end is None:
+            yield PlacedMark(mark, at, above)
+            continue
+        corners = [(mark.x, heights[0]), (mark.end, heights[0]), (mark.end, heights[1]), (mark.x, heights[1])]
+        yield PlacedMark(mark, at, above, fractions(np.array([support.inside(*corner) for corner in corners])))
 
 
 def marks_of(case: Mapping[str, Any], start: float) -> Iterator[Mark]:

@@ -13,7 +13,7 @@ from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
-PRESSURE = "contact pressure"
+COLORED = "colored by"
 
 _ON_CIRCLE = 1.0e-3  # of the radius
 _NEAR = 1.0e-6
@@ -41,9 +41,9 @@ class Part:
         """Put every point at its place + scale * displacement, given for all points of the mesh, (n, 3)."""
         self.mesh.points = self.rest + scale * displacement[self.points]
 
-    def color(self, pressure: np.ndarray) -> None:
-        """Set the contact pressure; of all points of the mesh, (n,), Pa."""
-        self.mesh.point_data[PRESSURE] = pressure[self.points]
+    def color(self, values: np.ndarray) -> None:
+        """Set what it is colored by; of all points of the mesh, (n,)."""
+        self.mesh.point_data[COLORED] = values[self.points]
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ def _part(mesh: pv.PolyData, fields: Fields) -> Part:
     copy = mesh.copy()
     copy.clear_data()
     copy.points = rest.copy()
-    copy.point_data[PRESSURE] = np.zeros(numbers.size)
+    copy.point_data[COLORED] = np.zeros(numbers.size)
     return Part(copy, numbers, rest)
 
 

@@ -8,22 +8,20 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
-from matplotlib.colors import LinearSegmentedColormap
 from vtkmodules.vtkRenderingCore import vtkMapper
 
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.scene.beam_surface import PRESSURE, BeamSurface
+from gapbeam.postprocess.scene.beam_surface import COLORED, BeamSurface
 from gapbeam.postprocess.scene.camera_window import Window
+from gapbeam.postprocess.scene.motion_range import slide_of
 from gapbeam.postprocess.scene.ring import ring_of
 from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes
+from gapbeam.postprocess.scene.surface_color import BEAM, SurfaceColor
 
-BEAM = "#C9D3DC"
 BELOW = "#808080"
 ABOVE = "#9C9C9C"
 EDGE = "#2B2B2B"
 REST = "#9A9A9A"
-# From the color of the beam through orange to dark red: darker means more, also in print without color.
-PRESSURES = LinearSegmentedColormap.from_list("pressure", [BEAM, "#F2C94C", "#E8702A", "#B0200C", "#4A0508"])
 
 _ANGLE = 10.0
 _FACE_LINE = 7.0
@@ -45,7 +43,7 @@ class View:
         window: Window,
         size: tuple[int, int],
         scale: float,
-        largest_pressure: float,
+        color: SurfaceColor,
         direction: tuple[float, float, float],
     ) -> None:
         """Set up the scene.
@@ -56,31 +54,31 @@ class View:
             window: What to see.
             size: Width and height of the picture in pixels.
             scale: Factor of displacements and clearance.
-            largest_pressure: Upper end of the colors, Pa.
+            color: What the surface is colored by.
             direction: From what is seen to the camera, 3D.
         """
-        self._body, self._scale = body, scale
+        self._body, self._scale, self._color = body, scale, color
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()  # outlines stay in front of their faces
         flat = support.dimension == 2
         fine = [_FINER * size[0], _FINER * size[1]]
         plotter: Any = pv.Plotter(off_screen=True, window_size=fine, lighting="none" if flat else "light kit")
         plotter.set_background("white")
         line = _FINER * max(1.0, size[0] / 900)
+        lit = not (flat or color.everywhere)  # light would change the colors that a scale explains
         shade: dict[str, Any] = {
-            "lighting": not flat,
+            "lighting": lit,
             "show_scalar_bar": False,
-            "ambient": 0.0 if flat else 0.3,
+            "ambient": 0.3 if lit else 0.0,
         }
         rest = body.edges.mesh.copy()
         rest.points = body.edges.rest - (0.0, 0.0, 1e-3 if flat else 0.0)  # in 2D behind the beam
         _add(plotter, rest, color=REST, line_width=0.7 * line, lighting=False)
         self._support, self._moving = support, _add_blocks(plotter, support, scale, line)
-        _add(plotter, body.skin.mesh, color=BEAM, scalars=None, **shade)
+        colored = {"scalars": COLORED, "cmap": _colors(color, flat), **shade}
+        _add(plotter, body.skin.mesh, **(colored if color.everywhere else {"color": BEAM, "scalars": None, **shade}))
         _add(plotter, body.edges.mesh, color=EDGE, scalars=None, line_width=line, lighting=False)
-        _add(
-            plotter, body.faces.mesh, scalars=PRESSURE, cmap=_colors(largest_pressure, flat),
-            line_width=_FACE_LINE * line, **shade,
-        )  # fmt: skip
+        if not (flat and color.everywhere):  # faces of a plane are lines, which would hide the stress at its edges
+            _add(plotter, body.faces.mesh, line_width=_FACE_LINE * line, **colored)
         if flat:
             _look_flat(plotter, window)
         else:
@@ -98,14 +96,30 @@ class View:
             here = replace(piece, met=piece.met.moved(motions or {}))
             for mesh, moved in zip(meshes, _drawn(self._support, here, self._scale), strict=True):
                 mesh.copy_from(moved)
+        shown = frame.displacement - [(1.0 - 1.0 / self._scale) * slide_of(frame), 0.0, 0.0]
         for part in self._body.parts:
-            part.move(frame.displacement, self._scale)
-        self._body.faces.color(frame.contact_pressure)
+            part.move(shown, self._scale)
+        for part in (self._body.skin, self._body.faces):
+            part.color(self._color.values(frame))
         self._plotter.render()
         fine = np.asarray(self._plotter.screenshot(return_img=True))
         places = [(row, column) for row in range(_FINER) for column in range(_FINER)]
         summed = sum(fine[row::_FINER, column::_FINER].astype(np.uint16) for row, column in places)
         return np.asarray((summed + len(places) // 2) // len(places)).astype(np.uint8)
+
+    def fractions(self, points: np.ndarray) -> np.ndarray:
+        """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""
+        camera, (width, height) = self._plotter.camera, self._plotter.window_size
+        ahead = np.subtract(camera.focal_point, camera.position)
+        ahead /= np.linalg.norm(ahead)
+        right = np.cross(ahead, camera.up)
+        right /= np.linalg.norm(right)
+        away = points - np.array(camera.position)
+        half = np.full(len(points), camera.parallel_scale)  # of the height of the picture, at the point, m
+        if not camera.parallel_projection:
+            half = np.tan(np.radians(0.5 * camera.view_angle)) * (away @ ahead)
+        across = np.stack([away @ right * (height / width), away @ np.cross(right, ahead)], axis=1)
+        return np.asarray(0.5 + 0.5 * across / half[:, None])
 
     def close(self) -> None:
         """Let the graphics memory go."""
@@ -118,10 +132,10 @@ def _add(plotter: Any, mesh: pv.PolyData, **style: Any) -> None:
         plotter.add_mesh(mesh, **style)
 
 
-def _colors(largest_pressure: float, flat: bool) -> pv.LookupTable:
-    """Colors from 0 to the largest pressure; the thick lines of 2D show only where there is pressure."""
-    table = pv.LookupTable(PRESSURES, n_values=256, scalar_range=(0.0, largest_pressure or 1.0))
-    if flat:
+def _colors(color: SurfaceColor, flat: bool) -> pv.LookupTable:
+    """Return the colors as a table; the thick lines of 2D show only where there is pressure."""
+    table = pv.LookupTable(color.colors, n_values=256, scalar_range=color.limits)
+    if flat and not color.everywhere:
         values = np.array(table.values)
         values[:4, 3] = 0
         table.values = values

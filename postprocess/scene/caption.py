@@ -43,6 +43,7 @@ def caption_of(
     forcing_frequency: float | None,
     times: np.ndarray,
     frames_per_second: float,
+    slides: bool = False,
 ) -> Caption:
     """Write the texts.
 
@@ -53,10 +54,12 @@ def caption_of(
         forcing_frequency: Hz, or None.
         times: Of the frames, s.
         frames_per_second: Speed of the film; 0 for no film.
+        slides: Whether the beam moves along itself by so much that a picture shows that it is not enlarged.
     """
+    along = "; along the beam × 1" if slides else ""
     return Caption(
         title=title,
-        whole=f"displacement × {scales[0]:g}, clearance × {scales[0]:g}",
+        whole=f"displacement × {scales[0]:g}, clearance × {scales[0]:g}{along}",
         support=f"displacement × {scales[1]:g}, clearance ({1e3 * clearance:.4g} mm) × {scales[1]:g}",
         forcing_frequency=forcing_frequency,
         cadence=_cadence(times, forcing_frequency, frames_per_second),

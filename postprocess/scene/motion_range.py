@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping
+from dataclasses import dataclass, field
 
 import numpy as np
 
-from gapbeam.postprocess.results.field_reader import Fields
+from gapbeam.postprocess.results.field_reader import Fields, Frame
 
 
 @dataclass(frozen=True)
@@ -22,6 +23,8 @@ class MotionRange:
             m.
         largest_pressure: Pa.
         strongest: Number of the frame with the largest contact pressure.
+        slide: Largest mean displacement along the beam, m.
+        largest_stress: Largest size of each stress that the run wrote, by name, Pa.
     """
 
     times: np.ndarray
@@ -31,6 +34,13 @@ class MotionRange:
     largest_near: float
     largest_pressure: float
     strongest: int
+    slide: float = 0.0
+    largest_stress: Mapping[str, float] = field(default_factory=dict)
+
+
+def slide_of(frame: Frame) -> float:
+    """Return the mean displacement along the beam, m: drawn as large as it is, or the beam would leave its supports."""
+    return float(frame.displacement[:, 0].mean())
 
 
 def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
@@ -42,9 +52,11 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
     """
     x, bending = fields.points[:, 0], fields.dimension - 1
     end, close = x > x.max() - 1e-6 * np.ptp(x), (x >= near[0]) & (x <= near[1])
-    rows = []
+    rows, stress = [], dict[str, float]()
     for frame in fields:
         moved = frame.displacement[:, bending]
+        for name, values in frame.stress.items():
+            stress[name] = max(stress.get(name, 0.0), float(np.abs(values).max()))
         rows.append(
             (
                 frame.time,
@@ -53,9 +65,10 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
                 moved.max(),
                 np.abs(moved[close]).max(),
                 frame.contact_pressure.max(),
+                abs(slide_of(frame)),
             )
         )
-    times, tip, low, high, near_support, pressure = np.array(rows, dtype=float).T
+    times, tip, low, high, near_support, pressure, slide = np.array(rows, dtype=float).T
     return MotionRange(
         times=times,
         tip=tip,
@@ -64,4 +77,6 @@ def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
         largest_near=float(near_support.max()),
         largest_pressure=float(pressure.max()),
         strongest=int(np.argmax(pressure)),
+        slide=float(slide.max()),
+        largest_stress=stress,
     )

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.tri import Triangulation
 
 from gapbeam.postprocess.figures.figure_style import BASE_AND_GLAND, face_style
-from gapbeam.postprocess.scene.camera_view import PRESSURES
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
+from gapbeam.postprocess.scene.surface_color import PRESSURES
 
 _MEGA = 1.0e-6
 _TOP = 179.99  # degrees

@@ -9,7 +9,8 @@ import numpy as np
 from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
-from gapbeam.postprocess.scene.attached_marks import marks_of
+from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.postprocess.scene.attached_marks import marks_of, placed
 from gapbeam.postprocess.scene.beam_surface import body_of
 from gapbeam.postprocess.scene.camera_view import View
 from gapbeam.postprocess.scene.camera_window import (
@@ -19,9 +20,10 @@ from gapbeam.postprocess.scene.camera_window import (
     window_of_whole,
 )
 from gapbeam.postprocess.scene.caption import caption_of
-from gapbeam.postprocess.scene.motion_range import motion_of
-from gapbeam.postprocess.scene.sheet import WHOLE, ZOOM, Sheet, pixels
+from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of
+from gapbeam.postprocess.scene.sheet import ZOOM, Sheet, pixels, whole_place
 from gapbeam.postprocess.scene.support_surface import support_of
+from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from gapbeam.postprocess.scene.traces import loudest_face, traces_of
 
 Scale = Literal["auto"] | float
@@ -29,6 +31,8 @@ Scale = Literal["auto"] | float
 # From the beam to the camera: nearly from the side, and for the support more from above and the free end.
 _FROM_WHOLE = (0.10, -1.0, 0.28)
 _FROM_SUPPORT = (0.45, -1.0, 0.38)
+
+_SEEN = 5.0e-3  # of the length of the beam
 
 _NEARLY = 0.95
 """Of the largest recorded force: a field with less does not show the impact."""
@@ -38,7 +42,13 @@ class Studio:
     """Draws sheets of a run; to be closed."""
 
     def __init__(
-        self, results: Results, fields: Fields, scale: Scale, size: tuple[int, int], frames_per_second: float
+        self,
+        results: Results,
+        fields: Fields,
+        scale: Scale,
+        size: tuple[int, int],
+        frames_per_second: float,
+        stress: str | None = None,
     ) -> None:
         """Set up.
 
@@ -48,12 +58,20 @@ class Studio:
             scale: Factor of displacements and clearance in both views, or "auto": a round one for each.
             size: Of the sheet, pixels.
             frames_per_second: Of the film; 0 for no film.
+            stress: Field of stress that the beam is colored by; None: contact pressure on its faces.
+
+        Raises:
+            ResultsError: There is no such field.
         """
         self._fields, self._history = fields, results.history
         supports = supports_of(results.summary, results.case)
         support = support_of(fields.points, fields.dimension, supports, loudest_face(results))
         motion = motion_of(fields, support.shown_near)
-        sizes = pixels(WHOLE, size), pixels(ZOOM, size)
+        color = SurfaceColor.of_pressure(motion.largest_pressure)
+        if stress is not None:
+            _check_stress(fields, motion, stress)
+            color = SurfaceColor.of_stress(stress, motion.largest_stress)
+        sizes = pixels(whole_place(color), size), pixels(ZOOM, size)
         factors = (
             (scale_of_whole(motion, support, sizes[0]), scale_of_support(motion, support))
             if scale == "auto"
@@ -65,7 +83,7 @@ class Studio:
         )
         body = body_of(fields, support)
         self._views = [
-            View(body, support, windows[k], sizes[k], factors[k], motion.largest_pressure, direction)
+            View(body, support, windows[k], sizes[k], factors[k], color, direction)
             for k, direction in enumerate((_FROM_WHOLE, _FROM_SUPPORT))
         ]
         self._motion, self._traces = motion, traces_of(results, motion.times, motion.tip)
@@ -77,10 +95,11 @@ class Studio:
             results.forcing_frequency,
             motion.times,
             frames_per_second,
+            slides=motion.slide * max(factors) > _SEEN * (support.end - support.start),
         )
         pressures = fields.points, close, motion.largest_pressure
-        marks = tuple(marks_of(results.case, support.start))
-        self._sheet = Sheet(size, support, pressures, self._traces, caption, windows, marks)
+        marks = placed(marks_of(results.case, support.start), support, windows[0].height, self._views[0].fractions)
+        self._sheet = Sheet(size, support, pressures, self._traces, caption, windows, tuple(marks), color)
 
     def moments(self) -> dict[str, tuple[int, str]]:
         """The frames worth a picture: number and remark by name."""
@@ -111,3 +130,18 @@ class Studio:
         """Let the graphics memory go."""
         for view in self._views:
             view.close()
+
+
+def _check_stress(fields: Fields, motion: MotionRange, stress: str) -> None:
+    """Refuse to color by a stress that the run did not write.
+
+    Raises:
+        ResultsError: It did not.
+    """
+    if stress not in motion.largest_stress:
+        raise ResultsError(
+            fields.path,
+            found="fields without stress",
+            expected=f"{stress} in every field",
+            remedy="run the case with `--set output.stress=true`",
+        )

@@ -9,23 +9,28 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.cm import ScalarMappable
+from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
 from gapbeam.postprocess.figures.figure_style import GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.scene.attached_marks import Mark
+from gapbeam.postprocess.scene.attached_marks import PlacedMark
 from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.caption import Caption
 from gapbeam.postprocess.scene.pressure_panel import PressurePanel
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
+from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from gapbeam.postprocess.scene.traces import Traces
 
 Place = tuple[float, float, float, float]
 
 # Left, bottom, width, height as fractions of the sheet.
 WHOLE: Place = (0.02, 0.545, 0.96, 0.35)
+_WHOLE_BESIDE_SCALE: Place = (0.02, 0.545, 0.88, 0.35)
+_SCALE: Place = (0.925, 0.575, 0.008, 0.29)
 ZOOM: Place = (0.02, 0.105, 0.43, 0.35)
 _PRESSURE: Place = (0.50, 0.105, 0.165, 0.35)
 _FORCE: Place = (0.775, 0.295, 0.205, 0.16)
@@ -47,6 +52,11 @@ _STYLE: dict[str, Any] = {
     "legend.frameon": False,
     "legend.fontsize": 14.0,
 }
+
+
+def whole_place(color: SurfaceColor) -> Place:
+    """Return the place of the whole beam: beside the scale of its colors, where it has one."""
+    return _WHOLE_BESIDE_SCALE if color.everywhere else WHOLE
 
 
 def pixels(place: Place, size: tuple[int, int]) -> tuple[int, int]:
@@ -76,7 +86,8 @@ class Sheet:
         traces: Traces,
         caption: Caption,
         windows: tuple[Window, Window],
-        marks: Sequence[Mark] = (),
+        marks: Sequence[PlacedMark] = (),
+        color: SurfaceColor | None = None,
     ) -> None:
         """Lay out.
 
@@ -88,7 +99,8 @@ class Sheet:
             traces: Time signals.
             caption: Texts.
             windows: What the pictures of the whole beam and of the support show.
-            marks: Joints, masses and fluids, drawn on the undeformed beam of a slice.
+            marks: Joints, masses and fluids, drawn on the undeformed beam.
+            color: What the surface is colored by; None: contact pressure.
         """
         self._size, self._caption, self._traces = size, caption, traces
         self._large = size[1] / _DESIGNED_FOR
@@ -96,9 +108,11 @@ class Sheet:
         with mpl.rc_context(style):
             self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
             self._canvas = FigureCanvasAgg(self.figure)
-            self._whole = self._picture(WHOLE, windows[0], support, 11)
-            if support.dimension == 2:
-                self._mark(marks, support)
+            color = color or SurfaceColor.of_pressure(pressures[2])
+            self._whole = self._picture(whole_place(color), windows[0], support, 11)
+            if color.everywhere:
+                self._add_scale(color)
+            self._mark(marks)
             self._near = self._picture(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures)
             close = [block.face for block in support.near_blocks()]
@@ -158,29 +172,34 @@ class Sheet:
             panel.spines["bottom"].set_bounds(first, last)
         return image
 
-    def _mark(self, marks: Sequence[Mark], support: SupportBoxes) -> None:
+    def _add_scale(self, color: SurfaceColor) -> None:
+        """Draw the scale of the colors beside the whole beam, with name and unit."""
+        scale = ScalarMappable(Normalize(*color.shown_limits), color.colors)
+        bar = self.figure.colorbar(scale, cax=self.figure.add_axes(_SCALE))
+        bar.outline.set_visible(False)  # type: ignore[operator]
+        bar.ax.locator_params(nbins=6)
+        bar.set_label(color.label)
+
+    def _mark(self, marks: Sequence[PlacedMark]) -> None:
         """Mark joints and masses on the axis of the undeformed beam, and shade fluids, with names above the beam."""
-        panel, axis = self._whole.axes, 0.5e3 * (support.bottom + support.top)
-        for mark in marks:
-            if mark.end is not None:
-                panel.axvspan(1e3 * mark.x, 1e3 * mark.end, color=SKY, alpha=0.2, lw=0.0)
-                panel.annotate(
-                    mark.name, (0.5e3 * (mark.x + mark.end), 0.0), (0.0, 6.0 * self._large),
-                    xycoords=("data", "axes fraction"), textcoords="offset points",
-                    ha="center", va="bottom", annotation_clip=False, fontsize=14 * self._large,
-                )  # fmt: skip
-                continue
-            style: dict[str, Any] = {
-                "marker": mark.symbol,
-                "ms": 11 * self._large,
-                "mfc": "white",
-                "mec": "black",
-                "mew": 1.6,
-            }
-            panel.plot([1e3 * mark.x], [axis], clip_on=False, zorder=5, **style)
+        panel, large = self._whole.axes, self._large
+        for one in marks:
+            where, offset = one.above, 4.0
+            if one.outline is not None:
+                panel.fill(*one.outline.T, transform=panel.transAxes, color=SKY, alpha=0.2, lw=0.0)
+                where, offset = np.array([one.at[0], 0.0]), 6.0
+            else:
+                style: dict[str, Any] = {
+                    "marker": one.mark.symbol,
+                    "ms": 11 * large,
+                    "mfc": "white",
+                    "mec": "black",
+                    "mew": 1.6,
+                }
+                panel.plot(*one.at[:, None], transform=panel.transAxes, clip_on=False, zorder=5, **style)
             panel.annotate(
-                mark.name, (1e3 * mark.x, 1e3 * support.top), (0.0, 4.0 * self._large), textcoords="offset points",
-                ha="center", va="bottom", annotation_clip=False, fontsize=14 * self._large,
+                one.mark.name, (float(where[0]), float(where[1])), (0.0, offset * large), xycoords="axes fraction",
+                textcoords="offset points", ha="center", va="bottom", annotation_clip=False, fontsize=14 * large,
             )  # fmt: skip
 
     def _trace(

@@ -84,6 +84,15 @@ class SupportBoxes:
         return self.top - self.bottom
 
     @property
+    def middle(self) -> float:
+        """Of the beam, in the bending direction."""
+        return 0.5 * (self.bottom + self.top)
+
+    def inside(self, x: float, height: float) -> tuple[float, float, float]:
+        """Return the point in the middle of the width at a place and a height in the bending direction, m."""
+        return (x, height, 0.0) if self.dimension == 2 else (x, 0.5 * (self.front + self.back), height)
+
+    @property
     def shown_near(self) -> Span:
         """The part of the beam that the picture of the support shows, m."""
         beyond = _BEYOND * (self.near[1] - self.near[0])

@@ -89,14 +89,16 @@ def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
         case: The case.
         patterns: As in `attached_rows`.
     """
-    section = HARD * case.material.young_modulus * case.beam.area
     rows, stiffness = list[Array](), list[float]()
     for one, row in attached_rows(case, patterns):
         if not in_stiffness(case, one):
             continue
         rows.append(row)
-        if one.held:
-            stiffness.append(section * case.beam.thickness if one.motion.turns else section / case.beam.thickness)
-        else:
-            stiffness.append(one.attachment.stiffness)
+        stiffness.append(hold_stiffness(case, one) if one.held else one.attachment.stiffness)
     return RankOnes(np.array(rows), np.array(stiffness)) if rows else None
+
+
+def hold_stiffness(case: Case, one: Attached) -> float:
+    """Return the stiffness of the spring that stands for a hold in a full model, N/m or N m/rad."""
+    section = HARD * case.material.young_modulus * case.beam.area
+    return section * case.beam.thickness if one.motion.turns else section / case.beam.thickness

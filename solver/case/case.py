@@ -208,6 +208,11 @@ class Output(Table):
 
     history_interval: Positive | None = Field(default=None, description="time between history records, s; default step")
     fields_interval: Positive | None = Field(default=None, description="time between XDMF fields, s; default end/100")
+    stress: Switch = Field(
+        default=False,
+        description="write axial and von Mises stress among the fields, at the corners of the cells, means over those "
+        "that meet there",
+    )
     checkpoint_interval: NonNegative = Field(
         default=300.0, description="wall time between checkpoints, from which a run resumes, s; 0: none"
     )

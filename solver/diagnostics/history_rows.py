@@ -8,12 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gapbeam.solver.assembly.attached_motions import model_motions
+from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.record_table import COMPONENTS, TANGENTS
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.reactions import Reactions
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.solver.system.system_load import Load
 
@@ -58,6 +61,9 @@ class Recorder:
             "load": tuple(load.name for load in model.system.loads),
             "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
             "moving": tuple(model.system.loads[one.load].name for one in model.system.contact.walls.motions),
+            "joint": tuple(joint.name for joint in model.case.joint),
+            "translation": self._motions(turns=False),
+            "turn": self._motions(turns=True),
             "gauge": tuple(probe.name for probe in model.case.probe if probe.stress),
         }
 
@@ -105,6 +111,8 @@ class Recorder:
             found["wall_motion"] = self.model.system.contact.walls.places(instants.times)
         if self.gauges is not None:
             found["axial_stress"], found["von_mises_stress"] = self.gauges.stresses(instants.u)
+        if self.model.system.reactions is not None:
+            found |= self._joint_rows(instants, self.model.system.reactions)
         total = instants.kinetic + instants.strain + instants.contact
         self.largest_restraint_energy = max(self.largest_restraint_energy, float(np.max(instants.restraint)))
         self.largest_energy = max(self.largest_energy, float(np.max(total)))
@@ -112,6 +120,21 @@ class Recorder:
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
         return found
+
+    def _motions(self, turns: bool) -> tuple[str, ...]:
+        """Return the motions of cross-sections that joints of the model hold or spring: turns, or displacements."""
+        return tuple(name for name in model_motions(self.model.case) if MeanMotion(0.0, name).turns == turns)
+
+    def _joint_rows(self, instants: Instants, reactions: Reactions) -> Rows:
+        """Return the forces and moments of the joints. Collective."""
+        system, case = self.model.system, self.model.case
+        assert instants.joint_contact is not None
+        factors = system.load_factor_rows(np.atleast_1d(instants.times))
+        whole = reactions.total(instants.u, instants.v, factors, instants.joint_contact, system.operators)
+        motions = model_motions(case)
+        whole = whole.reshape(len(whole), len(case.joint), len(motions))
+        turns = np.array([MeanMotion(0.0, name).turns for name in motions])
+        return {"joint_force": whole[..., ~turns], "joint_moment": whole[..., turns]}
 
     def agrees_with(self, time: float, velocity: Array, share: float) -> bool:
         """Return whether the last record is of another time, or of probes that move as in a state then.

@@ -28,6 +28,7 @@ class Instants(NamedTuple):
         penetration: (times, faces), m.
         impulse: (times, faces), N s.
         friction_force: (times, faces, tangents), N; None: nothing has rubbed.
+        joint_contact: What contact adds to the forces of joints, (times, r), N and N m; None: there are no joints.
         kinetic: (times,), J, like the rest of the ledger.
         strain: With the restraint.
         restraint: Energy in the restraint.
@@ -52,6 +53,7 @@ class Instants(NamedTuple):
     penetration: Array
     impulse: Array
     friction_force: Array | None
+    joint_contact: Array | None
     kinetic: Array
     strain: Array
     restraint: Array
@@ -83,6 +85,7 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         penetration=deepest_by_face(contact, state, accounts.system.operators),
         impulse=peaks.impulse,
         friction_force=None if state.traction is None else friction_by_face(contact, state.traction),
+        joint_contact=_joint_contact(accounts, state, forces),
         kinetic=np.asarray(ledger.kinetic),
         strain=np.asarray(ledger.strain),
         restraint=np.asarray(restraint_energy(accounts.system, state)),
@@ -96,3 +99,12 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         iterations=np.asarray(float(iterations)),
     )
     return Instants._make(None if column is None else column[None] for column in found)
+
+
+def _joint_contact(accounts: Accounts, state: State, forces: Array) -> Array | None:
+    """Return what contact adds to the forces of joints in a state, (r,)."""
+    reactions = accounts.system.reactions
+    if reactions is None:
+        return None
+    weights = accounts.system.contact.weights
+    return reactions.of_contact(forces, None if state.traction is None else weights[:, None] * state.traction)

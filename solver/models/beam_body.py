@@ -31,6 +31,7 @@ from gapbeam.solver.loads.load_directions import axis_point, load_direction
 from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.models.body import Body, MeshedBeam, gathered, point_rule
 from gapbeam.solver.models.reduction.held_motions import held
+from gapbeam.solver.models.reduction.holds import FloatingBody
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import DenseRow, projected
@@ -157,7 +158,10 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     if not any(one.held for one in attached_motions(case)):
         return body
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
-    return projected(body, contact, held(body, modal_basis(operators, np.identity(beam.size), shift), shift))
+    floating = modal_basis(operators, np.identity(beam.size), shift)
+    basis = held(body, floating, shift)
+    holding = FloatingBody(body, floating, shift).holding_shapes(contact, basis)
+    return replace(projected(body, contact, basis), holding=holding)
 
 
 def _restrained(case: Case, beam: BeamInPlanes, contact: ContactOperator) -> DenseOperators:

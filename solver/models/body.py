@@ -38,6 +38,7 @@ from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
 from gapbeam.solver.memory.free_memory import free_memory
 from gapbeam.solver.memory.memory_estimate import memory_needs
+from gapbeam.solver.models.holding_shapes import HoldingShapes
 from gapbeam.solver.models.reduction.basis_report import BasisReport
 from gapbeam.solver.system.operators import Array, Indices, Operators, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
@@ -89,6 +90,7 @@ class Body:
         patch: Size of the patches of `contact.points` with its reason; None without.
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
         basis: Size and error of the reduced basis; None for other models.
+        holding: What gives the forces of joints that hold motions the basis has not; None: there are none.
         seconds: Wall time of each part of the set-up.
     """
 
@@ -103,6 +105,7 @@ class Body:
     patch: Default | None = None
     expansion: Array | csr_matrix | None = None
     basis: BasisReport | None = None
+    holding: HoldingShapes | None = None
     seconds: dict[str, float] = field(default_factory=dict)
 
 

@@ -35,6 +35,7 @@ from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_bea
 from gapbeam.solver.models.contact_scales import contact_duration
 from gapbeam.solver.models.contact_setting import contact_setting, friction_coefficients
 from gapbeam.solver.models.explicit_step import with_stable_step
+from gapbeam.solver.models.joint_reactions import reactions_of
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.reduction.rigid_body import rigid_body
 from gapbeam.solver.models.time_step import with_time_step
@@ -225,6 +226,7 @@ def model_of(case: Case, body: Body) -> Model:
     system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
     if case.time.scheme.explicit:
         case, computed = with_stable_step(asked, case, computed, stable_step(system, law))
+    system = replace(system, reactions=reactions_of(case, body, system))
     springs = support.per_face_area(tangent_stiffness(case, setting.face_stiffness))
     return Model(
         case,

@@ -22,6 +22,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
+from gapbeam.solver.system.reactions import Reactions
 from gapbeam.solver.system.system_load import Load
 from gapbeam.solver.system.wall_motion import NO_WALLS, Walls
 
@@ -40,8 +41,7 @@ class ContactOperator:
         positions: Coordinates of the points, (m, 3), m.
         force_matrix: H on the interface DOFs, (m, interface.size); None: H = G.
         geometry_matrix: G without the stress of Nitsche's method, (m, interface.size); None: G.
-        tangents: T on the interface DOFs, (m k, interface.size), point by point: the motion along x and, in 3D, across;
-            k = 1 or 2. None: without friction.
+        tangents: T on the interface DOFs, (m k, interface.size): motion along x and (k = 2) across; None: frictionless.
         walls: The motion of walls, of gaps since t = 0.
     """
 
@@ -157,6 +157,7 @@ class SemiDiscreteSystem:
     mass_damping: float = 0.0
     stiffness_damping: float = 0.0
     dashpots: RankOnes | None = None
+    reactions: Reactions | None = None
 
     @cached_property
     def contact_is_massless(self) -> bool:
@@ -220,8 +221,7 @@ class State:
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
         traction: Tangential traction of friction on the beam that acted last, (m, k), Pa; None: none has acted.
-        closed_since: Start of the step in which each face closed, (faces,), s, infinite while it is open, for
-            adaptive marches.
+        closed_since: When each face closed, (faces,), s, infinite while it is open, for adaptive marches.
     """
 
     time: float

@@ -73,6 +73,7 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
         "time.step": step,
         "output.history_interval": case.output.history_interval or step,
         "output.fields_interval": None,
+        "output.stress": False,
         "output.wall_time": None,
         "gates.accept_energy_growth": True,
     }

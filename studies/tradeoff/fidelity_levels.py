@@ -123,8 +123,8 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
         for word, part in (("step / 2", 2.0), ("the step", 1.0))
     ]
     basis = level(f"reduced {solid}, cells x {finest:.2f}, step / 4", USUAL, finest, time__step=step / 4)
-    levels = [
-        level("rigid body", {"type": "rigid"}),
+    levels = [] if case.output.stress else [level("rigid body", {"type": "rigid"})]
+    levels += [
         level("beam, 24 elements", {"type": "beam", "elements": 24}),
         level("beam, 102 elements", {"type": "beam", "elements": 102}),
     ]
@@ -164,7 +164,7 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
 
 def _fixed(case: Case, beam: Model) -> tuple[dict[str, Any], list[str]]:
     """Return the keys that all fidelity levels share, and what is said about them."""
-    fixed: dict[str, Any] = {"output.fields_interval": None}
+    fixed: dict[str, Any] = {"output.fields_interval": None, "output.stress": False}
     notes = []
     computed = {default.key: default for default in beam.defaults}
     if case.contact.stiffness == "auto" and "contact.stiffness" in computed:

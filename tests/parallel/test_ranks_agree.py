@@ -97,8 +97,8 @@ def too_far(results: list[Results], loosened: float = 1.0) -> dict[str, float]:
     return {name: apart for name, apart in disagreements(results).items() if not apart <= loosened * CLOSE}
 
 
-def series(folder: Path) -> tuple[np.ndarray, np.ndarray, list[float], list[np.ndarray]]:
-    """Return points, cell centers, times and displacements of `fields.xdmf`, in an order that ranks do not change."""
+def series(folder: Path, field: str = "displacement") -> tuple[np.ndarray, np.ndarray, list[float], list[np.ndarray]]:
+    """Return points, cell centers, times and values of a field, in an order that ranks do not change."""
     with meshio.xdmf.TimeSeriesReader(folder / "fields.xdmf") as reader:
         points, cells = reader.read_points_cells()
         order = np.lexsort(np.round(points, 9).T)
@@ -108,15 +108,15 @@ def series(folder: Path) -> tuple[np.ndarray, np.ndarray, list[float], list[np.n
         for number in range(reader.num_steps):
             time, data, _ = reader.read_data(number)
             times.append(time)
-            values.append(data["displacement"][order])
+            values.append(data[field][order])
     return points[order], centers, times, values
 
 
-def check_fields(results: list[Results], tolerance: float) -> None:
-    points, centers, times, values = series(results[0].folder)
+def check_fields(results: list[Results], tolerance: float, field: str = "displacement") -> None:
+    points, centers, times, values = series(results[0].folder, field)
     size = max(np.abs(value).max() for value in values)
     for other in results[1:]:
-        other_points, other_centers, other_times, other_values = series(other.folder)
+        other_points, other_centers, other_times, other_values = series(other.folder, field)
         np.testing.assert_allclose(other_points, points, rtol=0.0, atol=1e-12)
         np.testing.assert_allclose(other_centers, centers, rtol=0.0, atol=1e-12)
         assert other_times == times

@@ -9,7 +9,8 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.results.results import Results
-from tests.parallel.test_ranks_agree import CLOSE, disagreements
+from gapbeam.solver.record_table import STRESS_FIELDS
+from tests.parallel.test_ranks_agree import CLOSE, check_fields, disagreements
 from tests.shared.command import DEMO, RATTLE, alone, on_ranks, settings
 
 pytestmark = [alone, pytest.mark.versions]
@@ -31,6 +32,7 @@ KEYS = (
     "load.shaker.amplitude=400.0",
     "time.end=0.012",
     "output.fields_interval=4e-3",
+    "output.stress=true",
 )
 
 
@@ -42,6 +44,12 @@ def on_one_and_two(case: Path, keys: tuple[str, ...], folder: Path) -> list[Resu
     return [gapbeam.open_results(folder / name) for name in ("1", "2")]
 
 
+def check_stress_fields(results: list[Results]) -> None:
+    """Corners at which cells of two ranks meet have the stress that they have on one rank."""
+    for name in STRESS_FIELDS:
+        check_fields(results, CLOSE, name)
+
+
 def test_three_supports_on_two_ranks(tmp_path: Path) -> None:
     """Every face of every support closes, and histories agree as those of base and gland do."""
     results = on_one_and_two(DEMO, KEYS, tmp_path)
@@ -49,6 +57,7 @@ def test_three_supports_on_two_ranks(tmp_path: Path) -> None:
     assert forces["face"].values.tolist() == ["left_below", "left_above", "stop_above", "right_below", "right_above"]
     assert np.all(forces.values.max(axis=0) > 0.0)
     assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}
+    check_stress_fields(results)
 
 
 HOLES = (
@@ -62,6 +71,7 @@ HOLES = (
     "time.end=0.004",
     "output.fields_interval=1e-3",
     "output.errors=none",
+    "output.stress=true",
 )
 
 
@@ -73,3 +83,4 @@ def test_a_round_beam_in_supports_around_it_on_two_ranks(case: Path, direction: 
     forces = results[0].history["contact_force"].values
     assert np.all(forces.max(axis=0) > 3.0 * forces[0])
     assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}
+    check_stress_fields(results)

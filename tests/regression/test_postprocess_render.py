@@ -141,6 +141,7 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
     from gapbeam.postprocess.scene.beam_surface import body_of
     from gapbeam.postprocess.scene.camera_view import View
     from gapbeam.postprocess.scene.camera_window import Window
+    from gapbeam.postprocess.scene.surface_color import SurfaceColor
 
     scale, pixel = 50.0, 1.0e-4
     write_results(tmp_path, np.linspace(0.0, 0.1, 3), clearance=CLEARANCE)
@@ -154,13 +155,72 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
         gland = support.box(support.blocks[1], scale)
         assert gland[2] == pytest.approx(0.006 + scale * CLEARANCE)
         window = Window((0.0, 0.04), (-0.02, 0.02))
-        view = View(body_of(fields, support), support, window, (400, 400), scale, 1.0, (0.0, -1.0, 0.0))
+        view = View(
+            body_of(fields, support),
+            support,
+            window,
+            (400, 400),
+            scale,
+            SurfaceColor.of_pressure(1.0),
+            (0.0, -1.0, 0.0),
+        )
         picture = view.picture(fields.frame(0))
         view.close()
     column = (picture[:, 200] > 250).all(axis=-1)
     rows = np.arange(400)
     between = column & (rows > 200 - 0.02 / pixel) & (rows < 200) & (rows > 80)
     assert between.sum() == pytest.approx((1.0 - share) * scale * CLEARANCE / pixel, abs=4)
+
+
+def test_a_beam_that_slides_stays_in_its_picture(tmp_path: Path) -> None:
+    """The mean motion along the beam is drawn as it is, 10 mm of 510 mm, while all else is enlarged; it is written."""
+    from gapbeam.postprocess.scene.run_scene import Studio
+
+    folder = results(tmp_path, 2)
+    points, cells = plane_beam()
+    frames = rocking(points, 2)
+    slid = [(time, displacement + np.array([0.01, 0.0, 0.0]), pressure) for time, displacement, pressure in frames]
+    found = []
+    for series in (frames, slid):
+        write_fields(folder, points, cells, "Quadrilateral", series)
+        run = open_results(folder)
+        with run.fields() as fields:
+            studio = Studio(run, fields, "auto", SIZE, 0.0)
+            found.append((studio.draw(2), studio._sheet._caption.whole))
+            studio.close()
+    assert "along the beam" not in found[0][1]
+    assert found[1][1] == found[0][1] + "; along the beam × 1"
+    color = np.array([0xC9, 0xD3, 0xDC])
+    still, moved = ((np.abs(picture[50:200] - color.astype(int)) < 3).all(axis=-1).any(axis=0) for picture, _ in found)
+    columns = [np.flatnonzero(one)[[0, -1]] for one in (still, moved)]
+    length = columns[0][1] - columns[0][0]
+    assert columns[1] - columns[0] == pytest.approx(length * 0.01 / 0.51, abs=2)
+
+
+@pytest.mark.parametrize("dimension", [2, 3])
+def test_marks_stand_where_the_camera_sees_their_places(tmp_path: Path, dimension: int) -> None:
+    """Fractions of the picture are those of the camera of VTK, of a plane and in perspective."""
+    from gapbeam.postprocess.scene.beam_surface import body_of
+    from gapbeam.postprocess.scene.camera_view import View
+    from gapbeam.postprocess.scene.camera_window import Window
+    from gapbeam.postprocess.scene.surface_color import SurfaceColor
+
+    run = open_results(results(tmp_path, dimension))
+    with run.fields() as fields:
+        support = support_of(fields.points, dimension, supports_of(run.summary, run.case))
+        window = Window((-0.01, 0.53), (-0.05, 0.08))
+        color = SurfaceColor.of_pressure(1.0)
+        view = View(body_of(fields, support), support, window, (768, 158), 50.0, color, (0.1, -1.0, 0.28))
+        view.picture(fields.frame(0))
+    places = np.array([support.inside(x, height) for x in (0.0, 0.2, 0.51) for height in (-0.03, 0.006)])
+    expected = []
+    for place in places:
+        view._plotter.renderer.SetWorldPoint(*place, 1.0)
+        view._plotter.renderer.WorldToView()
+        expected.append(0.5 + 0.5 * np.array(view._plotter.renderer.GetViewPoint()[:2]))
+    np.testing.assert_allclose(view.fractions(places), expected, atol=1e-9)
+    view.close()
+    assert np.ptp(expected, axis=0).min() > 0.1
 
 
 def test_automatic_factors_are_round_and_show_the_motion(tmp_path: Path) -> None:

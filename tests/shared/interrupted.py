@@ -51,5 +51,11 @@ def differing(one: Path, other: Path) -> list[str]:
         for name in ("time", "displacement", "velocity", "contact_pressure")
         if not np.array_equal(getattr(frame, name), getattr(same, name))
     ]
+    found += [
+        f"{name} at {frame.time}"
+        for frame, same in pairs
+        for name in frame.stress
+        if not np.array_equal(frame.stress[name], same.stress[name])
+    ]
     figures = ("energy", "gates", "contact_episodes", "convergence", "peak_contact_force", "penetration", "restraint")
     return found + [name for name in figures if first.summary[name] != second.summary[name]]

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
-from gapbeam.postprocess.scene.attached_marks import Mark, marks_of
+import numpy as np
+
+from gapbeam.postprocess.results.supports_of_run import supports_of
+from gapbeam.postprocess.scene.attached_marks import Mark, marks_of, placed
+from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.solver.attachments.joint_table import JointChoice
 from gapbeam.solver.table import models_in, type_name
 
@@ -26,3 +30,18 @@ def test_every_kind_of_joint_has_a_mark_of_its_own() -> None:
     symbols = [mark.symbol for mark in marks]
     assert len(kinds) > 3
     assert len(set(symbols)) == len(kinds)
+
+
+def test_marks_are_placed_on_the_axis_and_names_above_the_beam() -> None:
+    """In the middle of the width of a solid; a fluid takes up its part of what is shown, from bottom to top."""
+    points = np.array([[0.0, -0.01, -0.02], [0.5, 0.01, 0.02]])
+    support = support_of(points, 3, supports_of({}, {"support": {"length": 0.05, "clearance": 1e-4}}))
+    head, water = placed(
+        [Mark("head", 0.4, "o"), Mark("water", 0.2, "", 0.3)], support, (-0.1, 0.1), lambda places: places[:, [0, 2]]
+    )
+    np.testing.assert_allclose(head.at, [0.4, 0.0], atol=1e-15)
+    np.testing.assert_allclose(head.above, [0.4, 0.02])
+    assert head.outline is None
+    np.testing.assert_allclose(water.at, [0.25, 0.0], atol=1e-15)
+    assert water.outline is not None
+    np.testing.assert_allclose(water.outline, [[0.2, -0.1], [0.3, -0.1], [0.3, 0.1], [0.2, 0.1]])

@@ -70,6 +70,9 @@ def write_results(
         "gauge": probes,
         "across": ("y", "z"),
         "moving": (),
+        "joint": (),
+        "translation": (),
+        "turn": (),
     }
     with h5py.File(folder / HISTORY_FILE, "w") as file:
         file.attrs["format"] = FORMAT_VERSION

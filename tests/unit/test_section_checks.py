@@ -31,6 +31,10 @@ BAD = {
         STRESSED.replace("POINT", "0.3") + '[model]\ntype = "rigid"\n',
         ["a rigid body has no stress"],
     ),
+    "fields of stress of a rigid body": (
+        text('"round"') + '[model]\ntype = "rigid"\n[output]\nstress = true\n',
+        ["output", "stress", "true, with the model rigid", 'model.type = "reduced"'],
+    ),
     "stress on a hollow axis": (
         STRESSED.replace("POINT", "0.3").replace('"round"', TUBE),
         ["on the axis of the hollow section", "point = [0.3, 0.0, -0.006]", "in the material"],

@@ -104,6 +104,7 @@ from gapbeam.solver.case.checks.section_checks import (
     points_are_in_the_section,
     section_fits_the_beam,
     sections_are_solids,
+    stress_fields_need_a_body_that_deforms,
     stress_is_that_of_the_material,
 )
 from gapbeam.solver.case.checks.support_checks import (
@@ -224,6 +225,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     sections_are_solids,
     points_are_in_the_section,
     stress_is_that_of_the_material,
+    stress_fields_need_a_body_that_deforms,
     contact_points_fit_the_section,
     damping_is_given_once,
     damping_is_positive,

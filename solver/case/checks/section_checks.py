@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import hypot
 
-from gapbeam.solver.case.case import Beam, Mesh, Probe
+from gapbeam.solver.case.case import Beam, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import ModelTable, RigidModel
@@ -91,6 +91,18 @@ def stress_is_that_of_the_material(
                 f"point = [{x:g}, 0.0, {-0.5 * beam.thickness:g}], at the lower surface",
                 (("probe", number, "point"), SECTION),
             )
+
+
+def stress_fields_need_a_body_that_deforms(model: ModelTable, output: Output) -> Iterator[Fault]:
+    """Fields of stress are those of a body that deforms."""
+    if output.stress and isinstance(model, RigidModel):
+        yield Fault(
+            ("output", "stress"),
+            "true, with the model rigid",
+            "a model that deforms: a rigid body has no stress",
+            'model.type = "reduced", or leave stress out',
+            (("model", "type"),),
+        )
 
 
 def contact_points_fit_the_section(beam: Beam, contact: Contact) -> Iterator[Fault]:

@@ -26,6 +26,7 @@ class Modal(NamedTuple):
         faces: Face of each point, (m,).
         arms: x of each point, (m,), m.
         across: y and z of the direction in which each point is pressed, (m, 2).
+        levers: What a force at each point adds to the forces of joints, (m, r).
         loads: L, (loads, n).
         driven: 1 for loads that are not static, else 0, (loads,).
         delassus: D = Phi A^-1 Phi^T, (m, m), or R A^-1 R^T, (k, k).
@@ -46,6 +47,7 @@ class Modal(NamedTuple):
     faces: Indices
     arms: Array
     across: Array
+    levers: Array
     loads: Array
     driven: Array
     delassus: Array
@@ -139,6 +141,7 @@ class Records(NamedTuple):
     force: Array
     moment: Array
     resultant: Array
+    joint_contact: Array
     area: Array
     active: Array
     penetration: Array

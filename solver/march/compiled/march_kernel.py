@@ -205,6 +205,8 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             records.moment[row, face] += force * modal.arms[i]
             records.resultant[row, face, 0] += force * modal.across[i, 0]
             records.resultant[row, face, 1] += force * modal.across[i, 1]
+            for k in range(modal.levers.shape[1]):
+                records.joint_contact[row, k] += force * modal.levers[i, k]
         if pressure > 0.0:
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0

@@ -32,6 +32,7 @@ def instants_of(block: CompiledBlock, count: int) -> Instants:
         penetration=kept.penetration[:count],
         impulse=kept.impulse[:count],
         friction_force=None,
+        joint_contact=None if modal.system.reactions is None else kept.joint_contact[:count],
         kinetic=energy("kinetic"),
         strain=energy("strain"),
         restraint=0.5 * np.sum(row_product(q, modal.restraint) * q, axis=1),

@@ -29,6 +29,7 @@ from gapbeam.solver.models.reduction.contact_lines import within_reach
 from gapbeam.solver.models.reduction.face_shapes import face_shapes
 from gapbeam.solver.models.reduction.fixed_interface import fixed_interface_vectors
 from gapbeam.solver.models.reduction.held_motions import held
+from gapbeam.solver.models.reduction.holds import FloatingBody
 from gapbeam.solver.models.reduction.line_points import REACH, gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import Kept, moved, projected
@@ -83,9 +84,11 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
         neglected_smooth=neglected[1],
         modes_left=left,
     )
+    basis = basis.kept(kept)
     return replace(
-        projected(body, fewer, basis.kept(kept)),
+        projected(body, fewer, basis),
         basis=report,
+        holding=FloatingBody(body, floating, shift).holding_shapes(fewer, basis),
         seconds=body.seconds | {"reduction": time.perf_counter() - started},
     )
 

@@ -18,6 +18,7 @@ from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.held_motions import held
+from gapbeam.solver.models.reduction.holds import FloatingBody
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.models.reduction.projection import moved, projected
@@ -31,11 +32,13 @@ def rigid_body(body: Body) -> Body:
     images = [(operators.apply_mass(motion), operators.apply_restraint(motion)) for motion in motions.T]
     mass, restraint = operators.sum(np.stack([[motions.T @ image for image in pair] for pair in images], axis=-1))
     squares, turn = eigh(0.5 * (restraint + restraint.T), 0.5 * (mass + mass.T))
-    basis = Basis(np.asfortranarray(motions @ turn), np.maximum(squares, 0.0))
-    basis = held(body, basis, max(float(np.mean(basis.squares)), 1.0))
+    floating = Basis(np.asfortranarray(motions @ turn), np.maximum(squares, 0.0))
+    shift = max(float(np.mean(floating.squares)), 1.0)
+    basis = held(body, floating, shift)
     symmetric = is_symmetric(case)
     contact = gathered_points(case, body.contact, symmetric, 1, body.meshed.facet_length)
     if symmetric:
         basis = basis.kept(moved(body, contact, basis))
     seconds = body.seconds | {"reduction": time.perf_counter() - started}
-    return replace(projected(body, contact, basis), seconds=seconds)
+    holding = FloatingBody(body, floating, shift).holding_shapes(contact, basis)
+    return replace(projected(body, contact, basis), holding=holding, seconds=seconds)

@@ -50,14 +50,14 @@ def watch_of(model: Model) -> PoseWatch:
     """Return the watch on the pose of a model. Collective."""
     pose, case = _pose_of(model), model.case
     if not model.system.contact.walls.motions:
-        return PoseWatch(pose, _scales(case))
+        return PoseWatch(pose, scales_of(case))
     shifts = shifts_at(case.load, case.layout, pose.places[: pose.on_faces, 0], pose.dimension)
     walls = model.system.contact.walls
 
     def moved(time: float) -> Array:
         return np.asarray(np.tensordot(walls.places(np.array([time]))[0], shifts, 1))
 
-    return PoseWatch(pose, _scales(case), moved)
+    return PoseWatch(pose, scales_of(case), moved)
 
 
 def gauges_of(model: Model) -> Gauges | None:
@@ -75,7 +75,7 @@ def gauges_of(model: Model) -> Gauges | None:
         model.space, [(f"[[probe]] {probe.name}", axis_point(probe.point)) for probe in asked]
     )
     shares = 1.0 / np.bincount(numbers, minlength=len(asked))
-    return Gauges(_pose_at(model, rows_at(model.space, points)), _scales(model.case), numbers, shares)
+    return Gauges(_pose_at(model, rows_at(model.space, points)), scales_of(model.case), numbers, shares)
 
 
 def _pose_of(model: Model) -> ModelPose:
@@ -95,7 +95,8 @@ def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:
     return ModelPose(found.places, found.on_faces, dimension, small, None, operators)
 
 
-def _scales(case: Case) -> PoseScales:
+def scales_of(case: Case) -> PoseScales:
+    """Return what the poses of a case are measured against."""
     material, plane = case.material, case.mesh.dimension == 2 and case.mesh.plane == "stress"
     return PoseScales(
         shear_modulus=material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)),

@@ -16,12 +16,14 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.holding_shapes import HoldingShapes
 from gapbeam.solver.models.reduction.projection import DenseRow
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 EXPANSION = "expansion"
+HOLDING = "holding"
 CONTACT = "contact"
 SPARSE = ("data", "indices", "indptr")
 
@@ -41,6 +43,8 @@ def matrices_of(body: Body) -> Matrices:
     for number, probe in enumerate(body.probes.values()):
         assert isinstance(probe, DenseRow)
         found[f"probe.{number}"] = probe.matrix
+    if body.holding is not None:
+        found |= {f"{HOLDING}.{name}": matrix for name, matrix in vars(body.holding).items()}
     return found | _named_arrays(CONTACT, body.contact)
 
 
@@ -86,7 +90,18 @@ def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array 
         patterns=tuple(matrices["patterns"]),
         probes=dict(zip(body.probes, map(DenseRow, rows), strict=True)),
         expansion=body.expansion if expansion is None else expansion,
+        holding=None if body.holding is None else _holding(body.holding, matrices, size),
     )
+
+
+def _holding(found: HoldingShapes, matrices: Mapping[str, NDArray[Any]], size: int) -> HoldingShapes:
+    """Return the shapes that were kept in the place of those found anew."""
+    kept = {name: matrices[f"{HOLDING}.{name}"] for name in vars(found)}
+    for name, matrix in vars(found).items():
+        wanted = (len(matrix), size if name in ("mass", "stiffness") else matrix.shape[1])
+        if kept[name].shape != wanted:
+            raise ValueError(f"{HOLDING}.{name} of shape {kept[name].shape}, expected {wanted}")
+    return HoldingShapes(**kept)
 
 
 def _named_arrays(name: str, contact: ContactOperator) -> Matrices:

@@ -3,6 +3,7 @@
     b_i (K + s M)^-1 b_j,    b_i (K + s M)^-1 M (K + s M)^-1 b_j    and the same with the restraint in the place of M
 
 do not depend on the basis, where the b are loads, gaps, contact forces and probes, and s is the square of a frequency.
+Of motions that joints hold, which the basis does not have, b is the inertia along the shapes that give their forces.
 """
 
 from __future__ import annotations
@@ -11,6 +12,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eigh
 
+from gapbeam.solver.assembly.attached_motions import attached_rows
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.projection import DenseRow
 from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint
@@ -49,6 +51,11 @@ def _faults(kept: Body, found: Body, comm: MPI.Comm) -> list[str]:
         for one, other in (*same, *places)
         if not np.allclose(one, other, rtol=ALIKE, atol=ALIKE * float(np.max(np.abs(other), initial=0.0)))
     ]
+    faults += [
+        "joints hold them otherwise"
+        for one, other in zip(_along_holds(kept), _along_holds(found), strict=True)
+        if not np.allclose(one, other, rtol=ALIKE, atol=ALIKE * float(np.max(np.abs(other), initial=0.0)))
+    ]
     shift = _shift(found)
     responses, others = (_responses(body, shift) for body in (kept, found))
     energies = np.abs(np.diagonal(others[0]))
@@ -71,12 +78,21 @@ def _shift(body: Body) -> float:
     return float(np.min(squares[squares > FLOATING * squares.max()]))
 
 
+def _along_holds(body: Body) -> list[Array]:
+    """Return what loads and contact do along the shapes of held motions, whatever the basis is."""
+    held = body.holding
+    return [] if held is None else [held.patterns, held.pressure, held.friction]
+
+
 def _rows(body: Body) -> Array:
     """Return what a model is loaded and looked at with, (rows, n)."""
     contact, size = body.contact, len(body.patterns[0]) if body.patterns else body.contact.interface.size
     traced = np.zeros((contact.interface.size, size))
     traced[contact.interface.slots, contact.interface.owned] = 1.0
-    rows = [*body.patterns, *(contact.gap_matrix @ traced), *(contact.resultants.T @ traced)]
+    seen = [*body.patterns[: len(body.case.load)]]
+    seen += [row for one, row in attached_rows(body.case, body.patterns) if not one.held]
+    seen += [] if body.holding is None else [*body.holding.mass]
+    rows = [*seen, *(contact.gap_matrix @ traced), *(contact.resultants.T @ traced)]
     for probe in body.probes.values():
         assert isinstance(probe, DenseRow)
         rows += [*probe.matrix]

@@ -10,11 +10,10 @@ from pathlib import Path
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import HISTORY
+from gapbeam.solver.record_table import FIELDS, HISTORY, STRESS_FIELDS, VECTOR_FIELDS
 
 LOG = logging.getLogger("gapbeam")
 VALUE = 8  # bytes
-PER_NODE = 7  # values of a field: displacement and velocity in three directions, pressure
 LARGE = 1.0e10  # bytes: reported before they are written
 
 
@@ -24,7 +23,9 @@ def size_of_results(model: Model) -> tuple[float, float]:
     values = 1 + sum(prod(len(labels[dimension]) for dimension in record.dims[1:]) for record in HISTORY)
     records = case.time.end / (case.output.history_interval or model.step)
     fields = case.time.end / (case.output.fields_interval or case.time.end / 100.0)
-    return VALUE * values * records, VALUE * PER_NODE * model.tagged.vertex_count * fields
+    names = (*FIELDS, *(STRESS_FIELDS if case.output.stress else ()))
+    per_node = sum(3 if name in VECTOR_FIELDS else 1 for name in names)
+    return VALUE * values * records, VALUE * per_node * model.tagged.vertex_count * fields
 
 
 def check_space(folder: Path, history: float, fields: float) -> None:

@@ -1,4 +1,4 @@
-"""fields.xdmf and fields.h5: displacement, velocity and contact pressure on the linear mesh.
+"""fields.xdmf and fields.h5: displacement, velocity, contact pressure and perhaps stress on the linear mesh.
 
 One temporal collection that ParaView and meshio read. While a run goes on, every field is a small file of its own in
 the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place: whatever happens to
@@ -7,7 +7,6 @@ the run, the series can be read. At the end all fields are gathered in fields.h5
 
 from __future__ import annotations
 
-import xml.etree.ElementTree as ET
 from collections.abc import Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import replace
@@ -24,23 +23,16 @@ from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE
+from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE, STRESS_FIELDS
 from gapbeam.solver.run.output import parallel_tables
 from gapbeam.solver.run.output.atomic_files import new_hdf5, own_folder, part_of, put_in_place, to_disk, written
+from gapbeam.solver.run.output.field_grid import FieldGrid, around
 from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
 from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, RankRows
+from gapbeam.solver.run.output.stress_fields import StressFields
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State
-
-XDMF_CELLS = {
-    "triangle": "Triangle",
-    "quadrilateral": "Quadrilateral",
-    "tetrahedron": "Tetrahedron",
-    "hexahedron": "Hexahedron",
-}
-# DOLFINx counts the corners of quadrilaterals and hexahedra row by row, XDMF around.
-AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
 
 class FieldWriter:
@@ -79,11 +71,13 @@ class FieldWriter:
             "points": ParallelTable(self._rows, points),
             "cells": ParallelTable(
                 parallel_tables.rank_by_rank(self._comm, owned_cells),
-                corners[:, AROUND.get(cell, list(range(corners.shape[1])))],
+                around(cell, corners),
             ),
         }
         self._shapes = {name: table.shape for name, table in mesh_tables.items()}
-        self._topology = XDMF_CELLS[cell]
+        self._stress = StressFields.of_model(model, self._space)
+        names = (*FIELDS, *(STRESS_FIELDS if self._stress else ()))
+        self._grid_text = FieldGrid(cell, self._shapes["points"], self._shapes["cells"], names)
         self.times: list[float] = list(times or ())  # of each field written
         self._gathered = 0  # how many of them are in fields.h5
         self._safe = len(self.times)  # how many of them are on the disk
@@ -109,11 +103,11 @@ class FieldWriter:
         pressures = np.zeros(len(self._rows.places))
         here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + len(pressures))
         pressures[self._contact_nodes[here] - self._first] = (forces / self._hat_areas)[here]
-        tables = {
-            "displacement": ParallelTable(self._rows, self._nodal(model.expand(state.u[VALUE]))),
-            "velocity": ParallelTable(self._rows, self._nodal(model.expand(state.v[VALUE]))),
-            "contact_pressure": ParallelTable(self._rows, pressures),
-        }
+        values = {"velocity": self._nodal(model.expand(state.v[VALUE]))}
+        values |= {"displacement": self._nodal(model.expand(state.u[VALUE])), "contact_pressure": pressures}
+        if self._stress is not None:
+            values |= self._stress.at_corners(self._fine)  # which holds the displacement
+        tables = {name: ParallelTable(self._rows, values[name]) for name in self._grid_text.names}
         parallel_tables.on_rank_zero_with(self._comm, tables, partial(self._write, float(state.time), tables))
 
     def _write(self, time: float, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:
@@ -184,7 +178,7 @@ class FieldWriter:
         try:
             with h5py.File(source, "r") as file:
                 refuse_other_data(file, self._shapes)
-                groups = [file.get(name, ()) for name in FIELDS]
+                groups = [file.get(name, ()) for name in self._grid_text.names]
                 while self._gathered < count and all(str(self._gathered) in group for group in groups):
                     self._gathered += 1
         except (OSError, RuntimeError, KeyError, ValueError) as error:
@@ -212,7 +206,7 @@ class FieldWriter:
 
     def _check_piece(self, path: Path) -> None:
         """Refuse a field that is not one of this mesh."""
-        shapes = {name: self._shapes["points"][: 1 if name == "contact_pressure" else None] for name in FIELDS}
+        shapes = {name: self._grid_text.shape(name) for name in self._grid_text.names}
         try:
             with h5py.File(path, "r") as file:
                 refuse_other_data(file, shapes)
@@ -234,13 +228,13 @@ class FieldWriter:
         with h5py.File(self._folder / FIELDS_DATA_FILE, "r") as before:
             for name in ("points", "cells"):
                 before.copy(name, whole)
-            for name in FIELDS:
+            for name in self._grid_text.names:
                 group = whole.create_group(name)
                 for number in range(self._gathered):
                     before.copy(f"{name}/{number}", group, str(number))
         for number in range(self._gathered, len(self.times)):
             with h5py.File(self._piece(number), "r") as piece:
-                for name in FIELDS:
+                for name in self._grid_text.names:
                     piece.copy(name, whole[name], str(number))
 
     def _piece(self, number: int) -> Path:
@@ -283,25 +277,7 @@ class FieldWriter:
         """Return the XML of one field."""
         gathered = number < self._gathered
         file = FIELDS_DATA_FILE if gathered else self._piece(number).relative_to(self._folder).as_posix()
-        grid = ET.Element("Grid", Name=f"step {number}", GridType="Uniform")
-        ET.SubElement(grid, "Time", Value=repr(self.times[number]))
-        cells, points = self._shapes["cells"], self._shapes["points"]
-        topology = ET.SubElement(grid, "Topology", TopologyType=self._topology, NumberOfElements=str(cells[0]))
-        geometry = ET.SubElement(grid, "Geometry", GeometryType="XYZ")
-        _item(topology, f"{FIELDS_DATA_FILE}:/cells", cells, "Int")
-        _item(geometry, f"{FIELDS_DATA_FILE}:/points", points, "Float")
-        for name in FIELDS:
-            scalar = name == "contact_pressure"
-            attribute = ET.SubElement(
-                grid,
-                "Attribute",
-                Name=name,
-                AttributeType="Scalar" if scalar else "Vector",
-                Center="Node",
-            )
-            place = f"{file}:/{name}/{number}" if gathered else f"{file}:/{name}"
-            _item(attribute, place, (points[0],) if scalar else points, "Float")
-        return ET.tostring(grid, encoding="unicode")
+        return self._grid_text.text(number, self.times[number], file, gathered)
 
 
 def _fill(file: h5py.File, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:
@@ -311,10 +287,3 @@ def _fill(file: h5py.File, tables: Mapping[str, ParallelTable], pieces: Pieces) 
         for piece in pieces(name):
             data[begin : begin + len(piece)] = piece
             begin += len(piece)
-
-
-def _item(parent: ET.Element, place: str, shape: tuple[int, ...], kind: str) -> None:
-    item = ET.SubElement(
-        parent, "DataItem", Dimensions=" ".join(map(str, shape)), NumberType=kind, Precision="8", Format="HDF"
-    )
-    item.text = place

@@ -1,0 +1,73 @@
+"""What the surface of the beam is colored by: contact pressure on the faces of supports, or a stress all over it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+import numpy as np
+from matplotlib.colors import Colormap, LinearSegmentedColormap
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.results.field_reader import Frame
+from gapbeam.solver.record_table import STRESS_FIELDS
+
+BEAM = "#C9D3DC"
+# From the color of the beam through orange to dark red: darker means more, also in print without color.
+PRESSURES = LinearSegmentedColormap.from_list("pressure", [BEAM, "#F2C94C", "#E8702A", "#B0200C", "#4A0508"])
+_BOTH_SIGNS = LinearSegmentedColormap.from_list(
+    "stress", ["#08204A", "#1F5FA8", "#7FB2DE", BEAM, "#F2B46A", "#C8401C", "#4A0508"]
+)
+STRESSES = {"axial": "axial_stress", "von-mises": "von_mises_stress"}
+"""Fields of stress by the words for them in commands."""
+
+
+@dataclass(frozen=True)
+class SurfaceColor:
+    """Colors of a field.
+
+    Attributes:
+        field: Its name.
+        colors: From the lowest to the highest value.
+        limits: Lowest and highest value, Pa.
+        everywhere: Whether all of the surface has them, or the faces of supports alone.
+    """
+
+    field: str
+    colors: Colormap
+    limits: tuple[float, float]
+    everywhere: bool
+
+    @classmethod
+    def of_pressure(cls, largest: float) -> SurfaceColor:
+        """Return the colors of contact pressure, from 0 to the largest, Pa."""
+        return cls("contact_pressure", PRESSURES, (0.0, largest or 1.0), everywhere=False)
+
+    @classmethod
+    def of_stress(cls, field: str, largest: Mapping[str, float]) -> SurfaceColor:
+        """Return the colors of a stress: of both signs from minus the largest size to that, else from 0.
+
+        Args:
+            field: Its name.
+            largest: Size of each stress in all frames, by name, Pa.
+        """
+        most = largest[field] or 1.0
+        if field == "axial_stress":
+            return cls(field, _BOTH_SIGNS, (-most, most), everywhere=True)
+        return cls(field, PRESSURES, (0.0, most), everywhere=True)
+
+    @property
+    def label(self) -> str:
+        """Name and unit beside a scale."""
+        name = self.field.replace("_", " ").replace("von mises", "von Mises")
+        return f"{name} ({shown(STRESS_FIELDS[self.field])[0]})"
+
+    @property
+    def shown_limits(self) -> tuple[float, float]:
+        """The limits in the unit of the label."""
+        factor = shown(STRESS_FIELDS[self.field])[1]
+        return factor * self.limits[0], factor * self.limits[1]
+
+    def values(self, frame: Frame) -> np.ndarray:
+        """Return the field in a frame, (n,), Pa."""
+        return frame.stress[self.field] if self.everywhere else frame.contact_pressure

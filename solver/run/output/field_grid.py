@@ -1,0 +1,76 @@
+"""The XML of one field in fields.xdmf: mesh, time, and where the values of each quantity lie."""
+
+from __future__ import annotations
+
+import xml.etree.ElementTree as ET
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from gapbeam.solver.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
+from gapbeam.solver.system.operators import Array
+
+XDMF_CELLS = {
+    "triangle": "Triangle",
+    "quadrilateral": "Quadrilateral",
+    "tetrahedron": "Tetrahedron",
+    "hexahedron": "Hexahedron",
+}
+# DOLFINx counts the corners of quadrilaterals and hexahedra row by row, XDMF around.
+AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
+
+
+def around(cell: str, corners: Array) -> Array:
+    """Return the corners of cells of DOLFINx, (cells, c), in the order of XDMF."""
+    return corners[:, AROUND.get(cell, list(range(corners.shape[1])))]
+
+
+@dataclass(frozen=True)
+class FieldGrid:
+    """What the XML of all fields of a mesh has in common.
+
+    Attributes:
+        cell: Name of the cells in DOLFINx.
+        points: Shape of the table of points, (n, 3).
+        cells: Shape of the table of cells, (cells, c).
+        names: The quantities.
+    """
+
+    cell: str
+    points: tuple[int, ...]
+    cells: tuple[int, ...]
+    names: Sequence[str]
+
+    def shape(self, name: str) -> tuple[int, ...]:
+        """Return the shape of the values of a quantity."""
+        return self.points if name in VECTOR_FIELDS else self.points[:1]
+
+    def text(self, number: int, time: float, file: str, gathered: bool) -> str:
+        """Return the XML of one field.
+
+        Args:
+            number: Of the field.
+            time: s.
+            file: Its data file, relative to the results folder.
+            gathered: Whether that holds all fields, or this one alone.
+        """
+        grid = ET.Element("Grid", Name=f"step {number}", GridType="Uniform")
+        ET.SubElement(grid, "Time", Value=repr(time))
+        topology = ET.SubElement(
+            grid, "Topology", TopologyType=XDMF_CELLS[self.cell], NumberOfElements=str(self.cells[0])
+        )
+        geometry = ET.SubElement(grid, "Geometry", GeometryType="XYZ")
+        _item(topology, f"{FIELDS_DATA_FILE}:/cells", self.cells, "Int")
+        _item(geometry, f"{FIELDS_DATA_FILE}:/points", self.points, "Float")
+        for name in self.names:
+            kind = "Vector" if name in VECTOR_FIELDS else "Scalar"
+            attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
+            place = f"{file}:/{name}/{number}" if gathered else f"{file}:/{name}"
+            _item(attribute, place, self.shape(name), "Float")
+        return ET.tostring(grid, encoding="unicode")
+
+
+def _item(parent: ET.Element, place: str, shape: tuple[int, ...], kind: str) -> None:
+    item = ET.SubElement(
+        parent, "DataItem", Dimensions=" ".join(map(str, shape)), NumberType=kind, Precision="8", Format="HDF"
+    )
+    item.text = place

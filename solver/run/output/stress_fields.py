@@ -1,0 +1,48 @@
+"""Axial and von Mises stress at the corners of the cells, by the rules of the stress at probes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+from dolfinx import fem
+
+from gapbeam.solver.assembly.corner_gradients import CornerGradients
+from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, axial_stress, deformation
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.assumptions.pose_rows import scales_of
+from gapbeam.solver.system.operators import Array
+
+
+@dataclass(frozen=True)
+class StressFields:
+    """What takes the stress of a displacement.
+
+    Attributes:
+        gradients: Give its gradient.
+        scales: Material, and how strain is completed.
+    """
+
+    gradients: CornerGradients
+    scales: PoseScales
+
+    @classmethod
+    def of_model(cls, model: Model, linear: Any) -> StressFields | None:
+        """Return that of a model, where its case asks for stress; on the corners of a linear space. Collective."""
+        if not model.case.output.stress:
+            return None
+        return cls(CornerGradients.of_spaces(model.space, linear), scales_of(model.case))
+
+    def at_corners(self, displacement: fem.Function) -> dict[str, Array]:
+        """Return the stresses at the corners that this rank owns, (n,) each, Pa.
+
+        Args:
+            displacement: On the mesh, its ghosts up to date, m.
+
+        Collective.
+        """
+        gradient = self.gradients.mean(displacement)
+        return {
+            "axial_stress": axial_stress(gradient, self.scales),
+            "von_mises_stress": deformation(gradient, self.scales)[2],
+        }

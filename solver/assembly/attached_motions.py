@@ -45,7 +45,7 @@ def roll_springs(case: Case) -> tuple[Attached, ...]:
     if not holes:
         return ()
     place = 0.5 * (holes[0].start + holes[0].end)
-    spring = Attachment(0.0, case.restraint.lateral * (0.5 * case.beam.thickness) ** 2, 0.0)
+    spring = Attachment(0.0, case.restraint.lateral * (0.5 * case.profile.at(place).beam.thickness) ** 2, 0.0)
     return (Attached(MeanMotion(place, "twist"), spring, restrains=True),)
 
 
@@ -87,14 +87,15 @@ def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
         case: The case.
         patterns: As in `attached_rows`.
     """
-    section = HARD * case.material.young_modulus * case.beam.area
-    rows, stiffness = list[Array](), list[float]()
+    profile, rows, stiffness = case.profile, list[Array](), list[float]()
     for one, row in attached_rows(case, patterns):
         if not in_stiffness(case, one):
             continue
         rows.append(row)
         if one.held:
-            stiffness.append(section * case.beam.thickness if one.motion.turns else section / case.beam.thickness)
+            piece = profile.at(one.motion.x)
+            section = HARD * piece.material.young_modulus * piece.beam.area
+            stiffness.append(section * piece.beam.thickness if one.motion.turns else section / piece.beam.thickness)
         else:
             stiffness.append(one.attachment.stiffness)
     return RankOnes(np.array(rows), np.array(stiffness)) if rows else None

@@ -137,7 +137,7 @@ def _add_ring(plotter: pv.Plotter, support: SupportBoxes, piece: FaceBox, scale:
     """Draw a support around the beam as a ring that one can see through."""
     box = support.box(piece, scale)
     middle = 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
-    ring = ring_of(piece.met, piece.along, middle, support.thickness, scale)
+    ring = ring_of(piece.met, piece.along, middle, piece.thickness, scale)
     ring.points[:, 2] += piece.rise(ring.points[:, 0], scale)
     plotter.add_mesh(ring, color=BELOW, opacity=0.35, lighting=True, ambient=0.3)
     edges = ring.extract_feature_edges(feature_angle=25.0, boundary_edges=False, non_manifold_edges=False)

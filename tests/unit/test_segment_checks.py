@@ -46,7 +46,6 @@ BAD = {
         GOOD.replace("thickness = 0.02\n", ""),
         ["as the rest of the beam", "one of thickness, width, section, young_modulus", "leave the segment out"],
     ),
-    "the same thickness": (GOOD.replace("thickness = 0.02\n", "thickness = 0.012\n"), ["as the rest of the beam"]),
     "wider slice": (
         GOOD.replace("thickness = 0.02\n", "width = 0.03\n"),
         ["hub", "width", "0.03 m, in a slice (dimension = 2)", "dimension = 3 in [mesh]"],
@@ -134,3 +133,9 @@ def test_round_segments_are_as_wide_as_thick(tmp_path: Path) -> None:
 def test_points_on_either_side_of_a_step_are_in_the_beam(tmp_path: Path) -> None:
     """At x = 0.2 the hub of 20 mm begins; 8 mm off the axis is in it, and beside the thin part."""
     read_case(written(tmp_path, GOOD + probe("[0.2, 0.008]")))
+
+
+def test_a_segment_may_be_as_the_beam(tmp_path: Path) -> None:
+    """A sweep over its thickness passes through that of the beam."""
+    case = read_case(written(tmp_path, HEAD + SUPPORTS + HUB), ["segment.hub.thickness=0.012"])
+    assert case.profile.prismatic

@@ -62,13 +62,13 @@ def segments_keep_apart(segment: Segments) -> Iterator[Fault]:
 
 
 def segments_change_something(beam: Beam, segment: Segments) -> Iterator[Fault]:
-    """A segment has a section or a material of its own."""
+    """A segment gives something of a section or a material; a sweep may pass through the values of the beam."""
     for number, one in segment.items():
-        if not one.changes_material and (not one.changes_section or one.beam(beam) == beam):
+        if not one.changes_material and not one.changes_section:
             yield Fault(
                 ("segment", number),
                 "a segment that is as the rest of the beam",
-                f"one of {', '.join((*OF_SECTION, *OF_MATERIAL))} with another value",
+                f"one of {', '.join((*OF_SECTION, *OF_MATERIAL))}",
                 f"thickness = {0.5 * beam.thickness:g}, or leave the segment out",
                 (("segment", number, "name"),),
             )

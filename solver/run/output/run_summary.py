@@ -48,7 +48,11 @@ def describe_model(model: Model) -> dict[str, Any]:
 
 
 def _supports(model: Model) -> list[dict[str, Any]]:
-    """Return where the supports are, how far their planes stand from the undeformed beam, m, and their own contact."""
+    """Return where the supports are, how far their planes stand from the undeformed beam, m, and their own contact.
+
+    Supports of a beam with steps also say how thick it is there.
+    """
+    profile = model.case.profile
     return [
         {
             "name": one.name,
@@ -57,6 +61,7 @@ def _supports(model: Model) -> list[dict[str, Any]]:
             "clearance": one.clearance,
             "faces": [{"name": face.name, "side": _side(face), "gap": face.gap} | face.shape for face in one.faces],
             **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
+            **({} if profile.one_section else {"thickness": profile.between(one.start, one.end)[0].beam.thickness}),
         }
         for one in model.case.layout.supports
     ]

@@ -15,8 +15,8 @@ class BeamStep(NamedTuple):
         end: Where it ends, m.
         thickness: Its size in the bending direction, m.
         width: Its size across the bending plane, m.
-        section: Its cross-section, of patches of the section of the whole beam; None in 2D.
-        filled: Which patches of the section of the whole beam those are; () in 2D.
+        section: Its cross-section, of patches of the section of the whole beam; None: it fills thickness and width.
+        filled: Which patches of the section of the whole beam those are; () without a section.
     """
 
     start: float

@@ -6,7 +6,7 @@ from itertools import pairwise
 from typing import Any
 
 from benchmarks.drawn_schema.tables import Draw
-from gapbeam.solver.case.segment_table import OF_SECTION, PlacedSegment, Segment
+from gapbeam.solver.case.segment_table import PlacedSegment, Segment
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.table import models_in, type_name
 
@@ -34,8 +34,6 @@ def with_segments(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
         whole = whole | {"beam": whole["beam"] | {"section": section}, "mesh": kept | {"dimension": 3}}
     else:
         segment = {key: value for key, value in segment.items() if key != "section"}
-    if whole["mesh"].get("cell") in ("triangle", "tetrahedron"):
-        segment = {key: value for key, value in segment.items() if key not in OF_SECTION}
     start, end = _free_part(draw, whole["support"])
     margin = MARGIN * (end - start)
     place = {"name": "part", "from": round(start + margin, 6), "to": round(end - margin, 6)}

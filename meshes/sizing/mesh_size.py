@@ -77,7 +77,7 @@ class BeamSizing:
         size = self._length("size", self.size, thickness)
         support_size = self._length("support_size", self.support_size, min(thickness / 3, size))
         edge_size = self._length("edge_size", self.edge_size, min(support_size, size) / 2)
-        longest = self._longest(geometry)
+        longest = self._longest(geometry, thickness)
         size, support_size = min(size, longest), min(support_size, longest)
         return size, support_size, min(edge_size, support_size, size)
 
@@ -92,12 +92,12 @@ class BeamSizing:
             return (through,)
         return (self._count("cells_across_width", self.cells_across_width), through)
 
-    def _longest(self, geometry: BeamGeometry) -> float:
+    def _longest(self, geometry: BeamGeometry, thickness: float) -> float:
         """The limit that the section sets to the length of triangles and tetrahedra."""
         if self.cell_of(geometry.dimension) not in ("triangle", "tetrahedron"):
             return math.inf
         through = self.cells_through_thickness or UNSTRUCTURED_THROUGH
-        longest = geometry.thickness / through
+        longest = thickness / through
         if geometry.dimension == 3 and self.cells_across_width is not None:
             longest = min(longest, geometry.width / self.cells_across_width)
         return longest

@@ -57,7 +57,7 @@ def _sections(case: Case) -> tuple[SectionPatches | None, tuple[BeamStep, ...]]:
     if profile.one_section:
         return profile.pieces[0].beam.patches(*counts), ()
     pieces = profile.pieces
-    if mesh.dimension == 2:
+    if mesh.dimension == 2 or mesh.cell == "tetrahedron":
         return None, tuple(BeamStep(one.start, one.end, one.beam.thickness, one.beam.width) for one in pieces)
     through, across = (count or CELLS_THROUGH for count in counts)
     whole, parts = shared_patches(

@@ -62,9 +62,9 @@ BAD = {
         SOLID.replace("thickness = 0.02\n", 'section = { type = "box", wall = 0.02 }\n'),
         ["hub", "section wall", "0.02 m", "less than 0.006 m"],
     ),
-    "triangles": (
-        GOOD + '[mesh]\ncell = "triangle"\n',
-        ["[mesh] cell", '"triangle", with a step of the section in the segment hub', "quadrilateral"],
+    "tetrahedra": (
+        SOLID.replace("thickness = 0.02\n", 'section = { type = "box", wall = 0.002 }\n') + 'cell = "tetrahedron"\n',
+        ["[mesh] cell", '"tetrahedron", with the section "box" in the segment hub', "hexahedron"],
     ),
     "a step too small for cells": (
         GOOD.replace("thickness = 0.02\n", "thickness = 0.012001\n"),

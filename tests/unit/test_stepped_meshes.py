@@ -27,7 +27,7 @@ BOX = {"type": "box", "wall": 0.002}
 PROFILE = {"type": "i", "web": 0.002, "flange": 0.003}
 
 
-def stepped(dimension: int, section: Any, segment: dict[str, Any]) -> Case:
+def stepped(dimension: int, section: Any, segment: dict[str, Any], **mesh: Any) -> Case:
     """Return a case of a beam of 12 mm that is another one between 0.1 and 0.2 m, with a support in each part."""
     places = {"near": (0.02, 0.05), "mid": (0.12, 0.16)}
     return gapbeam.read_case(
@@ -38,7 +38,7 @@ def stepped(dimension: int, section: Any, segment: dict[str, Any]) -> Case:
             "support": [
                 {"name": name, "from": start, "to": end, "clearance": 1.0e-4} for name, (start, end) in places.items()
             ],
-            "mesh": {"dimension": dimension, "size": 0.04, "support_size": 0.02, "edge_size": 0.02},
+            "mesh": {"dimension": dimension, "size": 0.04, "support_size": 0.02, "edge_size": 0.02, **mesh},
             "load": [{"type": "gravity"}],
             "time": {"end": 0.01, "step": 1.0e-4},
         }
@@ -60,9 +60,9 @@ STEPS: dict[str, tuple[int, Any, dict[str, Any], float, float]] = {
 ALL = pytest.mark.parametrize("name", STEPS)
 
 
-def meshed(name: str) -> tuple[Case, TaggedMesh]:
+def meshed(name: str, **mesh: Any) -> tuple[Case, TaggedMesh]:
     """Return a case and its mesh."""
-    case = stepped(STEPS[name][0], STEPS[name][1], STEPS[name][2])
+    case = stepped(*STEPS[name][:3], **mesh)
     return case, mesh_of_case(case, MPI.COMM_SELF)
 
 
@@ -101,11 +101,20 @@ def test_the_size_of_a_mesh_with_steps_is_known_before_it_is_made(name: str) -> 
 
 
 @pytest.mark.parametrize(
-    "name", ["thicker slice", "thinner slice", "thick and wide", "thick and narrow", "box to rectangle"]
+    ("name", "cell"),
+    [
+        ("thicker slice", "quadrilateral"),
+        ("thinner slice", "quadrilateral"),
+        ("thicker slice", "triangle"),
+        ("thick and wide", "hexahedron"),
+        ("thick and narrow", "hexahedron"),
+        ("thick and narrow", "tetrahedron"),
+        ("box to rectangle", "hexahedron"),
+    ],
 )
-def test_cells_are_joined_at_steps(name: str) -> None:
+def test_cells_are_joined_at_steps(name: str, cell: str) -> None:
     """The surface of the mesh is that of the beam with its shoulders: cells that are not joined have more."""
-    case, tagged = meshed(name)
+    case, tagged = meshed(name, cell=cell)
     mesh, last = tagged.mesh, tagged.dimension - 1
     facets = np.asarray(exterior_facet_indices(mesh.topology), dtype=np.int32)
     x = mesh.geometry.x[entities_to_geometry(mesh, last, facets)]
@@ -114,7 +123,8 @@ def test_cells_are_joined_at_steps(name: str) -> None:
         found = np.linalg.norm(x[:, 1] - x[:, 0], axis=1).sum()
         wanted = 2 * 0.3 + 2 * 0.012 + 2 * abs(other.thickness - one.thickness)
     else:
-        found = np.prod(np.sort(np.ptp(x, axis=1), axis=1)[:, 1:], axis=1).sum()
+        sides = np.cross(x[:, 1] - x[:, 0], x[:, 2] - x[:, 0])
+        found = (0.5 if cell == "tetrahedron" else 1.0) * np.linalg.norm(sides, axis=1).sum()
         outside = 2 * 0.2 * (one.thickness + one.width) + 2 * 0.1 * (other.thickness + other.width)
         inside = 0.2 * 4 * 0.008 if name == "box to rectangle" else 0.0
         shared = min(one.thickness, other.thickness) * min(one.width, other.width)

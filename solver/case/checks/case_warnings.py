@@ -11,6 +11,7 @@ from gapbeam.solver.case.case import Case, Restraint
 from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
 
@@ -54,6 +55,12 @@ def unusual_values(case: Case) -> Iterator[str]:
         value = getattr(getattr(case, table), key)
         if not least <= value <= most:
             yield f"[{table}] {key} = {value:g} is unusual; the unit is {unit}"
+        segments: tuple[Segment, ...] = case.segment
+        for number, segment in enumerate(segments, 1):
+            value = getattr(segment, key, None)
+            if key != "length" and value is not None and not least <= value <= most:
+                place = f'[[segment]] number {number} (name "{segment.name}")'
+                yield f"{place} {key} = {value:g} is unusual; the unit is {unit}"
     yield from _of_loads(case, lambda load: load.unusual_values())
 
 

@@ -124,12 +124,11 @@ def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[F
                 "dimension = 3 in [mesh]",
                 (("mesh", "dimension"), ("beam", "width")),
             )
-        if mesh.cell in ("triangle", "tetrahedron"):
-            cell = "quadrilateral" if mesh.dimension == 2 else "hexahedron"
+        if mesh.cell == "tetrahedron" and not here.rectangular and beam.rectangular:
             yield Fault(
                 ("mesh", "cell"),
-                f'"{mesh.cell}", with a step of the section in the segment {one.name}',
-                f"{cell}: steps are meshed in layers",
+                f'"tetrahedron", with the section "{here.section.type}" in the segment {one.name}',
+                "hexahedron: sections other than the rectangle are meshed in layers",
                 "leave cell out",
                 (key,),
             )

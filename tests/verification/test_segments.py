@@ -202,6 +202,21 @@ def test_slices_vibrate_as_beam_elements_do() -> None:
     assert solid[:3] == pytest.approx(beam[:3], rel=5e-3)
 
 
+def test_solid_shafts_vibrate_and_bend_as_beam_elements_do() -> None:
+    """A bar with a thicker hub that ends as an aluminum tube, clamped: two frequencies of bending, and the tip."""
+    round_bar = {
+        "beam": {"length": LENGTH, "thickness": 0.03, "width": 0.03, "section": "round"},
+        "mesh": {"dimension": 3, "size": 0.1, "support_size": 0.04, "edge_size": 0.04, "cells_through_thickness": 2,
+                 "cells_across_width": 2},
+    }  # fmt: skip
+    hub, end = {**THICKER, "thickness": 0.045}, {**ALUMINUM, "section": {"type": "tube", "wall": 0.006}}
+    solid, beam = (
+        held(CLAMPED, (hub, end), model, **round_bar) for model in ({"type": "reduced", "modes": 6}, ELEMENTS)
+    )
+    assert frequencies(solid)[:2] == pytest.approx(frequencies(beam)[:2], rel=0.01)
+    assert tip_flexibility(beam) < tip_flexibility(solid) < 1.015 * tip_flexibility(beam)
+
+
 SHAFT = {
     "beam": {"length": 0.5, "thickness": 0.03, "width": 0.03, "section": "round"},
     "material": {"young_modulus": YOUNG, "poisson_ratio": POISSON, "density": DENSITY},
@@ -233,7 +248,7 @@ PIECES = (
 )
 
 
-@pytest.mark.parametrize("kind", ["beam", "rigid", "reduced"])
+@pytest.mark.parametrize("kind", ["beam", "reduced"])
 def test_a_stepped_shaft_rests_in_two_supports_under_different_diameters(kind: str) -> None:
     """Reactions by the lever rule; both ends sink by half the clearance, since gaps begin at the surface there."""
     model = build_model(gapbeam.read_case(SHAFT | {"model": {"type": kind}}), MPI.COMM_SELF)

@@ -68,7 +68,11 @@ BAD = {
     ),
     "a step too small for cells": (
         GOOD.replace("thickness = 0.02\n", "thickness = 0.012001\n"),
-        ["hub", "1e-06 m from that of the beam", "cells lie in between", "leave thickness out"],
+        ["hub", "1e-06 m from that of the beam", "cells lie in between", "thickness = 0.012"],
+    ),
+    "a step too small between segments": (
+        GOOD.replace("density = 2700.0", "thickness = 0.020001"),
+        ["tail", "1e-06 m from that of the segment hub", "thickness = 0.02"],
     ),
     "an end next to a support": (
         GOOD.replace("to = 0.3\n", "to = 0.49999999\n").replace(TAIL, ""),

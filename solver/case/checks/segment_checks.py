@@ -135,20 +135,24 @@ def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[F
 
 
 def steps_leave_room_for_cells(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[Fault]:
-    """The surface of a segment coincides with that of the beam or is clear of it."""
-    closest = CLOSEST * beam.thickness
-    sides = ("thickness",) if mesh.dimension == 2 else ("thickness", "width")
-    for number, one in segment.items():
-        for side in sides:
-            own, whole = getattr(one.beam(beam), side), getattr(beam, side)
-            if 0.0 < abs(own - whole) < 2.0 * closest:
+    """The surface of a segment coincides with that of the beam and of other segments, or is clear of it."""
+    closest = 2.0 * CLOSEST * beam.thickness
+    for side in ("thickness",) if mesh.dimension == 2 else ("thickness", "width"):
+        known: list[tuple[float, str, Key]] = [(getattr(beam, side), "the beam", ("beam", side))]
+        for number, one in segment.items():
+            own, key = getattr(one.beam(beam), side), ("segment", number, side)
+            if own == known[0][0]:
+                continue
+            near = next((entry for entry in known if 0.0 < abs(own - entry[0]) < closest), None)
+            if near is not None:
                 yield Fault(
-                    ("segment", number, side),
-                    f"{own:.12g} m, {abs(own - whole):.2g} m from that of the beam",
-                    f"the same {side}, or one that differs by {2.0 * closest:.2g} m: cells lie in between",
-                    f"leave {side} out",
-                    (("beam", side),),
+                    key,
+                    f"{own:.12g} m, {abs(own - near[0]):.2g} m from that of {near[1]}",
+                    f"the same {side}, or one that differs by {closest:.2g} m: cells lie in between",
+                    f"{side} = {near[0]:.12g}",
+                    (near[2],),
                 )
+            known.append((own, f"the segment {one.name}", key))
 
 
 def supports_lie_in_one_segment(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:

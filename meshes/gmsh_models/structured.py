@@ -9,19 +9,28 @@ import numpy as np
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.gmsh_models.layered_extrusion import Entities, extrude_beam, extruded
-from gapbeam.meshes.sizing.layers import Positions, even_partition
+from gapbeam.meshes.sizing.cell_length import CellLength
+from gapbeam.meshes.sizing.layers import Positions, even_partition, structured_partition
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 
 
 def beam_layers(geometry: BeamGeometry, sizing: BeamSizing) -> list[Positions]:
     """Layer boundaries along each axis, in m.
 
-    They are graded along x and even across the beam; every given point is a corner of cells.
+    They are graded along x and even across the beam; every given point is a corner of cells. Across a slice with steps
+    the layers are as thin as the thinnest part there asks for.
     """
-    along = sizing.layers_along(geometry)
-    across = [
-        even_partition(geometry.breakpoints(axis), count) for axis, count in enumerate(sizing.layers(geometry), start=1)
-    ]
+    along, counts = sizing.layers_along(geometry), sizing.layers(geometry)
+    if geometry.steps:
+        (count,) = counts
+        levels = bands(geometry, np.array([geometry.lower[-1], geometry.upper[-1]]))
+        parts = [
+            (high, [step.thickness for step in geometry.steps if step.thickness > abs(low + high)])
+            for low, high in levels
+        ]
+        lengths = CellLength(tuple((high, min(there) / count) for high, there in parts))
+        return [along, structured_partition(geometry.breakpoints(1), lengths)]
+    across = [even_partition(geometry.breakpoints(axis), count) for axis, count in enumerate(counts, start=1)]
     return [along, *across]
 
 

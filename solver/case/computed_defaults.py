@@ -46,7 +46,8 @@ def overhang_frequency(case: Case, mode: int = 1) -> float:
 
     Of several overhangs and spans between supports, pinned at both ends, that with the lowest frequency is meant.
     A stub that is shorter than the beam is thick does not bend. Then the longest span between contact points is taken,
-    pinned at both ends, or, without contact points, the whole beam, free at both ends.
+    pinned at both ends, or, without contact points, the whole beam, free at both ends. Of several segments in it, mean
+    mass and mean flexibility are taken.
     """
     start, length, roots, _ = _bending(case)
     radius, speed = case.profile.bending_speed(start, start + length)
@@ -55,7 +56,9 @@ def overhang_frequency(case: Case, mode: int = 1) -> float:
 
 def bending_words(case: Case) -> str:
     """Return which part of the beam `overhang_frequency` is that of."""
-    return _bending(case)[3]
+    start, length, _, words = _bending(case)
+    stepped = len(case.profile.between(start, start + length)) > 1
+    return f"{words} of mean mass and flexibility" if stepped else words
 
 
 def _bending(case: Case) -> tuple[float, float, tuple[float, float], str]:

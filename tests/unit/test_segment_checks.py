@@ -62,6 +62,13 @@ BAD = {
         SOLID.replace("thickness = 0.02\n", 'section = { type = "box", wall = 0.02 }\n'),
         ["hub", "section wall", "0.02 m", "less than 0.006 m"],
     ),
+    "walls of the beam too thick": (
+        SOLID.replace("[beam]\n", '[beam]\nsection = { type = "box", wall = 0.004 }\n').replace(
+            'name = "hub"\nfrom = 0.2\nto = 0.3\nthickness = 0.02',
+            'name = "hub"\nfrom = 0.2\nto = 0.3\nthickness = 0.007',
+        ),
+        ["hub", "thickness", "0.007 m, with the wall of [beam]: 0.004 m", "less than 0.0035 m", "of its own"],
+    ),
     "tetrahedra": (
         SOLID.replace("thickness = 0.02\n", 'section = { type = "box", wall = 0.002 }\n') + 'cell = "tetrahedron"\n',
         ["[mesh] cell", '"tetrahedron", with the section "box" in the segment hub', "hexahedron"],

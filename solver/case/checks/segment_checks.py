@@ -77,11 +77,20 @@ def segments_change_something(beam: Beam, segment: Segments) -> Iterator[Fault]:
 def segments_fit_their_sections(beam: Beam, segment: Segments) -> Iterator[Fault]:
     """Walls, webs and flanges of a segment have room within its thickness and width."""
     for number, one in segment.items():
-        for fault in one.beam(beam).section.faults(one.beam(beam).thickness, one.beam(beam).width):
-            last = fault.key[1:] if one.section is not None else fault.key[1:2]
-            own = ("segment", number, *last)
-            size: Key = ("segment", number, "thickness")
-            yield Fault(own, fault.found, fault.expected, fault.hint, (size, *fault.related))
+        here, size = one.beam(beam), ("segment", number, "thickness")
+        for fault in here.section.faults(here.thickness, here.width):
+            if one.section is not None:
+                own = ("segment", number, *fault.key[1:])
+                yield Fault(own, fault.found, fault.expected, fault.hint, (size, *fault.related))
+                continue
+            part = f"{fault.key[-1]} of [beam]" if len(fault.key) > 2 else "section of [beam]"
+            yield Fault(
+                size,
+                f"{here.thickness:g} m, with the {part}: {fault.found}",
+                fault.expected,
+                f'section = {{ type = "{here.section.type}", ... }} of its own, or another thickness',
+                (fault.key, *fault.related),
+            )
 
 
 def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[Fault]:

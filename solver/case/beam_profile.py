@@ -90,11 +90,9 @@ class BeamProfile:
         """Whether the material is the same all along."""
         return all(piece.material == self.pieces[0].material for piece in self.pieces)
 
-    @property
-    def sliceable(self) -> bool:
-        """Whether a slice in the bending plane stands for the beam: solid rectangles, equally wide."""
-        first = self.pieces[0].beam
-        return all(piece.beam.rectangular and piece.beam.width == first.width for piece in self.pieces)
+    def sliceable(self, width: float) -> bool:
+        """Return whether a slice in the bending plane stands for the beam: solid rectangles, all of this width, m."""
+        return all(piece.beam.rectangular and piece.beam.width == width for piece in self.pieces)
 
     @property
     def steps(self) -> tuple[float, ...]:

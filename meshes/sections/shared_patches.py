@@ -12,6 +12,7 @@ from gapbeam.meshes.sections.section_curve import Place, SectionCurve, Side
 from gapbeam.meshes.sections.section_patches import QUADRANTS, SectionPatches, grid_patches, patches_of
 
 SAME = 1.0e-9  # of the size of a section: lines this close to each other are one
+CLOSE = 1.0e-4  # of the size of a section: lines are not closer than this, or cells between them would be slivers
 SLACK = 0.05  # of a cell
 
 Shared = tuple[SectionPatches, tuple[tuple[SectionPatches, tuple[bool, ...]], ...]]
@@ -25,7 +26,7 @@ def shared_patches(sections: Sequence[SectionPatches]) -> Shared:
         sections: Of rectangles on a grid all of them, or round about the axis all of them.
 
     Raises:
-        MeshError: Round sections beside others.
+        MeshError: Round sections beside others, or surfaces of two sections that almost coincide.
     """
     round_ones = [section.curved for section in sections]
     if all(round_ones):
@@ -40,11 +41,22 @@ def shared_patches(sections: Sequence[SectionPatches]) -> Shared:
 
 
 def _merged(values: Sequence[float]) -> list[float]:
-    """Return values in increasing order, those once that are the same up to rounding."""
+    """Return values in increasing order, those once that are the same up to rounding.
+
+    Raises:
+        MeshError: Two of them almost coincide.
+    """
     ordered = sorted(values)
-    found = ordered[:1]
-    near = SAME * max(abs(value) for value in ordered)
-    found += [value for before, value in pairwise(ordered) if value - before > near]
+    found, size = ordered[:1], max(abs(value) for value in ordered)
+    for before, value in pairwise(ordered):
+        if SAME * size < value - before < CLOSE * size:
+            raise MeshError(
+                "cross-sections of a beam",
+                found=f"surfaces of them {value - before:.2g} m apart, {before:.12g} and {value:.12g} m from the axis",
+                expected=f"the same place, or at least {CLOSE * size:.2g} m between them: cells lie in between",
+                hint="Walls, webs and flanges count, too.",
+            )
+        found += [value] if value - before > SAME * size else []
     return found
 
 

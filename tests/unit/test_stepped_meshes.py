@@ -158,3 +158,10 @@ def test_round_sections_beside_others_are_refused() -> None:
     square = grid_patches(((-1.0, 1.0), (-1.0, 1.0)), ((2,), (2,)), ((True,),))
     with pytest.raises(MeshError, match="round ones beside others"):
         shared_patches([square, ring_patches(1.0, 0.5, 2, 1, filled=True)])
+
+
+def test_surfaces_that_almost_coincide_are_refused() -> None:
+    """A shaft that is thicker than the bore of a tube by 10 nm would leave cells of that size."""
+    shaft, tube = ring_patches(0.00400001, 0.002, 4, 2, filled=True), ring_patches(0.006, 0.004, 2, 2, filled=False)
+    with pytest.raises(MeshError, match="1e-08 m apart"):
+        shared_patches([shaft, tube])

@@ -10,6 +10,7 @@ import math
 from dataclasses import dataclass
 from itertools import pairwise
 
+from gapbeam.meshes.beam_step import BeamStep
 from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import SectionPatches
@@ -28,12 +29,15 @@ class BeamGeometry:
     Attributes:
         dimension: 2 for a slice in the bending plane, 3 for the solid beam.
         length: along x.
-        thickness: in the bending direction.
-        width: across the bending plane; in 2D it is not meshed.
+        thickness: in the bending direction; the largest one of a beam with steps.
+        width: across the bending plane, the largest one; in 2D it is not meshed.
         support_length: base and gland reach from x = 0 to here; with spans, where the last of them ends.
         points: coordinates, `dimension` of them each, that fall on mesh nodes.
         spans: what faces a support; () stands for base and gland.
-        section: the cross-section within thickness and width, 3D; None: it fills them.
+        section: the cross-section within thickness and width, 3D; None: it fills them. Of a beam with steps, the
+            patches of all its cross-sections.
+        steps: the parts of a beam whose cross-section changes, from x = 0 to its length; (): it does not.
+        breaks: further places along the beam at which cells end, such as those where the material changes.
 
     Raises:
         MeshError: a dimension is not a positive number, the support is longer than the beam, or a point is
@@ -48,6 +52,8 @@ class BeamGeometry:
     points: tuple[tuple[float, ...], ...] = ()
     spans: tuple[ContactSpan, ...] = ()
     section: SectionPatches | None = None
+    steps: tuple[BeamStep, ...] = ()
+    breaks: tuple[float, ...] = ()
 
     def __post_init__(self) -> None:
         if self.dimension not in (2, 3):
@@ -72,6 +78,12 @@ class BeamGeometry:
         else:
             spans = tuple(self._snapped(span, planes[0]) for span in self.spans)
         object.__setattr__(self, "spans", spans)
+        object.__setattr__(self, "steps", tuple(self._snapped_step(step, planes[0]) for step in self.steps))
+        breaks = []
+        for place in self.breaks:
+            breaks.append(self._same(place, planes[0]))
+            planes[0].append(breaks[-1])
+        object.__setattr__(self, "breaks", tuple(breaks))
         points = []
         for point in self.points:
             self._check(point)
@@ -93,13 +105,27 @@ class BeamGeometry:
     @property
     def volume(self) -> float:
         """Volume in m^3; in 2D the area in m^2."""
+        if self.steps and self.dimension == 2:
+            return sum((step.end - step.start) * step.thickness for step in self.steps)
         return math.prod(high - low for low, high in zip(self.lower, self.upper, strict=True))
 
     @property
     def edges(self) -> tuple[float, ...]:
-        """Where supports begin and end within the beam, increasing."""
-        found = {place for span in self.spans for place in (span.start, span.end)} - {0.0, self.length}
-        return tuple(sorted(found))
+        """Where supports, cross-sections or materials begin and end within the beam, increasing."""
+        found = {place for span in self.spans for place in (span.start, span.end)}
+        found |= {step.start for step in self.steps} | set(self.breaks)
+        return tuple(sorted(found - {0.0, self.length}))
+
+    @property
+    def shoulders(self) -> tuple[float, ...]:
+        """Where the cross-section changes, increasing."""
+        return tuple(step.start for step in self.steps[1:])
+
+    def at(self, x: float) -> BeamStep:
+        """Return the part of the beam at a place."""
+        if not self.steps:
+            return BeamStep(0.0, self.length, self.thickness, self.width, self.section)
+        return next((step for step in reversed(self.steps) if step.start <= x), self.steps[0])
 
     @property
     def span_ends(self) -> tuple[float, ...]:
@@ -120,7 +146,7 @@ class BeamGeometry:
         Raises:
             MeshError: two of them almost coincide, which would force a sliver between them.
         """
-        edges = self.edges if axis == 0 else ()
+        edges = self.edges if axis == 0 else self._levels(axis)
         values = (self.lower[axis], self.upper[axis], *edges, *(point[axis] for point in self.points))
         ordered = sorted(set(values))
         for low, high in pairwise(ordered):
@@ -141,6 +167,20 @@ class BeamGeometry:
             ends.append(self._same(place, known))
             known.append(ends[-1])
         return span._replace(start=ends[0], end=ends[1])
+
+    def _snapped_step(self, step: BeamStep, known: list[float]) -> BeamStep:
+        """A part whose ends are known coordinates where they are the same up to rounding."""
+        ends = []
+        for place in (step.start, step.end):
+            ends.append(self._same(place, known))
+            known.append(ends[-1])
+        return step._replace(start=ends[0], end=ends[1])
+
+    def _levels(self, axis: int) -> tuple[float, ...]:
+        """Where the surfaces of thinner parts are across a slice."""
+        if axis != self.dimension - 1:
+            return ()
+        return tuple(side * step.thickness for step in self.steps for side in (-0.5, 0.5))
 
     def _section(self) -> tuple[float, ...]:
         return (self.thickness,) if self.dimension == 2 else (self.width, self.thickness)

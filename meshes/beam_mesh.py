@@ -23,7 +23,8 @@ def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> Ta
 
     Facets end exactly at the edge of the support, and every point of the geometry is a vertex. Quadrilaterals
     and hexahedra form layers; triangles and tetrahedra are unstructured. Cells of round sections are curved, of
-    second order. Two builds give the same mesh.
+    second order. Two builds give the same mesh. Where the cross-section changes along the beam, the layers of its
+    largest one go on through all of it, and those beside the material are taken out.
 
     Args:
         comm: Communicator over which the mesh is distributed.
@@ -50,6 +51,7 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
 
     from gapbeam.meshes.gmsh_models.physical_groups import check_faces, name_faces
     from gapbeam.meshes.gmsh_models.section_extrusion import draw_section
+    from gapbeam.meshes.gmsh_models.shoulders import beside_sections, beside_slice
     from gapbeam.meshes.gmsh_models.structured import beam_layers, draw_structured
     from gapbeam.meshes.gmsh_models.unstructured import draw_unstructured
 
@@ -57,14 +59,21 @@ def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
     cell = sizing.cell_of(geometry.dimension)
     with gmsh_errors("building the mesh", "a mesh of the beam"):
         _refuse_too_many(expected_cells(geometry, sizing))
+        outside: list[tuple[int, int]] = []
         if geometry.section is not None:
-            draw_section(geometry.section, sizing.layers_along(geometry), geometry.edges, unit)
+            bodies = draw_section(geometry.section, sizing.layers_along(geometry), geometry.edges, unit)
+            outside = beside_sections(geometry, bodies)
         elif cell in STRUCTURED:
-            draw_structured(geometry, beam_layers(geometry, sizing), unit)
+            layers = beam_layers(geometry, sizing)
+            outside = beside_slice(geometry, draw_structured(geometry, layers, unit), layers[-1])
         else:
             draw_unstructured(geometry, sizing.cell_length(geometry), unit)
-        name_faces(geometry, unit)
+        if not outside:
+            name_faces(geometry, unit)
         gmsh.model.mesh.generate(geometry.dimension)
+        if outside:  # not before: meshes are extruded through them
+            gmsh.model.removeEntities(outside, recursive=True)
+            name_faces(geometry, unit)
         if geometry.section is not None and geometry.section.curved:
             gmsh.model.mesh.setOrder(2)
         gmsh.model.mesh.affineTransform([unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0])

@@ -19,7 +19,7 @@ from gapbeam.solver.table import models_in
 
 TRIES = 400  # of drawing tables again
 SCENES = 40  # of drawing everything again
-ARRAYS = ("load", "probe", "support", "joint", "mass", "fluid")
+ARRAYS = ("segment", "load", "probe", "support", "joint", "mass", "fluid")
 ALWAYS = ("mesh", "contact")  # drawn in every case: most choices are theirs, and the defaults of a mesh are fine ones
 SCALES = ("beam", "support", "material")
 

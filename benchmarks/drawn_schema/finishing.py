@@ -7,6 +7,7 @@ from typing import Any
 
 from pydantic import BaseModel, TypeAdapter
 
+from benchmarks.drawn_schema.drawn_segments import drawn_segments, with_segments
 from benchmarks.drawn_schema.rules import LeftOut
 from benchmarks.drawn_schema.tables import Draw
 from gapbeam.solver.case.case import Beam, Case, Mesh, Probe
@@ -38,6 +39,8 @@ def entries_of(draw: Draw, key: str) -> Any:
     if key == "probe":
         least = 1 if draw.focus.key == "probe" or draw.focus.table == Probe.__name__ else 0
         return [draw.table(Probe) for _ in range(max(least, draw.chance.choice((0, 1, 1, 1, 1, 2))))]
+    if key == "segment":
+        return drawn_segments(draw)
     if key in ("joint", "mass", "fluid"):
         return _attached(draw, key)
     models = models_in(Load)
@@ -107,6 +110,7 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     if draw.focus.value in AROUND:
         whole["beam"] = whole["beam"] | {"section": {"type": "tube", "wall": 0.1 * draw.scene.thickness}}
         whole["mesh"] = whole["mesh"] | {"dimension": 3}
+    whole = with_segments(draw, whole)
     whole["beam"], whole["mesh"] = _beam(draw, whole["beam"], whole["mesh"])
     if isinstance(whole["support"], list):
         whole["support"] = [_region(one, whole["beam"]) for one in whole["support"]]
@@ -135,7 +139,8 @@ def _beam(draw: Draw, beam: dict[str, Any], mesh: dict[str, Any]) -> tuple[dict[
         return beam, mesh
     sections = {model.__name__ for model in models_in(Beam.model_fields["section"].annotation)}
     asked = draw.focus.table in sections or (draw.focus.table, draw.focus.key) == (Beam.__name__, "section")
-    if not asked and (mesh.get("dimension", 2) == 2 or draw.focus.table == Mesh.__name__):
+    segmented = (draw.focus.table, draw.focus.key) == ("PlacedSegment", "section")
+    if not asked and not segmented and (mesh.get("dimension", 2) == 2 or draw.focus.table == Mesh.__name__):
         return {key: value for key, value in beam.items() if key != "section"}, mesh
     if kind in ("round", "tube"):
         beam = beam | {"width": beam["thickness"]}

@@ -28,7 +28,7 @@ def extruded(entities: Entities, axis: int, positions: Positions) -> tuple[Entit
     return [copy for copy, _ in pairs], [body for _, body in pairs]
 
 
-def extrude_beam(section: Entities, along: Positions, edges: Sequence[float], unit: float) -> None:
+def extrude_beam(section: Entities, along: Positions, edges: Sequence[float], unit: float) -> list[Entities]:
     """Extrude a section at x = 0 over the layers of a beam, one body between two edges.
 
     Args:
@@ -36,7 +36,13 @@ def extrude_beam(section: Entities, along: Positions, edges: Sequence[float], un
         along: Layer boundaries along x, in m.
         edges: Those of them where bodies end, in m.
         unit: What one unit of the gmsh model stands for, in m.
+
+    Returns:
+        The bodies between each two edges, in the order of the section.
     """
+    bodies = []
     ends = [int(np.searchsorted(along, edge)) for edge in edges]
     for first, last in pairwise((0, *ends, len(along) - 1)):
-        section, _ = extruded(section, 0, along[first : last + 1] / unit)
+        section, made = extruded(section, 0, along[first : last + 1] / unit)
+        bodies.append(made)
+    return bodies

@@ -58,10 +58,11 @@ def _faces_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> li
         return ["end"]
     if lies_at(0, geometry.length):
         return ["tip"]
-    if geometry.section is None:
-        below, above = (lies_at(bending, corner[bending]) for corner in (geometry.lower, geometry.upper))
+    here = geometry.at(0.5 * (low[0] + high[0]) * unit)
+    if here.section is None:
+        below, above = (lies_at(bending, side * here.thickness) for side in (-0.5, 0.5))
     else:
-        side = _side_of(geometry.section, unit, (*low[1:], *high[1:]))
+        side = _side_of(here.section, unit, (*low[1:], *high[1:]))
         below, above = side == "below", side == "above"
     return [
         span.name

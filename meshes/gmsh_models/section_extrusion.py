@@ -6,12 +6,12 @@ from collections.abc import Sequence
 
 import gmsh
 
-from gapbeam.meshes.gmsh_models.layered_extrusion import extrude_beam
+from gapbeam.meshes.gmsh_models.layered_extrusion import Entities, extrude_beam
 from gapbeam.meshes.sections.section_patches import SectionPatches
 from gapbeam.meshes.sizing.layers import Positions
 
 
-def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[float], unit: float) -> None:
+def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[float], unit: float) -> list[Entities]:
     """Draw the section at x = 0 and extrude it over the layers, in the current gmsh model.
 
     Args:
@@ -19,6 +19,9 @@ def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[floa
         along: Layer boundaries along x, in m.
         edges: Those of them between which the beam is one volume a patch, in m.
         unit: What one unit of the gmsh model stands for, in m.
+
+    Returns:
+        The volumes between each two edges, in the order of the patches.
     """
     model = gmsh.model.geo
     points = {place: model.addPoint(0.0, place[0] / unit, place[1] / unit) for place in patches.points}
@@ -34,7 +37,8 @@ def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[floa
         surfaces.append((2, model.addPlaneSurface([loop])))
         model.mesh.setTransfiniteSurface(surfaces[-1][1])
         model.mesh.setRecombine(*surfaces[-1])
-    extrude_beam(surfaces, along, edges, unit)
+    volumes = extrude_beam(surfaces, along, edges, unit)
     if center:
         model.remove([(0, center)])
     model.synchronize()
+    return volumes

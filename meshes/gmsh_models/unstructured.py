@@ -15,7 +15,7 @@ from gapbeam.meshes.sizing.layers import structured_partition
 
 
 def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: float) -> None:
-    """Draw the beam as one block in and one behind each support, with the given points as vertices.
+    """Draw the beam as blocks between the ends of supports and steps, with the given points as vertices.
 
     Args:
         geometry: The beam, in m.
@@ -23,11 +23,10 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
         unit: What one unit of the gmsh model stands for, in m.
     """
     kernel = gmsh.model.occ
-    low = [side / unit for side in geometry.lower]
-    sides = [(high - low) / unit for low, high in zip(geometry.lower, geometry.upper, strict=True)]
     ends = [0.0, *(edge / unit for edge in geometry.edges), geometry.length / unit]
     blocks = []
     for start, stop in pairwise(ends):
+        low, sides = _block(geometry, 0.5 * (start + stop), unit)
         if geometry.dimension == 2:
             blocks.append((2, kernel.addRectangle(start, low[1], 0.0, stop - start, sides[1])))
         else:
@@ -40,6 +39,14 @@ def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: flo
         kernel.fragment(blocks, points)
     kernel.synchronize()
     gmsh.model.mesh.setSizeCallback(_size_callback(geometry, cell_length, unit))
+
+
+def _block(geometry: BeamGeometry, x: float, unit: float) -> tuple[list[float], list[float]]:
+    """The smallest coordinates and the sides of the beam at a place, in the units of the model; along x zeros."""
+    here = geometry.at(x * unit)
+    size = [here.thickness] if geometry.dimension == 2 else [here.width, here.thickness]
+    lows = [-side / 2 for side in size]
+    return [0.0, *(low / unit for low in lows)], [0.0, *((-low - low) / unit for low in lows)]
 
 
 def cells_that_fill(geometry: BeamGeometry, cell_length: CellLength) -> float:

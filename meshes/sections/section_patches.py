@@ -135,6 +135,19 @@ def grid_patches(
     return patches_of(list(found.values()), corners)
 
 
+def rectangle_patches(thickness: float, width: float, through: int, across: int) -> SectionPatches:
+    """Return a solid rectangle as one patch.
+
+    Args:
+        thickness: Its height, m.
+        width: m.
+        through: Cells through the thickness.
+        across: Cells across the width.
+    """
+    y, z = 0.5 * width, 0.5 * thickness
+    return grid_patches(((-y, y), (-z, z)), ((across,), (through,)), ((True,),))
+
+
 def ring_patches(outer: float, inner: float, quarter: int, through: int, filled: bool) -> SectionPatches:
     """Return the patches of a tube, or of a solid round bar: four patches around a square one.
 

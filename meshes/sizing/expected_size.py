@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.sections.section_patches import SectionPatches
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 
 STRUCTURED = ("quadrilateral", "hexahedron")
@@ -18,7 +19,10 @@ def expected_cells(geometry: BeamGeometry, sizing: BeamSizing) -> float:
     from gapbeam.meshes.gmsh_models.unstructured import cells_that_fill
 
     if geometry.section is not None:
-        return float(geometry.section.cells * (len(sizing.layers_along(geometry)) - 1))
+        along = sizing.layers_along(geometry)
+        if geometry.steps:
+            return sum(_section(geometry, x).cells for x in 0.5 * (along[1:] + along[:-1]))
+        return float(geometry.section.cells * (len(along) - 1))
     if sizing.cell_of(geometry.dimension) not in STRUCTURED:
         return cells_that_fill(geometry, sizing.cell_length(geometry))
     count = 1.0
@@ -36,7 +40,11 @@ def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> f
     from gapbeam.meshes.gmsh_models.structured import beam_layers
 
     if geometry.section is not None:
-        return float(geometry.section.nodes(degree) * (degree * (len(sizing.layers_along(geometry)) - 1) + 1))
+        along = sizing.layers_along(geometry)
+        if geometry.steps:  # but for the nodes where sections meet
+            each = [_section(geometry, x).nodes(degree) for x in 0.5 * (along[1:] + along[:-1])]
+            return float(each[0] + degree * sum(each))
+        return float(geometry.section.nodes(degree) * (degree * (len(along) - 1) + 1))
     if sizing.cell_of(geometry.dimension) not in STRUCTURED:
         share = degree**2 / 2.0 if geometry.dimension == 2 else degree**3 / 6.0
         return share * expected_cells(geometry, sizing)
@@ -44,3 +52,10 @@ def expected_nodes(geometry: BeamGeometry, sizing: BeamSizing, degree: int) -> f
     for axis in beam_layers(geometry, sizing):
         count *= degree * (len(axis) - 1) + 1
     return count
+
+
+def _section(geometry: BeamGeometry, x: float) -> SectionPatches:
+    """Return the patches of the cross-section at a place of a beam with steps."""
+    section = geometry.at(x).section
+    assert section is not None
+    return section

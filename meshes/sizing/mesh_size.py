@@ -27,7 +27,8 @@ class BeamSizing:
 
     Attributes:
         cell: quadrilateral (default) or triangle in 2D, hexahedron (default) or tetrahedron in 3D.
-        size: cell length along x far from the support; default the thickness.
+        size: cell length along x far from the support; default the thickness there, and a third of the smaller one
+            where the cross-section changes.
         support_size: the same within the support; default a third of the thickness, at most `size`.
         edge_size: the same where supports begin and end; default half of the smaller of the two
             above, never larger than these.
@@ -60,16 +61,25 @@ class BeamSizing:
         Raises:
             MeshError: a size is not a positive number.
         """
-        size = self._length("size", self.size, geometry.thickness)
-        support_size = self._length("support_size", self.support_size, min(geometry.thickness / 3, size))
+        regions, at_edges = list[tuple[float, float]](), dict[float, float]()
+        for start, end, supported in geometry.parts:
+            size, support_size, edge_size = self._lengths(geometry, geometry.at(0.5 * (start + end)).thickness)
+            regions.append((end, support_size if supported else size))
+            for place in {start, end} & {*geometry.span_ends}:
+                at_edges[place] = min(edge_size, at_edges.get(place, edge_size))
+            if self.size is None:
+                for place in {start, end} & {*geometry.shoulders}:
+                    at_edges[place] = min(support_size, at_edges.get(place, support_size))
+        return CellLength(tuple(regions), tuple(sorted(at_edges.items())))
+
+    def _lengths(self, geometry: BeamGeometry, thickness: float) -> tuple[float, float, float]:
+        """Cell lengths far from supports, within them and where they begin and end, for a thickness of the beam."""
+        size = self._length("size", self.size, thickness)
+        support_size = self._length("support_size", self.support_size, min(thickness / 3, size))
         edge_size = self._length("edge_size", self.edge_size, min(support_size, size) / 2)
-        longest = self._longest(geometry)
+        longest = self._longest(geometry, thickness)
         size, support_size = min(size, longest), min(support_size, longest)
-        edge_size = min(edge_size, support_size, size)
-        return CellLength(
-            regions=tuple((end, support_size if supported else size) for _, end, supported in geometry.parts),
-            sources=tuple((edge, edge_size) for edge in geometry.span_ends),
-        )
+        return size, support_size, min(edge_size, support_size, size)
 
     def layers_along(self, geometry: BeamGeometry) -> Positions:
         """Boundaries of structured layers along the beam, in m; errors as in `cell_length`."""
@@ -82,12 +92,12 @@ class BeamSizing:
             return (through,)
         return (self._count("cells_across_width", self.cells_across_width), through)
 
-    def _longest(self, geometry: BeamGeometry) -> float:
+    def _longest(self, geometry: BeamGeometry, thickness: float) -> float:
         """The limit that the section sets to the length of triangles and tetrahedra."""
         if self.cell_of(geometry.dimension) not in ("triangle", "tetrahedron"):
             return math.inf
         through = self.cells_through_thickness or UNSTRUCTURED_THROUGH
-        longest = geometry.thickness / through
+        longest = thickness / through
         if geometry.dimension == 3 and self.cells_across_width is not None:
             longest = min(longest, geometry.width / self.cells_across_width)
         return longest

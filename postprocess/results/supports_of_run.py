@@ -75,6 +75,7 @@ class RunSupport(NamedTuple):
         end: Where it ends, m.
         clearance: m.
         faces: What the beam touches.
+        thickness: Of the beam there, m; None: that of the whole beam.
     """
 
     name: str
@@ -82,6 +83,7 @@ class RunSupport(NamedTuple):
     end: float
     clearance: float
     faces: tuple[RunFace, ...]
+    thickness: float | None = None
 
 
 def supports_of(summary: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[RunSupport, ...]:
@@ -104,6 +106,7 @@ def supports_of(summary: Mapping[str, Any], case: Mapping[str, Any]) -> tuple[Ru
             float(one["to"]),
             float(one["clearance"]),
             tuple(map(_face, one["faces"])),
+            float(one["thickness"]) if "thickness" in one else None,
         )
         for one in described
     )

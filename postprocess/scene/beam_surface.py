@@ -136,11 +136,13 @@ def _facing(
     height = points[facets, support.dimension - 1].mean(axis=1)
     middle = 0.5 * (support.bottom + support.top)
     radii = np.hypot(points[facets, 1], points[facets, support.dimension - 1] - middle)
-    outside = radii.min(axis=1, initial=np.inf) > (1.0 - _ON_CIRCLE) * 0.5 * support.thickness
+    radius = radii.min(axis=1, initial=np.inf)
     down = (normals < -_LEAST_FACING) & (height < middle)
     up = (normals > _LEAST_FACING) & (height > middle)
     return {
-        block.face: (outside if block.around else down if block.below else up)
+        block.face: (
+            radius > (1.0 - _ON_CIRCLE) * 0.5 * block.thickness if block.around else down if block.below else up
+        )
         & (first >= block.along[0] - near)
         & (last <= block.along[1] + near)
         for block in support.blocks

@@ -169,7 +169,7 @@ def _drawn(support: SupportBoxes, piece: FaceBox, scale: float) -> Meshes:
     box, flat = support.box(piece, scale), support.dimension == 2
     if piece.around:
         middle = 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
-        ring = ring_of(piece.met, piece.along, middle, support.thickness, scale)
+        ring = ring_of(piece.met, piece.along, middle, piece.thickness, scale)
         ring.points[:, 2] += piece.rise(ring.points[:, 0], scale)
         return ring, ring.extract_feature_edges(feature_angle=25.0, boundary_edges=False, non_manifold_edges=False)
     corners = [(box[0], box[2], 0.0), (box[1], box[2], 0.0), (box[1], box[3], 0.0)]

@@ -56,11 +56,11 @@ def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
         motion: Of all times.
         support: Beam and support.
     """
-    limits = []
+    limits, thickness = [], max((block.thickness for block in support.near_blocks()), default=support.thickness)
     if support.clearance:
-        limits.append(_GAP_SHOWN * support.thickness / abs(support.clearance))
+        limits.append(_GAP_SHOWN * thickness / abs(support.clearance))
     if motion.largest_near > 0.0:
-        limits.append(_MOTION_SHOWN * support.thickness / motion.largest_near)
+        limits.append(_MOTION_SHOWN * thickness / motion.largest_near)
     return _rounded(min(limits)) if limits else 1.0
 
 

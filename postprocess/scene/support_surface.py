@@ -25,10 +25,19 @@ class FaceBox:
     Attributes:
         met: The face.
         along: Where it begins and ends along the beam, m.
+        bottom: Of the beam there, in the bending direction, m.
+        top: Of the beam there, m.
     """
 
     met: RunFace
     along: Span
+    bottom: float
+    top: float
+
+    @property
+    def thickness(self) -> float:
+        """Of the beam there, m."""
+        return self.top - self.bottom
 
     @property
     def face(self) -> str:
@@ -114,14 +123,14 @@ class SupportBoxes:
         """
         height = _BLOCK_HEIGHT * self.thickness
         if block.around:
-            reach = outer_radius(block.met, self.thickness, scale)
+            reach = outer_radius(block.met, block.thickness, scale)
             side, middle = scale * block.met.lateral, 0.5 * (self.bottom + self.top) + scale * block.met.offset
             return (*block.along, side - reach, side + reach, middle - reach, middle + reach)
         if block.below:
-            plane = self.bottom - scale * block.met.gap
+            plane = block.bottom - scale * block.met.gap
             low, high = plane - height, plane
         else:
-            plane = self.top + scale * block.met.gap
+            plane = block.top + scale * block.met.gap
             low, high = plane, plane + height
         first, last = block.along[0], block.along[1]
         if self.dimension == 2:
@@ -151,7 +160,12 @@ def support_of(
     """
     low, high = points.min(axis=0), points.max(axis=0)
     bending, first = dimension - 1, float(low[0])
-    blocks = tuple(FaceBox(met, (first + one.start, first + one.end)) for one in supports for met in one.faces)
+    bottom, top = float(low[bending]), float(high[bending])
+    blocks = tuple(
+        FaceBox(met, (first + one.start, first + one.end), *_surfaces(bottom, top, one.thickness))
+        for one in supports
+        for met in one.faces
+    )
     shown = next((one for one in supports if loudest in [met.face for met in one.faces]), supports[0])
     return SupportBoxes(
         dimension=dimension,
@@ -160,8 +174,16 @@ def support_of(
         clearance=shown.clearance,
         start=first,
         end=float(high[0]),
-        bottom=float(low[bending]),
-        top=float(high[bending]),
+        bottom=bottom,
+        top=top,
         front=float(low[1]) if dimension == 3 else 0.0,
         back=float(high[1]) if dimension == 3 else 0.0,
     )
+
+
+def _surfaces(bottom: float, top: float, thickness: float | None) -> Span:
+    """Return the lowest and highest place of the beam in a support, given those of the whole beam, m."""
+    if thickness is None:
+        return bottom, top
+    middle = 0.5 * (bottom + top)
+    return middle - 0.5 * thickness, middle + 0.5 * thickness

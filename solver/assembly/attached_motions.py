@@ -46,7 +46,7 @@ def roll_springs(case: Case) -> tuple[Attached, ...]:
     if not holes:
         return ()
     place = 0.5 * (holes[0].start + holes[0].end)
-    spring = Attachment(0.0, case.restraint.lateral * (0.5 * case.beam.thickness) ** 2, 0.0)
+    spring = Attachment(0.0, case.restraint.lateral * (0.5 * case.profile.at(place).beam.thickness) ** 2, 0.0)
     return (Attached(MeanMotion(place, "twist"), spring, restrains=True),)
 
 
@@ -100,5 +100,6 @@ def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
 
 def hold_stiffness(case: Case, one: Attached) -> float:
     """Return the stiffness of the spring that stands for a hold in a full model, N/m or N m/rad."""
-    section = HARD * case.material.young_modulus * case.beam.area
-    return section * case.beam.thickness if one.motion.turns else section / case.beam.thickness
+    piece = case.profile.at(one.motion.x)
+    section = HARD * piece.material.young_modulus * piece.beam.area
+    return section * piece.beam.thickness if one.motion.turns else section / piece.beam.thickness

@@ -9,7 +9,10 @@ from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.beam_mesh import build_beam
+from gapbeam.meshes.beam_step import BeamStep
 from gapbeam.meshes.contact_span import ContactSpan
+from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches
+from gapbeam.meshes.sections.shared_patches import shared_patches
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
@@ -25,22 +28,47 @@ def mesh_of_case(case: Case, comm: MPI.Comm) -> TaggedMesh:
 
 def geometry_of(case: Case) -> BeamGeometry:
     """Return the beam of a case, with the points that shall be nodes."""
-    mesh, beam, layout = case.mesh, case.beam, case.layout
+    mesh, layout, profile = case.mesh, case.layout, case.profile
+    section, steps = _sections(case)
     points = [point for load in case.load if (point := load.place.point) is not None]
     points += [probe.point for probe in case.probe]
     return BeamGeometry(
         dimension=mesh.dimension,
-        length=beam.length,
-        thickness=beam.thickness,
-        width=beam.width,
+        length=case.beam.length,
+        thickness=profile.thickest,
+        width=profile.widest,
         support_length=layout.end,
         points=tuple(_coordinates(point, mesh.dimension) for point in points),
-        section=beam.patches(mesh.cells_through_thickness, mesh.cells_across_width),
+        section=section,
+        steps=steps,
+        breaks=profile.steps,
         spans=tuple(
             ContactSpan(face.name, face.side > 0.0, one.start, one.end, face.around)
             for one in layout.supports
             for face in one.faces
         ),
+    )
+
+
+def _sections(case: Case) -> tuple[SectionPatches | None, tuple[BeamStep, ...]]:
+    """Return the patches of the section, of all sections of a beam with steps, and its parts of one section each."""
+    mesh, profile = case.mesh, case.profile
+    counts = mesh.cells_through_thickness, mesh.cells_across_width
+    if profile.one_section:
+        return profile.pieces[0].beam.patches(*counts), ()
+    pieces = profile.pieces
+    if mesh.dimension == 2 or mesh.cell == "tetrahedron":
+        return None, tuple(BeamStep(one.start, one.end, one.beam.thickness, one.beam.width) for one in pieces)
+    through, across = (count or CELLS_THROUGH for count in counts)
+    whole, parts = shared_patches(
+        [
+            piece.beam.patches(*counts) or rectangle_patches(piece.beam.thickness, piece.beam.width, through, across)
+            for piece in pieces
+        ]
+    )
+    return whole, tuple(
+        BeamStep(piece.start, piece.end, piece.beam.thickness, piece.beam.width, section, filled)
+        for piece, (section, filled) in zip(pieces, parts, strict=True)
     )
 
 

@@ -10,10 +10,12 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
 import ufl
-from dolfinx import default_scalar_type, fem
+from dolfinx import fem
+from dolfinx.mesh import Mesh
 
+from gapbeam.solver.assembly.cell_values import constant, value_in_cells
+from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Material
 
 
@@ -36,14 +38,22 @@ def lame(material: Material, plane_stress: bool) -> tuple[float, float]:
 
 def stress(u: Any, material: Material, plane_stress: bool) -> Any:
     """Return sigma(u) = lambda tr(eps) I + 2 mu eps (UFL), Pa; in plane."""
-    first, second = lame(material, plane_stress)
+    return _stress(u, *lame(material, plane_stress))
+
+
+def _stress(u: Any, first: Any, second: Any) -> Any:
     strain = ufl.sym(ufl.grad(u))
     return first * ufl.tr(strain) * ufl.Identity(len(u)) + 2.0 * second * strain
 
 
+def density_of(mesh: Mesh, profile: BeamProfile) -> Any:
+    """Return the density of a beam for the forms on its mesh, kg/m^3. Collective."""
+    return value_in_cells(mesh, profile, lambda piece: piece.material.density)
+
+
 def elastic_forms(
     space: fem.FunctionSpace,
-    material: Material,
+    profile: BeamProfile,
     plane_stress: bool,
     width: float,
     restraint: tuple[float, float],
@@ -53,7 +63,7 @@ def elastic_forms(
 
     Args:
         space: Vector Lagrange space.
-        material: Elastic constants and density.
+        profile: Elastic constants and density along the beam.
         plane_stress: 2D assumption; no meaning in 3D.
         width: Factor of all forms: the width in 2D, 1 in 3D, m.
         restraint: Tangential stiffness per area along x and across the width, Pa/m.
@@ -63,16 +73,19 @@ def elastic_forms(
     domain = space.mesh
     dimension = domain.geometry.dim
     plane = plane_stress and dimension == 2
-
-    def constant(value: float) -> fem.Constant:
-        return fem.Constant(domain, np.array(value, dtype=default_scalar_type))
-
-    scale = constant(width)
+    scale = constant(domain, width)
+    if profile.one_material:
+        moduli: tuple[Any, ...] = lame(profile.pieces[0].material, plane)
+    else:
+        moduli = (
+            value_in_cells(domain, profile, lambda piece: lame(piece.material, plane)[0]),
+            value_in_cells(domain, profile, lambda piece: lame(piece.material, plane)[1]),
+        )
     tangential = sum(
-        constant(stiffness) * u[axis] * v[axis] for axis, stiffness in enumerate(restraint[: dimension - 1])
+        constant(domain, stiffness) * u[axis] * v[axis] for axis, stiffness in enumerate(restraint[: dimension - 1])
     )
     return ElasticForms(
-        mass=scale * constant(material.density) * ufl.inner(u, v) * ufl.dx,
-        stiffness=scale * ufl.inner(stress(u, material, plane), ufl.sym(ufl.grad(v))) * ufl.dx,
+        mass=scale * density_of(domain, profile) * ufl.inner(u, v) * ufl.dx,
+        stiffness=scale * ufl.inner(_stress(u, *moduli), ufl.sym(ufl.grad(v))) * ufl.dx,
         restraint=scale * tangential * face_measure,
     )

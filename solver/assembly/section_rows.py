@@ -87,7 +87,8 @@ def row_at(case: Case, space: Any, point: float | tuple[float, ...], name: str) 
     Collective.
     """
     place = axis_point(point)
-    if not (case.beam.hollow and case.mesh.file is None) or np.any(place[1:]):
+    hollow = case.profile.at(float(place[0])).beam.hollow
+    if not (hollow and case.mesh.file is None) or np.any(place[1:]):
         return point_row(space, place, name)
     section = _section(case, PointFinder(space), float(place[0]))
     shares = section.areas / section.areas.sum()
@@ -103,7 +104,7 @@ def _section(case: Case, finder: PointFinder, place: float) -> _Section:
     """Find the points of the cross-section at a place. Collective."""
     beam, dimension = case.beam, finder.space.mesh.geometry.dim
     x = min(max(place, INSIDE * beam.length), (1.0 - INSIDE) * beam.length)
-    across, areas = _quadrature(case, dimension)
+    across, areas = _quadrature(case, x, dimension)
     rows = dict[int, PointRow]()
     for number, away in enumerate(across):
         point = np.pad(np.array([x, *away]), (0, 2 - len(away)))
@@ -117,10 +118,10 @@ def _section(case: Case, finder: PointFinder, place: float) -> _Section:
     return _Section(tuple(rows.values()), across[list(rows)], areas[list(rows)])
 
 
-def _quadrature(case: Case, dimension: int) -> tuple[Array, Array]:
-    """Return points of a cross-section, (k, dimension - 1), m, and their weights, (k,)."""
-    beam = case.beam
-    if (patches := geometry_of(case).section) is not None:
+def _quadrature(case: Case, x: float, dimension: int) -> tuple[Array, Array]:
+    """Return points of the cross-section at a place, (k, dimension - 1), m, and their weights, (k,)."""
+    beam = case.profile.at(x).beam
+    if (patches := geometry_of(case).at(x).section) is not None:
         return patches.quadrature(POINTS)
     places, weights = np.polynomial.legendre.leggauss(POINTS)
     sides = (beam.thickness,) if dimension == 2 else (beam.width, beam.thickness)

@@ -13,6 +13,7 @@ import numpy as np
 from dolfinx.mesh import compute_midpoints, exterior_facet_indices
 from scipy.sparse import csr_matrix
 
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.assembly.contact_assembly import dof_interface
 from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
 from gapbeam.solver.system.operators import Array, Indices, Interface
@@ -32,6 +33,7 @@ class SurfaceRows:
         on_faces: How many of them lie on base and gland; they come first.
         displacement: (k d, interface.size), component by component of each point.
         gradient: (k d d, interface.size), du_i / dx_j, j running first.
+        cell_middles: Where along the beam the cell is in which the gradient is taken, (k,), m.
     """
 
     interface: Interface
@@ -39,6 +41,7 @@ class SurfaceRows:
     on_faces: int
     displacement: csr_matrix
     gradient: csr_matrix
+    cell_middles: Array
 
 
 def surface_rows(space: Any, faces: Indices) -> SurfaceRows:
@@ -84,7 +87,18 @@ def rows_at(space: Any, points: FacePoints, on_faces: int = 0) -> SurfaceRows:
         (slopes.reshape(-1), (turned.reshape(-1), np.repeat(placed.reshape(-1), block))),
         (count * block * block, interface.size),
     )
-    return SurfaceRows(interface, points.positions, on_faces, displacement, gradient)
+    middles = _cell_middles(space.mesh, points.cells)
+    return SurfaceRows(interface, points.positions, on_faces, displacement, gradient, middles)
+
+
+def _cell_middles(mesh: Any, cells: Indices) -> Array:
+    """Return the mean x of the nodes of cells, by their global numbers, (k,), the same on all ranks. Collective."""
+    index_map = mesh.topology.index_map(mesh.topology.dim)
+    first, count = index_map.local_range[0], index_map.size_local
+    mine = (cells >= first) & (cells < first + count)
+    found = np.zeros(len(cells))
+    found[mine] = mesh.geometry.x[coordinate_dofs(mesh)[cells[mine] - first], 0].mean(axis=1)
+    return np.asarray(mesh.comm.allreduce(found))
 
 
 def _spread(mesh: Any, facets: Indices, most: int) -> Indices:

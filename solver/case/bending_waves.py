@@ -11,14 +11,13 @@ Source: Timoshenko (1921), Philosophical Magazine 41, 744-746.
 from __future__ import annotations
 
 from math import pi, sqrt
-from typing import TYPE_CHECKING
 
-if TYPE_CHECKING:
-    from gapbeam.solver.case.case import Beam, Material
+from gapbeam.solver.case.beam_profile import BeamPiece
 
 
-def bending_wavelength(material: Material, beam: Beam, frequency: float) -> float:
-    """Return the length of bending waves of a frequency, Hz, in a beam, m."""
+def bending_wavelength(piece: BeamPiece, frequency: float) -> float:
+    """Return the length of bending waves of a frequency, Hz, in a prismatic beam, m."""
+    material, beam = piece.material, piece.beam
     omega, nu = 2.0 * pi * frequency, material.poisson_ratio
     kappa = beam.shear_coefficient(nu)
     bar = material.density / material.young_modulus  # 1 / c^2

@@ -13,103 +13,22 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches
 from gapbeam.solver.attachments.fluid_table import PlacedFluid
 from gapbeam.solver.attachments.joint_table import JointChoice
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
+from gapbeam.solver.case.beam_profile import BeamProfile
+from gapbeam.solver.case.beam_table import Beam as Beam
+from gapbeam.solver.case.beam_table import Material as Material
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import FullModel, ModelTable
+from gapbeam.solver.case.segment_table import PlacedSegment
 from gapbeam.solver.case.solver_table import SolverTable
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
-from gapbeam.solver.sections.section_choice import RECTANGLE, SectionChoice
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import SupportTables
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Table, Vector, Whole, named
-
-
-class Beam(Table):
-    """The outer dimensions of the beam, and its cross-section."""
-
-    length: Positive = Field(description="length along x, m", examples=[0.51])
-    thickness: Positive = Field(description="size in the bending direction, m", examples=[0.012])
-    width: Positive = Field(
-        description="size across the bending plane, also in 2D: forces are whole forces, m", examples=[0.02]
-    )
-    section: Annotated[SectionChoice, BeforeValidator(named)] = Field(
-        default=RECTANGLE, description="the cross-section: a name, or a table with the type and its keys"
-    )
-
-    @property
-    def area(self) -> float:
-        """Area of the cross-section, m^2."""
-        return self.section.area(self.thickness, self.width)
-
-    @property
-    def second_moment(self) -> float:
-        """Second moment of area of bending in the bending plane, m^4."""
-        return self.section.second_moment(self.thickness, self.width)
-
-    @property
-    def gyration_radius(self) -> float:
-        """Radius of gyration of the cross-section, sqrt(I / A), m."""
-        return self.section.gyration_radius(self.thickness, self.width)
-
-    @property
-    def height(self) -> float:
-        """Area over width: the height of material above a unit of the contact faces, m."""
-        return self.section.height(self.thickness, self.width)
-
-    @property
-    def rectangular(self) -> bool:
-        """Whether the cross-section is a solid rectangle, which a slice in the bending plane stands for."""
-        return self.section == RECTANGLE
-
-    @property
-    def hollow(self) -> bool:
-        """Whether the axis of the beam is not in the material."""
-        return not self.contains(0.0, 0.0)
-
-    def patches(self, through: int | None, across: int | None) -> SectionPatches | None:
-        """Return the patches that a mesh of the section is made of; None: layers through thickness and width.
-
-        Args:
-            through: Cells through the thickness; None: the default.
-            across: Cells across the width; None: the default.
-        """
-        counts = through or CELLS_THROUGH, across or CELLS_THROUGH
-        return self.section.patches(self.thickness, self.width, *counts)
-
-    def shear_coefficient(self, poisson_ratio: float) -> float:
-        """Return the share kappa of the area that carries shear in the bending plane, no unit."""
-        return self.section.shear_coefficient(self.thickness, self.width, poisson_ratio)
-
-    @property
-    def lateral_moment(self) -> float:
-        """Second moment of area of bending across the bending plane, m^4."""
-        return self.section.lateral_moment(self.thickness, self.width)
-
-    def lateral_shear_coefficient(self, poisson_ratio: float) -> float:
-        """Return the share kappa of the area that carries shear across the bending plane, no unit."""
-        return self.section.lateral_shear_coefficient(self.thickness, self.width, poisson_ratio)
-
-    def contains(self, y: float, z: float) -> bool:
-        """Return whether a point of the plane of the section is in the material."""
-        return self.section.contains(y, z, self.thickness, self.width)
-
-
-class Material(Table):
-    """Isotropic linear elasticity."""
-
-    young_modulus: Positive = Field(description="Young's modulus, Pa", examples=[2.1e11])
-    poisson_ratio: Number = Field(gt=-1.0, lt=0.5, description="Poisson ratio, no unit", examples=[0.3])
-    density: Positive = Field(description="mass density, kg/m^3", examples=[7919.0])
-    yield_stress: Positive | None = Field(
-        default=None,
-        description="stress beyond which a run warns that the material is not elastic, Pa; default none",
-        examples=[3.55e8],
-    )
 
 
 class Damping(Table):
@@ -232,6 +151,9 @@ class Case(Table):
     title: str = Field("", max_length=200, description="one line that says what the case shows")
     beam: Beam
     material: Material
+    segment: tuple[PlacedSegment, ...] = Field(  # type: ignore[valid-type]
+        default=(), description="parts of the beam with another outer size, section or material"
+    )
     damping: Damping = Damping()
     support: SupportTables = Field(
         description="the base and gland at x = 0, as a table, or any supports along the beam, as an array of tables"
@@ -257,3 +179,8 @@ class Case(Table):
     def layout(self) -> Layout:
         """Where the supports are, and how much play they leave."""
         return Layout.of(self.support)
+
+    @property
+    def profile(self) -> BeamProfile:
+        """Cross-section and material of the beam along x."""
+        return BeamProfile.of(self.beam, self.material, self.segment)

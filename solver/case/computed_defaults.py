@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import log, pi, sqrt
+from math import log, pi
 from typing import assert_never
 
 from gapbeam.solver.attachments.joint_table import bending_rank
+from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.contact_table import Friction
 from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
@@ -46,32 +47,44 @@ def overhang_frequency(case: Case, mode: int = 1) -> float:
 
     Of several overhangs and spans between supports, pinned at both ends, that with the lowest frequency is meant.
     A stub that is shorter than the beam is thick does not bend. Then the longest span between contact points is taken,
-    pinned at both ends, or, without contact points, the whole beam, free at both ends.
+    pinned at both ends, or, without contact points, the whole beam, free at both ends. Of several segments in it, mean
+    mass and mean flexibility are taken.
     """
-    length, roots, _ = _bending(case)
-    radius = case.beam.gyration_radius
-    speed = sqrt(case.material.young_modulus / case.material.density)
+    start, length, roots, _ = _bending(case)
+    radius, speed = case.profile.bending_speed(start, start + length)
     return roots[mode - 1] ** 2 * radius * speed / (2.0 * pi * length * length)
 
 
 def bending_words(case: Case) -> str:
     """Return which part of the beam `overhang_frequency` is that of."""
-    return _bending(case)[2]
+    start, length, _, words = _bending(case)
+    stepped = len(case.profile.between(start, start + length)) > 1
+    return f"{words} of mean mass and flexibility" if stepped else words
 
 
-def _bending(case: Case) -> tuple[float, tuple[float, float], str]:
-    """Return the length that bends, m, the roots of its two lowest modes, and what it is in words."""
-    beam, points, layout = case.beam, case.contact.points or (), case.layout
-    parts = [(free, CLAMPED_ROOTS, "clamped overhang") for free in layout.overhangs(beam.length)]
-    parts += [(span, PINNED_ROOTS, f"pinned span of {span:g} m") for span in layout.spans()]
-    slender = [part for part in parts if part[0] >= beam.thickness]
+def _bending(case: Case) -> tuple[float, float, tuple[float, float], str]:
+    """Return where the part that bends begins, its length, m, the roots of its two lowest modes, and it in words."""
+    beam, points, layout, profile = case.beam, case.contact.points or (), case.layout, case.profile
+    parts = [(start, free, CLAMPED_ROOTS, "clamped overhang") for start, free in layout.overhangs(beam.length)]
+    parts += [(start, span, PINNED_ROOTS, f"pinned span of {span:g} m") for start, span in layout.spans()]
+    slender = [part for part in parts if part[1] >= profile.at(part[0] + 0.5 * part[1]).beam.thickness]
     if slender:
-        return max(slender, key=lambda part: part[0] / part[1][0])
+        return max(slender, key=lambda part: part[1] / part[2][0])
     places = sorted({float(point if isinstance(point, float | int) else point[0]) for point in points})
-    span = max((after - before for before, after in pairwise(places)), default=0.0)
-    if span >= beam.thickness:
-        return span, PINNED_ROOTS, f"pinned span of {span:g} m"
-    return beam.length, FREE_ROOTS, "free beam"
+    span, start = max(((after - before, before) for before, after in pairwise(places)), default=(0.0, 0.0))
+    if span >= profile.at(start + 0.5 * span).beam.thickness:
+        return start, span, PINNED_ROOTS, f"pinned span of {span:g} m"
+    return 0.0, beam.length, FREE_ROOTS, "free beam"
+
+
+def contact_modulus(case: Case) -> float:
+    """Return Young's modulus of the body behind the contact faces, the smallest of several, Pa."""
+    return min(piece.material.young_modulus for piece in case.profile.supported(case.layout))
+
+
+def lightest_supported(case: Case) -> BeamPiece:
+    """Return the supported piece of the beam with the smallest mass above its contact faces."""
+    return min(case.profile.supported(case.layout), key=lambda piece: piece.face_mass)
 
 
 def support_reaction(case: Case) -> float:
@@ -80,9 +93,8 @@ def support_reaction(case: Case) -> float:
     Every load is turned into its moment about the edge of the base, divided by the support length; with several
     supports, about the farther of their outermost edges, divided by the distance between these.
     """
-    beam, layout = case.beam, case.layout
-    mass = case.material.density * beam.length * beam.area
-    lever = layout.arm(0.5 * beam.length)
+    layout, mass = case.layout, case.profile.mass
+    lever = layout.arm(case.profile.middle)
     moment = 0.0
     for load in case.load:
         match load.place:
@@ -143,16 +155,17 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
         cell_length: Length h of the facets of the contact faces along the beam, m.
     """
     formulation = case.contact.formulation
-    body_words = f"E = {case.material.young_modulus:.3g} Pa, h = {cell_length:.3g} m"
-    body = case.material.young_modulus / cell_length
+    modulus, pieces = contact_modulus(case), case.profile.supported(case.layout)
+    body_words = f"E = {modulus:.3g} Pa, h = {cell_length:.3g} m"
+    body = modulus / cell_length
     computed = formulation.computed_stiffness
     if computed is not None:
         reason = f"{computed.share:g} E/h: {computed.reason} ({body_words})"
         return Default("contact.stiffness", computed.share * body, "Pa/m", reason, computed.consequence)
-    pressure = IMPACT * support_reaction(case) / (case.beam.width * cell_length)
+    pressure = IMPACT * support_reaction(case) / (min(piece.beam.width for piece in pieces) * cell_length)
     clearance, squeezed = abs(case.layout.clearance), interference(case.load, case.layout)
     if squeezed > 0.0:
-        pressure += case.material.young_modulus * squeezed / case.beam.thickness
+        pressure += modulus * squeezed / min(piece.beam.thickness for piece in pieces)
     wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
     trusted = case.time.scheme.contact_range_on(case.contact.mass == "redistributed")
     limit, least = trusted.stiffest * body, trusted.softest * body
@@ -181,7 +194,8 @@ def contact_patch(case: Case) -> Default:
     if size != "auto":
         return Default("contact.patch", size, "m", "given in the case")
     reason = "a tenth of support.length; under a force on a node the body gives way without bound as cells shrink"
-    more = 2.0 * log(2.0) / (pi * case.material.young_modulus * case.beam.width)
+    softest = min(one.material.young_modulus * one.beam.width for one in case.profile.supported(case.layout))
+    more = 2.0 * log(2.0) / (pi * softest)
     consequence = f"half: the body gives way {more:.2g} m/N more under each resultant; double: as much less"
     if any(isinstance(point, tuple) for point in case.contact.points or ()):
         consequence = "half: the body gives way about twice as much close to each resultant; double: half as much"
@@ -198,10 +212,10 @@ def contact_damping(case: Case, stiffness: float) -> Default | None:
         case: The case.
         stiffness: K of the contact, Pa/m, or N/m of a point.
     """
-    contact = case.contact
-    mass, unit = case.material.density * case.beam.height, "kg/m^2"
+    contact, piece = case.contact, lightest_supported(case)
+    mass, unit = piece.face_mass, "kg/m^2"
     if contact.points is not None:
-        mass, unit = mass * case.beam.width * case.layout.length / len(contact.points), "kg a point"
+        mass, unit = mass * piece.beam.width * case.layout.length / len(contact.points), "kg a point"
     units = (unit, contact.stiffness_unit)
     computed = contact.law.computed_damping(stiffness, mass, contact.tension == "adhesive", units)
     if computed is None:
@@ -240,7 +254,8 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
     frequencies = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
     frequency = max(frequencies, default=overhang_frequency(case))
     angle = case.layout.steepest
-    sliding = pi * frequency * case.beam.thickness * angle
+    thickness = max(piece.beam.thickness for piece in case.profile.supported(case.layout))
+    sliding = pi * frequency * thickness * angle
     value = max(SLIP_SHARE * sliding, SLOWEST_SLIP)
     if value > SLOWEST_SLIP:
         reason = f"{SLIP_SHARE:.0%} of the {sliding:.3g} m/s at which the faces slide, rocking at {frequency:.4g} Hz"
@@ -271,18 +286,16 @@ def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) 
         cell_length: h of the contact faces, m.
         area: Of both faces, m^2.
     """
-    body = case.material.young_modulus / cell_length
+    body, profile = contact_modulus(case) / cell_length, case.profile
     if bending_rank(case.joint, held_only=False) == BOTH:
-        beam = case.beam
-        bending = case.material.young_modulus * beam.second_moment / beam.length**3
+        bending = profile.softest_bending / case.beam.length**3
         return max(SEAT_SHARE * bending / area, SEAT_ROUND_OFF * body)
     softest = SEAT_SOFTNESS * min(stiffness, body)
-    mass = case.material.density * case.beam.length * case.beam.area
-    weight = mass * sum(load.weight_acceleration for load in case.load)
+    weight = profile.mass * sum(load.weight_acceleration for load in case.load)
     travel = case.layout.widest
     if case.layout.holes:
         aside = max(abs(one.offset) + abs(one.lateral) + one.region.recess for one in case.layout.holes)
-        travel += aside + BETWEEN_POINTS * case.beam.thickness
+        travel += aside + BETWEEN_POINTS * profile.thickest
     wanted = min(softest, weight / (area * travel)) if weight > 0.0 and travel > 0.0 else softest
     return max(wanted, SEAT_ROUND_OFF * body)
 

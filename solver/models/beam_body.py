@@ -35,7 +35,7 @@ from gapbeam.solver.models.reduction.holds import FloatingBody
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import DenseRow, projected
-from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam
+from gapbeam.solver.models.stepped_beam import SteppedBeam
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator
@@ -51,7 +51,7 @@ class BeamInPlanes:
         dimension: Of displacements, 2 or 3.
     """
 
-    beams: tuple[TimoshenkoBeam, ...]
+    beams: tuple[SteppedBeam, ...]
     axes: tuple[int, ...]
     dimension: int
 
@@ -59,10 +59,10 @@ class BeamInPlanes:
     def of_case(cls, case: Case, elements: int) -> BeamInPlanes:
         """Return the beam of a case."""
         dimension = case.mesh.dimension
-        vertical = TimoshenkoBeam.of_case(case, elements)
+        vertical = SteppedBeam.of_case(case, elements)
         if not bends_in_two_planes(case):
             return cls((vertical,), (dimension - 1,), dimension)
-        return cls((vertical, TimoshenkoBeam.of_case(case, elements, lateral=True)), (dimension - 1, 1), dimension)
+        return cls((vertical, SteppedBeam.of_case(case, elements, lateral=True)), (dimension - 1, 1), dimension)
 
     @property
     def size(self) -> int:

@@ -166,7 +166,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     measure = ufl.Measure("ds", domain=tagged.mesh, subdomain_data=tagged.facets)
     forms = elastic_forms(
         space,
-        case.material,
+        case.profile,
         case.mesh.plane == "stress",
         width,
         (case.restraint.axial / area, 0.0 if roll_springs(case) else case.restraint.lateral / area),
@@ -228,7 +228,8 @@ def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | N
     space, faces, width = meshed.space, meshed.faces, meshed.width
     if terms is not None:
         plane_stress = case.mesh.plane == "stress" and space.mesh.geometry.dim == 2
-        settings = Nitsche(terms.theta, terms.factor, lame(case.material, plane_stress), width)
+        material = case.profile.supported(case.layout)[0].material  # the same all along, or the case was refused
+        settings = Nitsche(terms.theta, terms.factor, lame(material, plane_stress), width)
         nitsche = nitsche_operator(space, faces, supported, width, rule, settings)
         return nitsche.operator, nitsche.gamma, nitsche.correction
     return contact_operator(space, faces, supported, width, rule, case.contact.rubs is not None), None, None

@@ -5,6 +5,7 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import lightest_supported
 
 DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
 DEPTH_WITHOUT_CLEARANCE = 1.0e-6  # m, in its place
@@ -33,5 +34,4 @@ def contact_duration(case: Case, stiffness: float) -> float:
         case: The case.
         stiffness: K of the contact, Pa/m^n.
     """
-    mass = case.material.density * case.beam.height
-    return pi * sqrt(mass / (slope_factor(case) * stiffness))
+    return pi * sqrt(lightest_supported(case).face_mass / (slope_factor(case) * stiffness))

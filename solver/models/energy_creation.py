@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gapbeam.solver.case.computed_defaults import stiffness_unit
+from gapbeam.solver.case.computed_defaults import contact_modulus, stiffness_unit
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.models.contact_scales import compared_depth, slope_factor
@@ -23,7 +23,7 @@ def energy_creator(model: Model) -> Fault | None:
     if not scheme.creates_energy_on(massless):
         return None
     stiffest = scheme.contact_range_on(massless).stiffest
-    modulus, factor = case.material.young_modulus, slope_factor(case)
+    modulus, factor = contact_modulus(case), slope_factor(case)
     body = modulus / model.facet_length
     share, most = model.support.stiffness_per_area * factor / body, stiffest * body / factor
     points = case.contact.points

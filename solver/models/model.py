@@ -168,9 +168,10 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
 
 def _filled(case: Case, section: Section) -> str:
     """Return volume and mass of a user's mesh, and its share of that of the section of the case."""
-    share = section.area / case.beam.area
+    beam, material = case.beam, case.material  # the same all along: mesh files have no segments
+    share = section.area / beam.area
     return (
-        f"mesh file: {section.volume:.4g} m^3, {case.material.density * section.volume:.4g} kg; "
+        f"mesh file: {section.volume:.4g} m^3, {material.density * section.volume:.4g} kg; "
         f"fills {100.0 * share:.3g} % of length x the area of the section"
     )
 

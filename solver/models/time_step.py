@@ -46,8 +46,7 @@ def frequency_of_interest(case: Case) -> tuple[float, str]:
 
 def _attached_frequency(case: Case, added: Attachment) -> float:
     """Return the frequency of a quarter of the beam and an attached mass on the attached spring, Hz."""
-    mass = case.material.density * case.beam.length * case.beam.area
-    return sqrt(added.stiffness / (added.mass + MODAL_SHARE * mass)) / (2.0 * pi)
+    return sqrt(added.stiffness / (added.mass + MODAL_SHARE * case.profile.mass)) / (2.0 * pi)
 
 
 def time_step(case: Case, stiffness: float) -> Default:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
@@ -24,7 +25,7 @@ POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for products of th
 
 @dataclass(frozen=True)
 class TimoshenkoBeam:
-    """A beam of equal elements; DOFs w, theta of one node after the other.
+    """A prismatic beam of equal elements; DOFs w, theta of one node after the other.
 
     Attributes:
         length: m.
@@ -44,14 +45,21 @@ class TimoshenkoBeam:
 
     @classmethod
     def of_case(cls, case: Case, elements: int, lateral: bool = False) -> TimoshenkoBeam:
-        """Return the beam of a case, in its bending plane or, in 3D, across it."""
-        beam, material = case.beam, case.material
+        """Return a beam that is all along as the one of a case is at x = 0: in its bending plane or, in 3D, across."""
+        return cls.of_piece(case, case.profile.pieces[0], case.beam.length, elements, lateral)
+
+    @classmethod
+    def of_piece(
+        cls, case: Case, piece: BeamPiece, length: float, elements: int, lateral: bool = False
+    ) -> TimoshenkoBeam:
+        """Return a beam of some length with cross-section and material of a piece of the beam of a case."""
+        beam, material = piece.beam, piece.material
         area, second = beam.area, beam.lateral_moment if lateral else beam.second_moment
         young, poisson = material.young_modulus, material.poisson_ratio
         kappa = beam.lateral_shear_coefficient(poisson) if lateral else beam.shear_coefficient(poisson)
         stiffened = young / (1.0 - poisson**2) if case.mesh.dimension == 2 and case.mesh.plane == "strain" else young
         return cls(
-            length=beam.length,
+            length=length,
             elements=elements,
             bending=stiffened * second,
             shear=kappa * young / (2.0 * (1.0 + poisson)) * area,
@@ -63,6 +71,11 @@ class TimoshenkoBeam:
     def size(self) -> int:
         """Number of DOFs."""
         return 2 * (self.elements + 1)
+
+    @property
+    def places(self) -> Array:
+        """Places of the nodes, (elements + 1,), m."""
+        return np.asarray(np.linspace(0.0, self.length, self.elements + 1))
 
     def rows(self, x: Array) -> tuple[csr_matrix, csr_matrix]:
         """Return what gives w and theta at places, (k, n) each."""
@@ -76,9 +89,7 @@ class TimoshenkoBeam:
 
     def heave_and_pitch(self) -> Array:
         """Return both rigid motions, (2, n): w = 1, and w = x with theta = 1."""
-        places = np.linspace(0.0, self.length, self.elements + 1)
-        ones, zeros = np.ones_like(places), np.zeros_like(places)
-        return np.stack([np.stack(pair, axis=1).reshape(-1) for pair in ((ones, zeros), (places, ones))])
+        return heave_and_pitch_at(self.places)
 
     def operators(self) -> DenseOperators:
         """Return M and K."""
@@ -137,3 +148,9 @@ class TimoshenkoBeam:
             axis=1,
         )
         return w, theta, slope, curvature
+
+
+def heave_and_pitch_at(places: Array) -> Array:
+    """Return both rigid motions of nodes at places, (2, n): w = 1, and w = x with theta = 1."""
+    ones, zeros = np.ones_like(places), np.zeros_like(places)
+    return np.stack([np.stack(pair, axis=1).reshape(-1) for pair in ((ones, zeros), (places, ones))])

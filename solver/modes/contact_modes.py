@@ -111,8 +111,8 @@ def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldMode
 
 def most_bending_modes(model: Model, sections: Sections) -> int:
     """Return how many bending modes a mesh shows, and a beam has: half waves of two slices and of a thickness."""
-    beam = model.case.beam
-    return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(beam.length / beam.thickness))
+    case = model.case
+    return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(case.beam.length / case.profile.thickest))
 
 
 def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: int) -> HeldModes:

@@ -14,6 +14,7 @@ import numpy as np
 import ufl
 from dolfinx.fem import petsc as fem_petsc
 
+from gapbeam.solver.assembly.elasticity import density_of
 from gapbeam.solver.assembly.form_cache import compiled_form
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.operators import Array
@@ -112,12 +113,14 @@ class Sections:
         """Return masses of the nodes: the diagonal of the consistent mass matrix, scaled to the mass of the beam."""
         space, meshed = self._model.space, self._model.body.meshed
         u, v = ufl.TrialFunction(space), ufl.TestFunction(space)
-        matrix: Any = fem_petsc.assemble_matrix(compiled_form(ufl.inner(u, v) * ufl.dx))
+        profile = self._model.case.profile
+        moved = ufl.inner(u, v) if profile.one_material else density_of(space.mesh, profile) * ufl.inner(u, v)
+        matrix: Any = fem_petsc.assemble_matrix(compiled_form(moved * ufl.dx))
         matrix.assemble()
         diagonal = np.array(matrix.getDiagonal().array_r)[: owned * self._components : self._components]
         matrix.destroy()
         total = self._comm.bcast(self._comm.reduce(float(diagonal.sum())))
-        mass = self._model.case.material.density * meshed.section.volume
+        mass = profile.pieces[0].material.density * meshed.section.volume if profile.one_material else profile.mass
         return np.asarray(diagonal * (mass / total))
 
     def _slices(self, x: Array) -> int:

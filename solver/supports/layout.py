@@ -132,13 +132,13 @@ class Layout:
         arms = [abs(x - self.end)] if len(self.supports) == 1 else [abs(x - self.end), abs(x - self.start)]
         return max(arms)
 
-    def spans(self) -> Iterator[float]:
-        """Yield the lengths between one support that a beam can rest on and the next, m."""
+    def spans(self) -> Iterator[tuple[float, float]]:
+        """Yield start and length of the parts between one support that a beam can rest on and the next, m."""
         resting = [one for one in self.supports if any(face.carries for face in one.faces)]
         for one, following in pairwise(resting):
             if following.start > one.end:
-                yield following.start - one.end
+                yield one.end, following.start - one.end
 
-    def overhangs(self, length: float) -> Iterator[float]:
-        """Yield the lengths beyond the first and the last support of a beam, m."""
-        yield from (free for free in (length - self.end, self.start) if free > 0.0)
+    def overhangs(self, length: float) -> Iterator[tuple[float, float]]:
+        """Yield start and length of the parts of a beam beyond its last and its first support, m."""
+        yield from ((start, free) for start, free in ((self.end, length - self.end), (0.0, self.start)) if free > 0.0)

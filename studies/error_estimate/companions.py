@@ -100,7 +100,11 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
             fine |= {"model": _finest(case), "time.step": 0.5 * step}
             found.append(Companion(FINEST, shared | fine))
         else:
-            why = "the motion is not in the bending plane" if case.beam.rectangular else "the section has no slice"
+            why = (
+                "the motion is not in the bending plane"
+                if case.profile.sliceable(case.beam.width)
+                else "the section has no slice"
+            )
             left_out.append(f"a finer mesh: {why}, and finer solids are expensive")
             if isinstance(case.model, BeamModel | RigidModel):  # what they leave out of the solid is an error of theirs
                 found.append(Companion(FINEST, shared | {"model": _finest(case), "time.step": 0.5 * step}))
@@ -114,7 +118,7 @@ def _in_bending_plane(case: Case) -> bool:
     vectors += [probe.point for probe in case.probe]
     beside = any(isinstance(vector, tuple) and vector[1] != 0.0 for vector in vectors)
     patches = any(isinstance(place, tuple) for place in case.contact.points or ())
-    return case.mesh.file is None and case.beam.rectangular and not beside and not patches
+    return case.mesh.file is None and case.profile.sliceable(case.beam.width) and not beside and not patches
 
 
 def _plane_keys(case: Case) -> dict[str, Any]:

@@ -120,6 +120,8 @@ def find_modes(
                 if moving and found.free
                 else []
             )
+            if not model.case.profile.prismatic:
+                carried.append("a beam with [[segment]] stands beside no theory: that is of prismatic beams")
             lines = (other_modes(states[0]), *carried, *remarks(found))
             paths = (folder / "modes.json", picture, folder / SEATED / FIELDS_FILE)
             return ModesResult(folder, _without_shapes(found), lines, paths)

@@ -104,7 +104,7 @@ def compare_modes(
     beams = beams_of(case, section)
     seated, free, closed = states
     fits = []
-    held = bool(case.joint)
+    held = bool(case.joint) or not case.profile.prismatic  # the theory has neither joints nor steps
     overhang = isinstance(case.support, BaseAndGland) and not held
     if overhang and seated.closed > 0:
         frequencies = seated.bending()[0][:FITTED]

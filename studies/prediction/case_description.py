@@ -181,8 +181,7 @@ def _dynamics_rows(model: Model) -> list[Row]:
 
 def restraint_frequency(case: Case, stiffness: float) -> float:
     """Return the frequency of the rigid beam on a restraint, Hz."""
-    beam = case.beam
-    return sqrt(stiffness / (case.material.density * beam.length * beam.area)) / (2.0 * pi)
+    return sqrt(stiffness / case.profile.mass) / (2.0 * pi)
 
 
 def _analysis_rows(case: Case) -> list[Row]:

@@ -74,10 +74,11 @@ def coarser(case: Case, share: float) -> Case:
     """Return a case on a mesh that has about 1 / share of the DOFs; in the place of a mesh file, on one of gmsh."""
     mesh = case.mesh
     scale = share ** (1.0 / mesh.dimension)
-    support = mesh.support_size or case.beam.thickness / 3.0
+    thickness = case.profile.thickest
+    support = mesh.support_size or thickness / 3.0
     sizes: dict[str, float | int | None] = {
         "file": None,
-        "size": (mesh.size or case.beam.thickness) * scale,
+        "size": (mesh.size or thickness) * scale,
         "support_size": support * scale,
         "edge_size": mesh.edge_size and mesh.edge_size * scale,
         "cells_through_thickness": max(1, round((mesh.cells_through_thickness or CELLS) / scale)),

@@ -128,7 +128,7 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
         level("beam, 24 elements", {"type": "beam", "elements": 24}),
         level("beam, 102 elements", {"type": "beam", "elements": 102}),
     ]
-    if case.beam.rectangular:
+    if case.profile.sliceable(case.beam.width):
         levels += [
             level("reduced 2D, coarse, lean basis", LEAN, 2.0, in_plane=True),
             level("reduced 2D", USUAL, in_plane=True),
@@ -147,7 +147,7 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
         level(f"{own}, implicit-midpoint", USUAL, time__scheme={"type": "implicit-midpoint"}),
         level(f"{own}, generalized-alpha", USUAL, time__scheme={"type": "generalized-alpha", "rho_inf": 0.5}),
     ]
-    if case.beam.rectangular:
+    if case.profile.sliceable(case.beam.width):
         levels += [
             level("full 2D, coarse", FULL, 2.0, in_plane=True),
             level("full 2D", FULL, in_plane=True),

@@ -16,7 +16,8 @@ def mesh_keys(case: Case, refinement: float, in_plane: bool = False, even: bool 
         in_plane: Mesh a slice in the bending plane, whatever the dimension of the case.
         even: Even numbers of cells, which put nodes of degree 1 on the axis.
     """
-    mesh, thickness = case.mesh, case.beam.thickness
+    mesh, profile = case.mesh, case.profile
+    thickness = profile.thickest if refinement > 1.0 else profile.thinnest  # coarser, or finer, everywhere
     plane = in_plane or mesh.dimension == 2
     size, support = mesh.size or thickness, mesh.support_size or thickness / 3.0
     changes: dict[str, Any] = {

@@ -79,7 +79,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     stiff = operators.factor(omega**2, 1.0)
     shapes = [stiff.solve(force) for force in forces]
     energy = 0.5 * sum(float(x) for x in model.system.dots([(x, f) for x, f in zip(shapes, forces, strict=True)]))
-    mass = case.material.density * case.beam.area * case.beam.length
+    mass = case.profile.mass
     speeds = model.system.contact.walls.speeds(np.linspace(0.0, case.time.end, LOOKS, dtype=np.float64))
     energy += 0.5 * mass * float(np.sum(np.max(speeds**2, axis=0)))
     shapes += list(_rigid(model).T)

@@ -248,7 +248,7 @@ BAD_NAMES = {
     "misspelled key of another table": (
         "width = 0.020",
         "width = 0.020\npoison_ratio = 0.3",
-        ["[beam] poison_ratio", "did you mean `poisson_ratio`, which belongs in [material]?"],
+        ["[beam] poison_ratio", "did you mean `poisson_ratio`, which belongs in [material] or [[segment]]?"],
     ),
     "key above all tables": (
         'title = "good"',

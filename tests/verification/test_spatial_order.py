@@ -16,9 +16,11 @@ from scipy.sparse import diags
 from scipy.sparse.linalg import cg
 
 from gapbeam.solver.assembly.elasticity import elastic_forms
-from gapbeam.solver.case.case import Material
+from gapbeam.solver.case.beam_profile import BeamProfile
+from gapbeam.solver.case.case import Beam, Material
 
 STEEL = Material(young_modulus=2.0, poisson_ratio=0.3, density=3.0)
+PROFILE = BeamProfile.of(Beam(length=1.0, thickness=1.0, width=0.7), STEEL, ())
 WIDTH, RESTRAINT = 0.7, (0.9, 0.4)
 
 
@@ -63,7 +65,7 @@ def error_of(cell, degree, plane_stress, cells):
     )
     tags = mesh.meshtags(domain, facets, np.sort(faces), np.full(len(faces), 1, dtype=np.int32))
     measure = ufl.Measure("ds", domain=domain, subdomain_data=tags)
-    forms = elastic_forms(space, STEEL, plane_stress, WIDTH, RESTRAINT, measure(1))
+    forms = elastic_forms(space, PROFILE, plane_stress, WIDTH, RESTRAINT, measure(1))
     test, normal = ufl.TestFunction(space), ufl.FacetNormal(domain)
     w = ufl.as_vector(chosen(ufl.SpatialCoordinate(domain), dimension, ufl))
     stress = hooke(w, plane_stress and dimension == 2)

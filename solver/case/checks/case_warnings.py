@@ -11,6 +11,7 @@ from gapbeam.solver.case.case import Case, Restraint
 from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
 
@@ -54,6 +55,12 @@ def unusual_values(case: Case) -> Iterator[str]:
         value = getattr(getattr(case, table), key)
         if not least <= value <= most:
             yield f"[{table}] {key} = {value:g} is unusual; the unit is {unit}"
+        segments: tuple[Segment, ...] = case.segment
+        for number, segment in enumerate(segments, 1):
+            value = getattr(segment, key, None)
+            if key != "length" and value is not None and not least <= value <= most:
+                place = f'[[segment]] number {number} (name "{segment.name}")'
+                yield f"{place} {key} = {value:g} is unusual; the unit is {unit}"
     yield from _of_loads(case, lambda load: load.unusual_values())
 
 
@@ -66,10 +73,11 @@ def _of_loads(case: Case, look: Callable[[Load], Iterator[str]]) -> Iterator[str
 
 def shape(case: Case) -> Iterator[str]:
     """Yield a beam that is not slender, and a clearance that is not small."""
-    beam = case.beam
-    if beam.thickness > beam.length / 5:
-        yield f"[beam] thickness = {beam.thickness:g} is over a fifth of the length: this is hardly a beam"
+    profile = case.profile
+    if profile.thinnest > case.beam.length / 5:
+        yield f"[beam] thickness = {profile.thinnest:g} is over a fifth of the length: this is hardly a beam"
     for key, support in keyed(case.support):
+        beam = profile.at(0.5 * (support.start + support.end)).beam
         place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
         around = support.length if len(key) == 1 else max(support.length, case.layout.reach)
         arms = [abs(joint.point - x) for joint in case.joint for x in (support.start, support.end)]
@@ -142,10 +150,10 @@ def scheme(case: Case) -> Iterator[str]:
 
 def contact(case: Case) -> Iterator[str]:
     """Yield a contact that is soft for its clearance, or keys of it without effect."""
-    clearance, law = case.layout.clearance, case.contact
+    clearance, law, held = case.layout.clearance, case.contact, case.profile.supported(case.layout)[0].beam
     depth = 0.0
     if law.stiffness != "auto":
-        share = case.beam.width * case.layout.length / len(law.points) if law.points else 1.0
+        share = held.width * case.layout.length / len(law.points) if law.points else 1.0
         depth = float((share * weight_pressure(case) / law.stiffness) ** (1.0 / law.law.spring_exponent))
     if depth > 0.1 * clearance > 0:
         yield (
@@ -156,7 +164,10 @@ def contact(case: Case) -> Iterator[str]:
         yield '[contact] tension = "adhesive" has no effect without damping'
     if law.quadrature_degree is not None and law.quadrature_degree < 2 * case.mesh.degree:
         yield f"[contact] quadrature_degree = {law.quadrature_degree} is low: {2 * case.mesh.degree} or more"
-    patch, cell = contact_patch(case).value, case.mesh.support_size or case.beam.thickness / 3
+    patch, cell = (
+        contact_patch(case).value,
+        case.mesh.support_size or case.profile.supported(case.layout)[0].beam.thickness / 3,
+    )
     if law.points and case.mesh.file is None and patch < cell:
         yield (
             f"[contact] points: patches of {patch:.3g} m are smaller than the cells of {cell:.3g} m, which then decide "
@@ -183,7 +194,8 @@ def weight_pressure(case: Case) -> float:
     """Return the weight of the beam spread over the base, Pa."""
     beam = case.beam
     gravity = max((load.weight_acceleration for load in case.load), default=0.0)
-    return case.material.density * gravity * beam.height * beam.length / case.layout.length
+    pressure = case.material.density * gravity * beam.height * beam.length / case.layout.length
+    return pressure * case.profile.relative_mass(beam, case.material)
 
 
 def output(case: Case) -> Iterator[str]:
@@ -225,8 +237,8 @@ def mesh(case: Case) -> Iterator[str]:
 def estimated_unknowns(case: Case) -> float:
     """Return roughly how many unknowns the built mesh has."""
     beam, wanted = case.beam, case.mesh
-    far = wanted.size or beam.thickness
-    near = wanted.support_size or beam.thickness / 3
+    far = wanted.size or case.profile.thinnest
+    near = wanted.support_size or case.profile.thinnest / 3
     supported = case.layout.length
     along = supported / near + (beam.length - supported) / far
     if (patches := case.beam.patches(wanted.cells_through_thickness, wanted.cells_across_width)) is not None:

@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gapbeam.solver.case.analysis_table import Analysis
+from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Beam, Material
-from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
@@ -143,7 +144,7 @@ def friction_is_implicit(contact: Contact, time: Time) -> Iterator[Fault]:
 
 
 def contact_carries_the_beam(
-    beam: Beam, material: Material, support: AnySupports, contact: Contact, load: Loads
+    beam: Beam, material: Material, segment: Segments, support: AnySupports, contact: Contact, load: Loads
 ) -> Iterator[Fault]:
     """The contact is stiff enough for the weight not to push the beam through its support."""
     gravity = max((entry.weight_acceleration for entry in load.values()), default=0.0)
@@ -152,7 +153,8 @@ def contact_carries_the_beam(
     length = Layout.of(support).length
     if length <= 0.0:
         return
-    pressure = material.density * gravity * beam.height * beam.length / length
+    profile = BeamProfile.of(beam, material, segment.values())
+    pressure = material.density * gravity * beam.height * beam.length / length * profile.relative_mass(beam, material)
     meaning = "it is N/m divided by the area in m^2"
     if contact.points:
         pressure *= beam.width * length / len(contact.points)

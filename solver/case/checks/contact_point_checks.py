@@ -5,7 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator
 from itertools import combinations
 
+from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh
+from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.case.computed_defaults import PATCH_SHARE
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.faults import Fault, Key
@@ -40,13 +42,16 @@ def patches_have_points(contact: Contact) -> Iterator[Fault]:
         )
 
 
-def points_lie_on_the_faces(beam: Beam, support: AnySupports, mesh: Mesh, contact: Contact) -> Iterator[Fault]:
+def points_lie_on_the_faces(
+    beam: Beam, segment: Segments, support: AnySupports, mesh: Mesh, contact: Contact
+) -> Iterator[Fault]:
     """Points lie in the support, and where they have a y, within the width of a solid beam."""
     if not isinstance(support, BaseAndGland):
         if contact.points is not None:
             found, expected = "points with [[support]]", "points with [support]: the base and gland at x = 0"
             yield Fault(POINTS, found, expected, "leave points out: contact acts all over the faces", (("support",),))
         return
+    width = beam_at(beam, segment.values(), 0.5 * support.length).width
     for point in contact.points or ():
         x, *across = point if isinstance(point, tuple) else (point,)
         margin = ROUNDING * support.length
@@ -67,11 +72,11 @@ def points_lie_on_the_faces(beam: Beam, support: AnySupports, mesh: Mesh, contac
                 f"{x:g} instead of [{x:g}, {across[0]:g}], or mesh.dimension = 3",
                 (("mesh", "dimension"),),
             )
-        elif across and mesh.file is None and abs(across[0]) > 0.5 * beam.width * (1.0 + ROUNDING):
+        elif across and mesh.file is None and abs(across[0]) > 0.5 * width * (1.0 + ROUNDING):
             yield Fault(
                 POINTS,
                 f"y = {across[0]:g} m, outside the beam",
-                f"y from {-0.5 * beam.width:g} to {0.5 * beam.width:g} m",
+                f"y from {-0.5 * width:g} to {0.5 * width:g} m",
                 "y = 0 is the axis of the beam; coordinates are in m",
                 (("beam", "width"),),
             )

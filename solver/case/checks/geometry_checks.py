@@ -6,7 +6,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path
 
 from gapbeam.solver.attachments.joint_table import Joint
+from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh
+from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
@@ -24,14 +26,17 @@ def support_is_part_of_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fa
         )
 
 
-def clearance_is_small(beam: Beam, support: AnySupports, joint: Mapping[int, Joint]) -> Iterator[Fault]:
+def clearance_is_small(
+    beam: Beam, segment: Segments, support: AnySupports, joint: Mapping[int, Joint]
+) -> Iterator[Fault]:
     """The beam must stay nearly straight in its supports, and may be squeezed only a little."""
     layout = Layout.of(support)
     places = [layout.start, layout.end, *(one.point for one in joint.values())]
     reach = max(places) - min(places)
     for key, one in keyed(support):
         if one.length > 0.0:
-            yield from _large_clearance((*key, "clearance"), beam, one, max(one.length, reach))
+            here = beam_at(beam, segment.values(), 0.5 * (one.start + one.end))
+            yield from _large_clearance((*key, "clearance"), here, one, max(one.length, reach))
 
 
 def _large_clearance(key: Key, beam: Beam, support: OneSupport, reach: float) -> Iterator[Fault]:

@@ -4,7 +4,9 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh
+from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
@@ -20,20 +22,26 @@ def _around(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
             yield (*key, "region"), one
 
 
-def regions_fit_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+def regions_fit_the_beam(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
     """A region finds what contradicts itself or the beam in its table."""
     for key, one in keyed(support):
-        yield from one.region.faults((*key, "region"), 0.5 * beam.thickness)
+        yield from one.region.faults((*key, "region"), 0.5 * _within(beam, segment, one).thickness)
 
 
-def round_beams_are_met_around(beam: Beam, support: AnySupports, mesh: Mesh) -> Iterator[Fault]:
+def _within(beam: Beam, segment: Segments, support: OneSupport) -> Beam:
+    """Return a beam that is all along as the one in a support is."""
+    return beam_at(beam, segment.values(), 0.5 * (support.start + support.end))
+
+
+def round_beams_are_met_around(beam: Beam, segment: Segments, support: AnySupports, mesh: Mesh) -> Iterator[Fault]:
     """A support around the beam has a round section in it, in a mesh that gapbeam builds."""
     for key, one in _around(support):
         name = one.region.type
-        if not beam.section.round:
+        section = _within(beam, segment, one).section
+        if not section.round:
             yield Fault(
                 key,
-                f'{name}, around the section "{beam.section.type}"',
+                f'{name}, around the section "{section.type}"',
                 f"a round section, which touches a {name} anywhere around it",
                 'section = "round" or { type = "tube", wall = ... } in [beam], or region = "slot"',
                 (("beam", "section"),),
@@ -48,10 +56,10 @@ def round_beams_are_met_around(beam: Beam, support: AnySupports, mesh: Mesh) -> 
             )
 
 
-def beams_fit_in(beam: Beam, support: AnySupports) -> Iterator[Fault]:
+def beams_fit_in(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
     """The play of a hole is small beside its radius, and the straight beam fits in a support around it."""
-    radius = 0.5 * beam.thickness
     for key, one in _around(support):
+        radius = 0.5 * _within(beam, segment, one).thickness
         if any(one.region.faults(key, radius)):
             continue
         play = max(abs(one.clearance), abs(one.clearance + one.region.recess))

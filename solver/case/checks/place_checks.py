@@ -5,10 +5,13 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from operator import itemgetter
+from types import MappingProxyType
 from typing import Protocol
 
 from gapbeam.meshes.beam_geometry import CLOSEST, SNAP
+from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Probe
+from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
@@ -18,24 +21,31 @@ from gapbeam.solver.table import Vector
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""
 Probes = Mapping[int, Probe]
+Segments = Mapping[int, Segment]
+"""Segments by their number in the case file, from 0, without those that have faults of their own."""
 
 
-def loads_lie_in_the_beam(beam: Beam, mesh: Mesh, load: Loads) -> Iterator[Fault]:
+def loads_lie_in_the_beam(beam: Beam, segment: Segments, mesh: Mesh, load: Loads) -> Iterator[Fault]:
     """Forces act at points of the beam."""
     for number, entry in load.items():
         if (point := entry.place.point) is not None:
-            yield from outside(("load", number, "point"), point, beam, mesh)
+            yield from outside(("load", number, "point"), point, beam, mesh, segment)
 
 
-def probes_lie_in_the_beam(beam: Beam, mesh: Mesh, probe: Probes) -> Iterator[Fault]:
+def probes_lie_in_the_beam(beam: Beam, segment: Segments, mesh: Mesh, probe: Probes) -> Iterator[Fault]:
     """Probes look at points of the beam."""
     for number, entry in probe.items():
-        yield from outside(("probe", number, "point"), entry.point, beam, mesh)
+        yield from outside(("probe", number, "point"), entry.point, beam, mesh, segment)
 
 
-def outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> list[Fault]:
+def outside(
+    key: Key, point: float | Vector, beam: Beam, mesh: Mesh, segment: Segments = MappingProxyType({})
+) -> list[Fault]:
     """Return where a point leaves the beam, whose axis is y = 0 in 2D and y = z = 0 in 3D."""
-    return list(_outside(key, point, beam, mesh))
+    x = point[0] if isinstance(point, tuple) else point
+    # where two segments meet, a point of either one is in the beam
+    near = [beam_at(beam, segment.values(), x + side * SNAP * beam.thickness) for side in (-1.0, 1.0)]
+    return min((list(_outside(key, point, here, mesh)) for here in near), key=len)
 
 
 def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterator[Fault]:
@@ -70,8 +80,10 @@ def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterato
         yield Fault(key, found, expected, hint, (("beam", side),))
 
 
-def points_keep_apart(beam: Beam, support: AnySupports, mesh: Mesh, load: Loads, probe: Probes) -> Iterator[Fault]:
-    """Points along the beam coincide or leave room for a cell; so do the ends of beam and support."""
+def points_keep_apart(
+    beam: Beam, segment: Segments, support: AnySupports, mesh: Mesh, load: Loads, probe: Probes
+) -> Iterator[Fault]:
+    """Points along the beam coincide or leave room for a cell; so do the ends of beam, segments and supports."""
     places: list[tuple[float, Key, str]] = [(beam.length, ("beam", "length"), "the free end")]
     if isinstance(support, BaseAndGland):
         places += [
@@ -83,6 +95,9 @@ def points_keep_apart(beam: Beam, support: AnySupports, mesh: Mesh, load: Loads,
         for held, entry in keyed(support):
             places.append((entry.start, (*held, "from"), f"the start of the support {entry.name}"))
             places.append((entry.end, (*held, "to"), f"the end of the support {entry.name}"))
+    for number, part in segment.items():
+        places.append((part.start, ("segment", number, "from"), f"the start of the segment {part.name}"))
+        places.append((part.end, ("segment", number, "to"), f"the end of the segment {part.name}"))
     points = [("load", number, entry.place.point) for number, entry in load.items()]
     points += [("probe", number, entry.point) for number, entry in probe.items()]
     for array, number, point in points:

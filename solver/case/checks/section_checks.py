@@ -5,8 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import hypot
 
+from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Output, Probe
-from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import ModelTable, RigidModel
 from gapbeam.solver.faults import Fault, Key
@@ -44,7 +45,9 @@ def sections_are_solids(beam: Beam, mesh: Mesh) -> Iterator[Fault]:
         )
 
 
-def points_are_in_the_section(beam: Beam, mesh: Mesh, load: Loads, probe: Mapping[int, Probe]) -> Iterator[Fault]:
+def points_are_in_the_section(
+    beam: Beam, segment: Segments, mesh: Mesh, load: Loads, probe: Mapping[int, Probe]
+) -> Iterator[Fault]:
     """Loads and probes are on the axis, or at points of the material."""
     if mesh.dimension == 2 or mesh.file is not None:
         return
@@ -55,26 +58,27 @@ def points_are_in_the_section(beam: Beam, mesh: Mesh, load: Loads, probe: Mappin
     for key, point in points:
         if not isinstance(point, tuple) or len(point) != mesh.dimension or not any(point[1:]):
             continue
-        y, z = point[1], point[-1]
-        inside = any(beam.contains(share * y, share * z) for share in (1.0, 1.0 - ON_SURFACE, 1.0 + ON_SURFACE))
-        if not inside and abs(y) <= 0.5 * beam.width and abs(z) <= 0.5 * beam.thickness:  # else another check says so
+        here, y, z = beam_at(beam, segment.values(), point[0]), point[1], point[-1]
+        inside = any(here.contains(share * y, share * z) for share in (1.0, 1.0 - ON_SURFACE, 1.0 + ON_SURFACE))
+        if not inside and abs(y) <= 0.5 * here.width and abs(z) <= 0.5 * here.thickness:  # else another check says so
             yield Fault(
                 key,
                 f"y = {y:g}, z = {z:g} m, {hypot(y, z):.4g} m off the axis and not in the material of the section",
-                f'a point of the section "{beam.section.type}", or x alone',
+                f'a point of the section "{here.section.type}", or x alone',
                 f"point = {point[0]:g} for the axis, which moves as the whole cross-section does on average",
                 (SECTION,),
             )
 
 
 def stress_is_that_of_the_material(
-    beam: Beam, mesh: Mesh, model: ModelTable, probe: Mapping[int, Probe]
+    beam: Beam, segment: Segments, mesh: Mesh, model: ModelTable, probe: Mapping[int, Probe]
 ) -> Iterator[Fault]:
     """A stress is recorded at a point of a body that deforms."""
     for number, entry in probe.items():
         if not entry.stress:
             continue
         x, *aside = entry.point if isinstance(entry.point, tuple) else (entry.point,)
+        here = beam_at(beam, segment.values(), x)
         if isinstance(model, RigidModel):
             yield Fault(
                 ("probe", number, "stress"),
@@ -83,12 +87,12 @@ def stress_is_that_of_the_material(
                 'model.type = "reduced", or leave stress out',
                 (("model", "type"),),
             )
-        elif not any(aside) and beam.hollow and mesh.file is None:
+        elif not any(aside) and here.hollow and mesh.file is None:
             yield Fault(
                 ("probe", number, "stress"),
-                f'true, on the axis of the hollow section "{beam.section.type}"',
+                f'true, on the axis of the hollow section "{here.section.type}"',
                 "a point in the material",
-                f"point = [{x:g}, 0.0, {-0.5 * beam.thickness:g}], at the lower surface",
+                f"point = [{x:g}, 0.0, {-0.5 * here.thickness:g}], at the lower surface",
                 (("probe", number, "point"), SECTION),
             )
 

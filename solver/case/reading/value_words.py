@@ -86,7 +86,7 @@ def options(model: type[BaseModel], name: str) -> tuple[Mapping[str, Any], ...]:
     """Return the JSON schemas of the values that a key may have: one, or several for a union."""
     schema = model.model_json_schema()
     wanted = schema["properties"][name]
-    choices = wanted.get("oneOf", wanted.get("anyOf", [wanted]))
+    choices = [one for part in wanted.get("anyOf", [wanted]) for one in part.get("oneOf", [part])]
     definitions = schema.get("$defs", {})
     opened = (definitions[c["$ref"].rpartition("/")[2]] if "$ref" in c else c for c in choices)
     return tuple(choice for choice in opened if choice.get("type") != "null")

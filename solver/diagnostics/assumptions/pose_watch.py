@@ -42,23 +42,25 @@ class PoseScales:
     """What a pose is measured against.
 
     Attributes:
-        shear_modulus: mu, Pa.
-        poisson_ratio: nu.
+        shear_modulus: mu, Pa, of a beam of one material; of several ones that at each point, (k,).
+        poisson_ratio: nu, likewise.
         thin: How the strain is completed across plane or beam: by -nu/(1-nu) of the sum (plane stress: "plane"),
             by -nu of that along the beam (beam models: "beam"), or not ("").
         support_length: m.
         width: m.
         radius: Of a beam in supports that are met along its radii; 0: there is none, m.
         span: Of the run, s.
+        strength: What the watched stress is taken over: 1, or the yield stress at each point, (k,), Pa.
     """
 
-    shear_modulus: float
-    poisson_ratio: float
+    shear_modulus: float | Array
+    poisson_ratio: float | Array
     thin: str
     support_length: float
     width: float
     radius: float
     span: float
+    strength: float | Array = 1.0
 
 
 def still(_time: float) -> float:
@@ -114,7 +116,7 @@ class PoseWatch:
     def _look(self, time: float, u: Array) -> None:
         displacement, gradient = self.rows.pose(u)
         rotation, strain, stress = deformation(gradient, self.scales)
-        found = np.stack([rotation, strain, stress])
+        found = np.stack([rotation, strain, stress / self.scales.strength])
         at = np.argmax(found, axis=1)
         for row, point in enumerate(at):
             self._keep(row, float(found[row, point]), time, self.rows.places[point])

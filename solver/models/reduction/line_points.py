@@ -30,4 +30,4 @@ def gathered_points(
     if case.mesh.dimension == 2 or across == "all" or case.contact.points is not None or contact.tangents is not None:
         return contact
     count = across if symmetric else UNSYMMETRIC * across
-    return across_lines(contact, count, symmetric, SPACING * facet_length, REACH * case.beam.thickness)
+    return across_lines(contact, count, symmetric, SPACING * facet_length, REACH * case.profile.thinnest)

@@ -33,7 +33,7 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
     if not isinstance(contact, ResultantOperator) or case.contact.points is not None:
         return
     own, mesh = contact.depth(interface_values), contact.distributed.depth(interface_values)
-    allowed = OF_CLEARANCE * abs(case.layout.clearance) + OF_THICKNESS * case.beam.thickness
+    allowed = OF_CLEARANCE * abs(case.layout.clearance) + OF_THICKNESS * case.profile.thinnest
     for face, name in enumerate(contact.face_names):
         found = float(np.max(own[contact.faces == face], initial=-np.inf))
         there = float(np.max(mesh[contact.distributed.faces == face]))

@@ -58,7 +58,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     count = RIGID_MODES[case.mesh.dimension] + settings.modes
     factor = operators.shifted_factor(shift)
     modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency)
-    touching = within_reach(contact, REACH * case.beam.thickness)
+    touching = within_reach(contact, REACH * case.profile.thinnest)
     shapes = _pressures(case, contact, settings, symmetric, touching)
     acting = acting_rows(case, body.patterns)
     loads = np.stack([modes.factor.solve(row) for row in acting], axis=1) if acting else None

@@ -81,11 +81,12 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
         yield Finding(RIGID, highest / first, detail=f"{highest:.4g} Hz, {first:.4g} Hz")
         return
     highest = max([highest, *forcing_frequencies(case.load)])
-    wavelength = bending_wavelength(case.material, case.beam, highest)
+    waves = [(bending_wavelength(piece, highest), piece.beam.thickness) for piece in case.profile.pieces]
+    wavelength = min(length for length, _ in waves)
     detail = f"{wavelength:.3g} m at {highest:.4g} Hz"
     if isinstance(case.model, BeamModel):
         spacing = case.beam.length / case.model.elements
-        yield Finding(SLENDER, case.beam.thickness / wavelength, detail=detail)
+        yield Finding(SLENDER, max(thickness / length for length, thickness in waves), detail=detail)
     else:
         spacing = node_distance(model)
     yield Finding(ON_MESH, spacing / wavelength, detail=detail)
@@ -154,7 +155,7 @@ def node_distance(model: Model) -> float:
     """Return the distance of nodes along the beam where cells are longest, m. Collective."""
     case, mesh = model.case, model.space.mesh
     if case.mesh.file is None:
-        return (case.mesh.size or case.beam.thickness) / case.mesh.degree
+        return (case.mesh.size or case.profile.thickest) / case.mesh.degree
     cells = np.arange(mesh.topology.index_map(mesh.topology.dim).size_local, dtype=np.int32)
     longest: list[float] = mesh.comm.allgather(float(np.max(mesh.h(mesh.topology.dim, cells), initial=0.0)))
     return max(longest) / sqrt(mesh.topology.dim) / case.mesh.degree

@@ -25,6 +25,7 @@ SMALL_STRAIN = Assumption(
     "the strain is taken as linear in the displacement, and the material as linear; check loads and Young's modulus",
 )  # fmt: skip
 ELASTIC = "no yield", "largest stress (von Mises) at the surface", "Pa"
+ELASTIC_EVERYWHERE = "no yield", "largest stress (von Mises) at the surface over the yield stress there", "1"
 ELASTIC_MEANING = "beyond material.yield_stress the beam deforms plastically, which the equations do not know"
 INSIDE = Assumption(
     "inside the support", "travel along the support over its length (across it over the width)", "1", 0.05, 0.5,
@@ -71,9 +72,11 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
     ]
     if case.layout.holes:
         findings.append(found(ALONG_RADII, ASIDE, float(watch.closest[ASIDE, 0])))
-    limit = case.material.yield_stress
-    if limit is not None and not isinstance(case.model, RigidModel):
-        findings.append(found(Assumption(*ELASTIC, limit, None, ELASTIC_MEANING), STRESS))
+    limits = [piece.material.yield_stress for piece in case.profile.pieces]
+    if any(limits) and not isinstance(case.model, RigidModel):
+        name, quantity, unit = ELASTIC if case.profile.one_material else ELASTIC_EVERYWHERE
+        limit = (limits[0] or 0.0) if case.profile.one_material else 1.0
+        findings.append(found(Assumption(name, quantity, unit, limit, None, ELASTIC_MEANING), STRESS))
     return findings
 
 
@@ -81,7 +84,7 @@ def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding
     """Yield the findings on penetration and on contacts that the step does not resolve."""
     shared = [own is None for own in case.layout.own("stiffness")]  # a support that gives way by design is no penalty
     deepest, clearance = float(np.max(peaks.deepest[shared], initial=0.0)), case.layout.clearance
-    yield Finding(SHALLOW, deepest / case.beam.thickness, detail=f"{deepest:.3g} m")
+    yield Finding(SHALLOW, deepest / case.profile.thinnest, detail=f"{deepest:.3g} m")
     if clearance != 0.0:
         name, unit, limit = BESIDE_CLEARANCE
         size = "interference" if clearance < 0.0 else "clearance"

@@ -9,7 +9,7 @@ from scipy.sparse import csr_matrix, vstack
 
 from gapbeam.solver.assembly.body_points import body_points
 from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, Material
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, PoseWatch
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
@@ -48,16 +48,17 @@ class ModelPose:
 
 def watch_of(model: Model) -> PoseWatch:
     """Return the watch on the pose of a model. Collective."""
-    pose, case = _pose_of(model), model.case
+    case, rows = model.case, _surface_rows(model)
+    pose, places = _pose_at(model, rows), rows.cell_middles
     if not model.system.contact.walls.motions:
-        return PoseWatch(pose, scales_of(case))
+        return PoseWatch(pose, scales_of(case, places))
     shifts = shifts_at(case.load, case.layout, pose.places[: pose.on_faces, 0], pose.dimension)
     walls = model.system.contact.walls
 
     def moved(time: float) -> Array:
         return np.asarray(np.tensordot(walls.places(np.array([time]))[0], shifts, 1))
 
-    return PoseWatch(pose, scales_of(case), moved)
+    return PoseWatch(pose, scales_of(case, places), moved)
 
 
 def gauges_of(model: Model) -> Gauges | None:
@@ -74,13 +75,13 @@ def gauges_of(model: Model) -> Gauges | None:
     points, numbers = body_points(
         model.space, [(f"[[probe]] {probe.name}", axis_point(probe.point)) for probe in asked]
     )
+    places = np.array([axis_point(probe.point)[0] for probe in asked])
     shares = 1.0 / np.bincount(numbers, minlength=len(asked))
-    return Gauges(_pose_at(model, rows_at(model.space, points)), scales_of(model.case), numbers, shares)
+    return Gauges(_pose_at(model, rows_at(model.space, points)), scales_of(model.case, places), numbers, shares)
 
 
-def _pose_of(model: Model) -> ModelPose:
-    faces = np.concatenate(list(model.body.meshed.faces.values()))
-    return _pose_at(model, surface_rows(model.space, faces))
+def _surface_rows(model: Model) -> SurfaceRows:
+    return surface_rows(model.space, np.concatenate(list(model.body.meshed.faces.values())))
 
 
 def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:
@@ -95,15 +96,26 @@ def _pose_at(model: Model, found: SurfaceRows) -> ModelPose:
     return ModelPose(found.places, found.on_faces, dimension, small, None, operators)
 
 
-def scales_of(case: Case) -> PoseScales:
-    """Return what the poses of a case are measured against."""
-    material, plane = case.material, case.mesh.dimension == 2 and case.mesh.plane == "stress"
+def scales_of(case: Case, places: Array) -> PoseScales:
+    """Return what the pose of a case is measured against at places along the beam, (k,), m."""
+    profile, plane = case.profile, case.mesh.dimension == 2 and case.mesh.plane == "stress"
+    shear, poisson, strength = zip(*(_constants(profile.at(x).material) for x in map(float, places)), strict=True)
+    several = not profile.one_material
+    first, nu, _ = _constants(profile.pieces[0].material)
+    supported, holes = profile.supported(case.layout), case.layout.holes
     return PoseScales(
-        shear_modulus=material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)),
-        poisson_ratio=material.poisson_ratio,
+        shear_modulus=np.array(shear) if several else first,
+        poisson_ratio=np.array(poisson) if several else nu,
         thin="beam" if isinstance(case.model, BeamModel) else "plane" if plane else "",
         support_length=case.layout.shortest,
-        width=case.beam.width,
-        radius=0.5 * case.beam.thickness if case.layout.holes else 0.0,
+        width=min(piece.beam.width for piece in supported),
+        radius=0.5 * min(piece.beam.thickness for piece in supported) if holes else 0.0,
         span=case.time.end,
+        strength=np.array(strength) if several else 1.0,
     )
+
+
+def _constants(material: Material) -> tuple[float, float, float]:
+    """Return shear modulus, Pa, Poisson ratio and yield stress, infinite where none is given, Pa."""
+    shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio))
+    return shear, material.poisson_ratio, np.inf if material.yield_stress is None else material.yield_stress

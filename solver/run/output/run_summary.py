@@ -49,7 +49,11 @@ def describe_model(model: Model) -> dict[str, Any]:
 
 
 def _supports(model: Model) -> list[dict[str, Any]]:
-    """Return where the supports are, how far their planes stand from the undeformed beam, m, and their own contact."""
+    """Return where the supports are, how far their planes stand from the undeformed beam, m, and their own contact.
+
+    Supports of a beam with steps also say how thick it is there.
+    """
+    profile = model.case.profile
     moves = face_motions(model.case.load, model.case.layout, model.case.mesh.dimension)
 
     def described(face: Face) -> dict[str, Any]:
@@ -64,6 +68,7 @@ def _supports(model: Model) -> list[dict[str, Any]]:
             "clearance": one.clearance,
             "faces": [described(face) for face in one.faces],
             **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
+            **({} if profile.one_section else {"thickness": profile.between(one.start, one.end)[0].beam.thickness}),
         }
         for one in model.case.layout.supports
     ]

@@ -5,6 +5,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 from typing import Any
 
+import numpy as np
 from dolfinx import fem
 
 from gapbeam.solver.assembly.corner_gradients import CornerGradients
@@ -31,7 +32,7 @@ class StressFields:
         """Return that of a model, where its case asks for stress; on the corners of a linear space. Collective."""
         if not model.case.output.stress:
             return None
-        return cls(CornerGradients.of_spaces(model.space, linear), scales_of(model.case))
+        return cls(CornerGradients.of_spaces(model.space, linear), scales_of(model.case, np.zeros(1)))
 
     def at_corners(self, displacement: fem.Function) -> dict[str, Array]:
         """Return the stresses at the corners that this rank owns, (n,) each, Pa.

@@ -1,0 +1,94 @@
+"""[[segment]]: a part of the beam with another outer size, another section or another material."""
+
+from __future__ import annotations
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field, create_model
+
+from gapbeam.solver.case.beam_table import Beam, Material
+from gapbeam.solver.sections.section_choice import SectionChoice
+from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive, named
+
+OF_SECTION = ("thickness", "width", "section")
+"""Keys that stand in the place of those of [beam]."""
+OF_MATERIAL = ("young_modulus", "poisson_ratio", "density", "yield_stress")
+"""Keys that stand in the place of those of [material]."""
+
+
+class Segment(AlongBeam):
+    """What a [[segment]] has besides its place: what it does not give is that of [beam] and [material]."""
+
+    name: Name = Field(description="name in messages, different for every segment", examples=["head"])
+    thickness: Positive | None = Field(
+        default=None,
+        description="size in the bending direction there, m; default that of [beam]",
+        examples=[0.02],
+    )
+    width: Positive | None = Field(
+        default=None,
+        description="size across the bending plane there, m; default that of [beam], of round sections thickness",
+    )
+    section: Annotated[SectionChoice | None, BeforeValidator(named)] = Field(
+        default=None,
+        description="the cross-section there: a name, or a table with the type and its keys; default that of [beam]",
+    )
+    young_modulus: Positive | None = Field(
+        default=None, description="Young's modulus there, Pa; default that of [material]", examples=[7.0e10]
+    )
+    poisson_ratio: Number | None = Field(
+        default=None, gt=-1.0, lt=0.5, description="Poisson ratio there, no unit; default that of [material]"
+    )
+    density: Positive | None = Field(
+        default=None, description="mass density there, kg/m^3; default that of [material]", examples=[2700.0]
+    )
+    yield_stress: Positive | None = Field(
+        default=None,
+        description="stress beyond which a run warns that the material is not elastic there, Pa; default that of "
+        "[material] where the segment gives nothing else of a material",
+    )
+
+    @property
+    def changes_section(self) -> bool:
+        """Whether it gives anything of a cross-section."""
+        return any(getattr(self, key) is not None for key in OF_SECTION)
+
+    @property
+    def changes_material(self) -> bool:
+        """Whether it gives anything of a material."""
+        return any(getattr(self, key) is not None for key in OF_MATERIAL)
+
+    def beam(self, whole: Beam) -> Beam:
+        """Return a beam that is all along as it is in this segment.
+
+        Args:
+            whole: The table [beam].
+        """
+        own = {key: getattr(self, key) for key in OF_SECTION if getattr(self, key) is not None}
+        section = own.get("section", whole.section)
+        if section.round and "thickness" in own:
+            own.setdefault("width", own["thickness"])
+        return whole.model_copy(update=own) if own else whole
+
+    def material(self, whole: Material) -> Material:
+        """Return the material of this segment.
+
+        Args:
+            whole: The table [material]; its yield stress is not that of another material.
+        """
+        own = {key: getattr(self, key) for key in OF_MATERIAL if getattr(self, key) is not None}
+        return whole.model_copy(update={"yield_stress": None} | own) if own else whole
+
+
+_PLACE: dict[str, Any] = {
+    "from": (NonNegative, Field(description="where the segment begins along the beam, m", examples=[0.2])),
+    "to": (Positive, Field(description="where it ends, m", examples=[0.5])),
+}
+
+PlacedSegment: type[Segment] = create_model(
+    "PlacedSegment",
+    __base__=Segment,
+    __module__=__name__,
+    __doc__="A part of the beam, from x = from to x = to, with another outer size, section or material.",
+    **_PLACE,
+)

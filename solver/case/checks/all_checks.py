@@ -5,11 +5,7 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable, Iterator, Mapping
 
-from gapbeam.solver.case.case import (
-    Case,
-    Damping,
-    Gates,
-)
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.attachment_checks import (
     elastic_joints_do_something,
     fluid_names_differ,
@@ -45,7 +41,9 @@ from gapbeam.solver.case.checks.contact_point_checks import (
     points_lie_on_the_faces,
     points_need_a_penalty,
 )
+from gapbeam.solver.case.checks.damping_checks import damping_is_given_once, damping_is_positive
 from gapbeam.solver.case.checks.factor_checks import iterations_can_solve
+from gapbeam.solver.case.checks.gate_checks import gates_are_in_order
 from gapbeam.solver.case.checks.geometry_checks import (
     cells_fit_the_beam,
     cells_fit_the_dimension,
@@ -108,6 +106,7 @@ from gapbeam.solver.case.checks.section_checks import (
     stress_is_that_of_the_material,
 )
 from gapbeam.solver.case.checks.segment_checks import (
+    fields_of_stress_take_one_material,
     materials_fit_the_formulation,
     segment_names_differ,
     segments_are_meshed,
@@ -157,69 +156,6 @@ def contradictions_in(case: Case) -> list[Fault]:
     return contradictions(numbered(dict(case)))
 
 
-def damping_is_given_once(damping: Damping) -> Iterator[Fault]:
-    """Rayleigh damping is given by frequencies and ratios, or by its two coefficients, and never by half."""
-    pairs = (("frequencies", "ratios"), ("mass", "stiffness"))
-    given = [name for pair in pairs for name in pair if getattr(damping, name) is not None]
-    ways = [[name for name in pair if name in given] for pair in pairs]
-    if all(ways):
-        yield Fault(
-            ("damping", given[-1]),
-            f"{', '.join(given)}: damping given in two ways",
-            "frequencies and ratios, or mass and stiffness",
-            "remove one of the two pairs",
-            tuple(("damping", name) for name in given[:-1]),
-        )
-        return
-    for pair, way in zip(pairs, ways, strict=True):
-        if len(way) == 1:
-            missing = pair[1 - pair.index(way[0])]
-            zero = f"; {missing} = 0.0 if there is none" if missing in pairs[1] else ""
-            yield Fault(
-                ("damping", way[0]),
-                f"{way[0]} without {missing}",
-                f"both {pair[0]} and {pair[1]}",
-                f"add {missing}{zero}",
-            )
-
-
-def damping_is_positive(damping: Damping) -> Iterator[Fault]:
-    """Two different frequencies, and ratios for which neither coefficient is negative."""
-    if damping.frequencies is None or damping.ratios is None:
-        return
-    (low, low_ratio), (high, high_ratio) = sorted(zip(damping.frequencies, damping.ratios, strict=True))
-    if low == high:
-        yield Fault(
-            ("damping", "frequencies"),
-            f"{low:g} Hz twice",
-            "two different frequencies",
-            "one below and one above the frequencies of interest",
-        )
-        return
-    least, most = low_ratio * low / high, low_ratio * high / low
-    if not least * (1 - 1e-9) <= high_ratio <= most * (1 + 1e-9):
-        coefficient = "mass" if high_ratio > most else "stiffness"
-        yield Fault(
-            ("damping", "ratios"),
-            f"{low_ratio:g} at {low:g} Hz and {high_ratio:g} at {high:g} Hz: {coefficient} becomes negative",
-            f"a ratio from {least:.4g} to {most:.4g} at {high:g} Hz, for {low_ratio:g} at {low:g} Hz",
-            "bring the ratios closer together, or the frequencies further apart",
-            (("damping", "frequencies"),),
-        )
-
-
-def gates_are_in_order(gates: Gates) -> Iterator[Fault]:
-    """What one impact may do does not end the run at once."""
-    if gates.total_growth < gates.impact_growth:
-        yield Fault(
-            ("gates", "total_growth"),
-            f"{gates.total_growth:g}, less than impact_growth, {gates.impact_growth:g}",
-            "at least impact_growth: one impact may not end the run while it keeps its own limit",
-            f"total_growth = {max(0.05, 20 * gates.impact_growth):g}",
-            (("gates", "impact_growth"),),
-        )
-
-
 CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     support_is_part_of_the_beam,
     support_names_differ,
@@ -242,6 +178,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     segments_are_meshed,
     steps_leave_room_for_cells,
     supports_lie_in_one_segment,
+    fields_of_stress_take_one_material,
     materials_fit_the_formulation,
     stress_has_one_value,
     sections_are_solids,

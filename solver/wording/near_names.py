@@ -39,6 +39,7 @@ SYNONYMS = {
     "duration": "end",
     "integrator": "scheme",
     "method": "scheme",
+    "spectral_radius": "rho_inf",
 }
 """What papers and other programs call our keys."""
 

@@ -1,10 +1,11 @@
-"""Random dense systems with two faces: what reduced models look like to a march."""
+"""Random dense systems with two faces: what reduced models, and beams in holes, look like to a march."""
 
 from __future__ import annotations
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
+from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -44,6 +45,44 @@ def dense_beam(size: int = 8, points: int = 12, seed: int = 0, damping: float = 
     )
     operators = DenseOperators(mixed.T @ mixed, stiffness, np.diag(np.linspace(0.0, 1.0, size)))
     return SemiDiscreteSystem(operators, contact, loads, damping, 1.0e-5)
+
+
+def dense_shaft(sections: int = 3, around: int = 24, seed: int = 0, damping: float = 0.3) -> SemiDiscreteSystem:
+    """A shaft of rigid sections in two holes: every section has two DOFs of its own, and points around it.
+
+    Args:
+        sections: Sections, those of the first half in the first hole.
+        around: Contact points around each.
+        seed: Of the matrices.
+        damping: Of M, 1/s; that of K follows.
+    """
+    random, size = np.random.default_rng(seed), 2 * sections
+    mixed = random.standard_normal((size, size)) + 2.0 * np.eye(size)
+    stiffness = mixed.T @ np.diag(np.geomspace(4.0, 4.0e3, size)) @ mixed
+    turns = np.tile(2.0 * np.pi * np.arange(around) / around, sections)
+    numbers = np.repeat(np.arange(sections), around)
+    faces = (BoreFace("first_hole", 1.0), BoreFace("second_hole", 1.0, offset=0.004))
+    positions = np.column_stack([0.2 * (1.0 + numbers), np.sin(turns), -np.cos(turns)])
+    owners = np.where(numbers < sections // 2, 0, 1)
+    order = random.permutation(len(numbers))  # no point need stand beside its neighbor
+    positions, owners, numbers = positions[order], owners[order], numbers[order]
+    gaps = np.zeros((len(order), size))
+    gaps[np.arange(len(order)), 2 * numbers], gaps[np.arange(len(order)), 2 * numbers + 1] = -positions[:, 1:].T
+    contact = ContactOperator(
+        interface=Interface(size, np.arange(size), np.arange(size)),
+        gap_matrix=csr_matrix(gaps),
+        weights=random.uniform(0.5, 1.5, len(order)) / len(order),
+        initial_gap=random.uniform(0.005, 0.02, len(order)),
+        faces=owners,
+        support=Support(faces, area=1.0),
+        positions=positions,
+    )
+    weight, push = random.standard_normal((2, size))
+    loads = (
+        Load("weight", weight, lambda _time: 1.0, static=True),
+        Load("push", push, lambda time: 8.0 * float(np.sin(9.0 * time))),
+    )
+    return SemiDiscreteSystem(DenseOperators(mixed.T @ mixed, stiffness), contact, loads, damping, 1.0e-5)
 
 
 def thrown_start(system: SemiDiscreteSystem, speed: float = 1.0) -> State:

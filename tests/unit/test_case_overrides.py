@@ -162,6 +162,12 @@ def test_values_are_toml_or_else_text(text: str, value: object) -> None:
     assert type(parsed) is type(value)
 
 
+def test_the_spectral_radius_of_papers_is_a_key_of_ours(tmp_path: Path) -> None:
+    """What papers call rho_inf is found, with the scheme that has it, and no word that is spelled a little alike."""
+    [fault] = faults_of(written(tmp_path), ["time.scheme.spectral_radius=0.5"])
+    assert fault.hint == 'did you mean `rho_inf`, which belongs in [time.scheme] of type "generalized-alpha"?'
+
+
 @pytest.mark.parametrize(
     ("text", "kind"),
     [
@@ -182,7 +188,7 @@ def test_a_table_that_an_override_makes_has_its_default_type(tmp_path: Path, tex
         ("model.modes=10", "model.type=reduced"),
         ("contact.formulation.theta=1", "contact.formulation.type=nitsche"),
         ("analysis.continuation.low=3", "analysis.type=periodic"),
-        ("time.scheme.spectral_radius=0.5", ""),
+        ("time.scheme.quartz=0.5", ""),
     ],
 )
 def test_a_key_of_another_type_reports_which_override_to_add(tmp_path: Path, text: str, kind: str) -> None:

@@ -20,7 +20,7 @@ from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
-from tests.shared.dense_beams import dense_beam, thrown_start
+from tests.shared.dense_beams import dense_beam, dense_shaft, thrown_start
 
 VALUES = {"hht-alpha": {"alpha": 0.2}}  # less creates energy, which magnifies round-off
 EVERY = {name: scheme_of(name, **VALUES.get(name, {})) for name in scheme_names()}
@@ -38,6 +38,9 @@ LAWS = {
         Spring(np.geomspace(1.0e4, 1.0e6, 12)), Damper("adams-impact", np.full(12, 9.0), (2.0e-3,))
     ),
 }
+BODIES = {"beam": dense_beam, "shaft": dense_shaft}
+ROUND = ("hertz", "kelvin-voigt adhesive", "hunt-crossley by restitution")
+PAIRS = [*(("beam", law) for law in LAWS), *(("shaft", law) for law in ROUND)]
 STEPS = 200
 TOUCHY = {
     "hunt-crossley by restitution": 1.0e-6,  # chi follows from touch speeds: slow touches magnify round-off
@@ -52,10 +55,11 @@ def close(found: np.ndarray | float, expected: np.ndarray | float, relative: flo
     return bool(np.max(np.abs(np.asarray(found) - np.asarray(expected)), initial=0.0) <= relative * scale)
 
 
-@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize(("body", "law"), PAIRS)
 @pytest.mark.parametrize("scheme", SCHEMES)
-def test_the_loop_agrees_with_the_march(scheme: str, law: str) -> None:
-    system, steps, relative = dense_beam(seed=len(law)), STEPS, TOUCHY.get(law, 1.0e-9)
+def test_the_loop_agrees_with_the_march(scheme: str, body: str, law: str) -> None:
+    """The shaft has sections whose points share their motions: of these, only those that may touch are looked at."""
+    system, steps, relative = BODIES[body](seed=len(law)), STEPS, TOUCHY.get(law, 1.0e-9)
     plan = March(system, LAWS[law], SCHEMES[scheme], EffectiveOperators(system, SCHEMES[scheme]), DT, steps)
     start = thrown_start(system)
     expected = Accounts.opened(system, LAWS[law], begun(plan, start), DT)

@@ -18,10 +18,11 @@ from gapbeam.solver.march.python.march import march
 from gapbeam.solver.march.simulation import Simulation
 
 DEMO = Path(__file__).parents[2] / "cases" / "demo.toml"
+HOLES = DEMO.with_name("tube-holes.toml")
 RATTLE = ("load.shaker.amplitude=500.0", "load.shaker.frequency=100.0", "load.shaker.ramp=0.0")
 STEPS = ("time.step=1e-5", "time.end=0.1")
 SOLID = ("mesh.dimension=3", 'mesh.cell="hexahedron"')
-SLOW_STEPS = 500
+SLOW_STEPS = 100
 CASES: dict[str, tuple[str, ...]] = {
     "reduced, 2D": ('model={type="reduced"}',),
     "reduced, 3D": ('model={type="reduced"}', *SOLID),
@@ -29,6 +30,12 @@ CASES: dict[str, tuple[str, ...]] = {
     "beam elements": ('model={type="beam"}',),
     "reduced, 2D, `hunt-crossley`": ('model={type="reduced"}', 'contact.law={type="hunt-crossley",restitution=0.6}'),
     "reduced, 2D, K = 1e18 Pa/m": ('model={type="reduced"}', "contact.stiffness=1e18"),
+}
+
+IN_HOLES = {
+    "beam elements in two holes": '{type="beam"}',
+    "rigid body in two holes": '{type="rigid"}',
+    "reduced, in two holes": '{type="reduced"}',
 }
 
 
@@ -43,8 +50,9 @@ def main() -> None:
     """Print the table."""
     print("| model | DOFs | points | closed | iterations | compiled | step by step |")
     print("|---|---|---|---|---|---|---|")
-    for name, overrides in CASES.items():
-        case = read_case(DEMO, [*RATTLE, *STEPS, *overrides])
+    cases = {name: read_case(DEMO, [*RATTLE, *STEPS, *overrides]) for name, overrides in CASES.items()}
+    cases |= {name: read_case(HOLES, [*STEPS, f"model={model}"]) for name, model in IN_HOLES.items()}
+    for name, case in cases.items():
         simulation = Simulation.of_case(case, MPI.COMM_SELF)
         model, plan, seat = simulation.model, simulation.plan, simulation.seat().state
         loop = CompiledLoop(plan)

@@ -74,6 +74,16 @@ class Ledger:
         """Return the ledger with other energies, and the work of each load with them."""
         return replace(self, load_work=load_work, exchanged=exchanged_energy(energies), **energies._asdict())
 
+    def in_coordinates(self, kinetic: float, strain: float) -> Ledger:
+        """Return the ledger with T and V of the same state in other coordinates, whose round-off is not created energy.
+
+        Args:
+            kinetic: T there, J.
+            strain: V there, J.
+        """
+        start = self.start + (kinetic - self.kinetic) + (strain - self.strain)
+        return replace(self, kinetic=kinetic, strain=strain, start=start)
+
     @property
     def total(self) -> float:
         """T + V + Psi."""

@@ -19,7 +19,10 @@ from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
+from gapbeam.solver.march.compiled.ledger_exchange import measure_in_modes
+from gapbeam.solver.march.compiled.plan_arrays import arrays_of_state
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
+from gapbeam.solver.system.modal_coordinates import modal_system
 from tests.shared.dense_beams import dense_beam, dense_shaft, thrown_start
 
 VALUES = {"hht-alpha": {"alpha": 0.2}}  # less creates energy, which magnifies round-off
@@ -102,6 +105,22 @@ def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -
     assert found.episodes.figures() == pytest.approx(expected.episodes.figures(), rel=relative)
     assert found.tally.steps == expected.tally.steps
     assert found.tally.iterations == pytest.approx(expected.tally.iterations, rel=0.02, abs=3)
+
+
+def test_round_off_of_other_coordinates_is_not_created_energy() -> None:
+    """The ledger takes over the energies of a state in modal coordinates; what they differ by is no loss of a step."""
+    system = dense_beam()
+    modal = modal_system(system)
+    assert modal is not None
+    accounts = Accounts.opened(system, LAWS["elastic"], thrown_start(system), DT)
+    motion = arrays_of_state(modal, thrown_start(system))
+    motion.q[:] = 1.0e-3  # far more than round-off
+    created, residual = accounts.ledger.created, accounts.ledger.residual
+    measure_in_modes(accounts, modal.squares, motion)
+    assert accounts.ledger.strain == pytest.approx(0.5e-6 * modal.squares.sum(), rel=1e-12)
+    assert accounts.ledger.kinetic == pytest.approx(0.5 * float(motion.v @ motion.v), rel=1e-12)
+    scale = accounts.ledger.strain + accounts.ledger.kinetic
+    assert (accounts.ledger.created, accounts.ledger.residual) == pytest.approx((created, residual), abs=1e-14 * scale)
 
 
 @pytest.mark.parametrize(("scheme", "most"), [("discrete-gradient", 4), ("generalized-alpha", 3)])

@@ -18,7 +18,7 @@ from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
 from gapbeam.solver.march.compiled.carried_state import STATE, Carried, carried, taken_up
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
-from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_arrays_of, limits_of
+from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_arrays_of, limits_of, measure_in_modes
 from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_around, march_steps, record_now
 from gapbeam.solver.march.compiled.plan_arrays import (
     arrays_of_state,
@@ -187,6 +187,8 @@ class CompiledLoop:
         if accounts is None:
             accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
         motion, law = self._motion(paused), self._law(state)
+        if paused.modal is None:
+            measure_in_modes(accounts, self._table.squares, motion)
         origin, done, size = round(state.time / plan.dt) - paused.done, paused.done, FIRST_STEPS
         if not is_kept(self._march_steps):
             LOG.info(COMPILES)
@@ -215,6 +217,7 @@ class CompiledLoop:
                 else:
                     done += 1
                     motion, law = arrays_of_state(self.modal, state), self._law(state)
+                    measure_in_modes(accounts, self._table.squares, motion)
                     if done % every == 0 or done == count:
                         record_now(self._table, motion, ledger_arrays_of(accounts), records, recorded, done)
                         accounts.peaks.iterations, recorded = 0, recorded + 1

@@ -50,6 +50,10 @@ class BoxSection(SectionTable):
         outside = abs(y) > 0.5 * width or abs(z) > 0.5 * thickness
         return not outside and (abs(y) >= 0.5 * width - self.wall or abs(z) >= 0.5 * thickness - self.wall)
 
+    def hollow(self, thickness: float, width: float) -> tuple[float, float]:
+        """Return the sizes between the walls."""
+        return thickness - 2.0 * self.wall, width - 2.0 * self.wall
+
     def faults(self, thickness: float, width: float) -> Iterator[Fault]:
         """Yield walls that leave no hollow."""
         yield from thin_enough("wall", self.wall, 0.5 * min(thickness, width), "half of the thickness and of the width")

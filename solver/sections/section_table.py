@@ -67,6 +67,10 @@ class SectionTable(Table, ABC):
     def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
         """Return whether a point of the plane of the section is in the material."""
 
+    def hollow(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
+        """Return the sizes of what is hollow inside, as thickness and width, m; 0 where nothing is."""
+        return 0.0, 0.0
+
     def faults(self, thickness: float, width: float) -> Iterator[Fault]:  # noqa: ARG002
         """Yield what does not fit the outer dimensions."""
         yield from ()

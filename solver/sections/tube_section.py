@@ -59,6 +59,10 @@ class TubeSection(SectionTable):
         """Return whether a point is in the wall."""
         return 0.5 * thickness - self.wall <= hypot(y, z) <= 0.5 * thickness
 
+    def hollow(self, thickness: float, width: float) -> tuple[float, float]:
+        """Return the inner diameter, twice."""
+        return thickness - 2.0 * self.wall, width - 2.0 * self.wall
+
     def faults(self, thickness: float, width: float) -> Iterator[Fault]:
         """Yield different diameters, and walls that leave no bore."""
         yield from round_faults(self.type, thickness, width)

@@ -39,7 +39,7 @@ def listed() -> str:
     """Return the choice of loads with the made-up one: one line, and one more name in the union."""
     text = Path(load_choice.__file__).read_text(encoding="utf-8")
     text = text.replace(IMPORT, IMPORT + "from gapbeam.solver.loads.made_up_load import HalfSineForce\n", 1)
-    return text.replace(" RecordedForce | RecordedMotion", " RecordedForce | RecordedMotion | HalfSineForce", 1)
+    return text.replace("    | ClearanceChange,", "    | ClearanceChange\n    | HalfSineForce,", 1)
 
 
 @alone

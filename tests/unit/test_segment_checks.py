@@ -105,6 +105,17 @@ BAD = {
         GOOD + '[contact]\nformulation = "nitsche"\n',
         ["nitsche, with another material in the segment tail", 'formulation = "penalty"'],
     ),
+    "a tube within the hollow of a tube": (
+        SOLID.replace("[beam]\n", '[beam]\nsection = { type = "tube", wall = 0.002 }\n')
+        .replace("thickness = 0.012", "thickness = 0.01")
+        .replace("width = 0.02\n[material]", "width = 0.01\n[material]"),
+        [
+            "hub",
+            "0.02 m, beside 0.01 m at the start",
+            "in a hollow of 0.016 m, and touches no wall",
+            "more than 0.005 m",
+        ],
+    ),
     "fields of stress of two materials": (
         GOOD + "[output]\nstress = true\n",
         ["output", "true, with another material in the segment tail", "stress = true at a [[probe]] within a segment"],

@@ -16,6 +16,7 @@ from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 
 ROUNDING = 1.0e-12
+BESIDE = 1.0e-9  # of the length of the beam: a place beside the end of a segment
 
 
 def segment_names_differ(segment: Segments) -> Iterator[Fault]:
@@ -91,6 +92,30 @@ def segments_fit_their_sections(beam: Beam, segment: Segments) -> Iterator[Fault
                 f'section = {{ type = "{here.section.type}", ... }} of its own, or another thickness',
                 (fault.key, *fault.related),
             )
+
+
+def segments_join_their_neighbors(beam: Beam, segment: Segments) -> Iterator[Fault]:
+    """No part of a beam ends within the hollow of the next one, without touching it."""
+    for number, one in segment.items():
+        here, aside = one.beam(beam), BESIDE * beam.length
+        besides = ((one.start - aside, "start"), (one.end + aside, "end"))
+        for place, end in besides:
+            if not 0.0 < place < beam.length:
+                continue
+            there = beam_at(beam, segment.values(), place)
+            inner, outer = sorted((here, there), key=lambda part: part.thickness)
+            high, wide = outer.section.hollow(outer.thickness, outer.width)
+            if inner.thickness <= high and inner.width <= wide:
+                yield Fault(
+                    ("segment", number, "thickness"),
+                    f"{here.thickness:g} m, beside {there.thickness:g} m at the {end} of the segment {one.name}: a "
+                    f"part of {inner.thickness:g} m lies within a hollow of {high:g} m, and touches no wall",
+                    "parts of the beam that are joined",
+                    f"a thicker wall of the part of {outer.thickness:g} m, more than "
+                    f"{0.5 * (outer.thickness - inner.thickness):g} m",
+                    (("beam", "section"),),
+                )
+                break
 
 
 def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[Fault]:

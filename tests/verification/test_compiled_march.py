@@ -21,6 +21,7 @@ from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock, CompiledLoop
 from gapbeam.solver.march.compiled.ledger_exchange import measure_in_modes
 from gapbeam.solver.march.compiled.plan_arrays import arrays_of_state
+from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
 from gapbeam.solver.system.modal_coordinates import modal_system
 from tests.shared.dense_beams import dense_beam, dense_shaft, thrown_start
@@ -105,6 +106,22 @@ def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -
     assert found.episodes.figures() == pytest.approx(expected.episodes.figures(), rel=relative)
     assert found.tally.steps == expected.tally.steps
     assert found.tally.iterations == pytest.approx(expected.tally.iterations, rel=0.02, abs=3)
+
+
+@pytest.mark.parametrize("body", BODIES)
+@pytest.mark.parametrize("law", ["hertz", "hunt-crossley by restitution"])
+def test_a_march_that_was_left_goes_on_with_the_same_bits(body: str, law: str) -> None:
+    """What a block leaves is all that a loop carries: points that could not touch are no part of it."""
+    system, scheme = BODIES[body](seed=3), SCHEMES["discrete-gradient"]
+    plan = March(system, LAWS[law], scheme, EffectiveOperators(system, scheme), DT, 150)
+    start = begun(plan, thrown_start(system))
+    whole = list(CompiledLoop(plan).blocks(start, stops=70))
+    left = next(block for block in whole if block.first + block.steps == 70)
+    again = list(CompiledLoop(plan).blocks(Paused(left.end, 70, modal=left.carried)))
+    assert np.array_equal(whole[-1].end.u[0], again[-1].end.u[0])
+    assert np.array_equal(whole[-1].end.pressure, again[-1].end.pressure)
+    depths, depths_again = (np.concatenate([one.records.penetration for one in blocks]) for blocks in (whole, again))
+    assert np.array_equal(depths[70:], depths_again)
 
 
 def test_round_off_of_other_coordinates_is_not_created_energy() -> None:

@@ -17,7 +17,7 @@ from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 SAME_PLACE = 1.0e-9  # of the length over which points stand; at one x
-SAME_ROWS = 1.0e-12  # of the largest entry; round-off
+SAME_ROWS = 1.0e-10  # of the largest entry; round-off of places
 WORTH = 4  # points for each row from which sharing pays
 
 

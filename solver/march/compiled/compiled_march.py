@@ -150,8 +150,8 @@ class CompiledLoop:
         accounts = Accounts.opened(plan.system, plan.law, paused.state, plan.dt)
         self._march_steps(
             self._table, self._scheme, self._law(paused.state), self._motion(paused), self._room,
-            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self._table, 2), factor_rows(plan, 0, 0),
-            wall_rows(plan, 0, 0), 0, 1, 0, plan.max_iterations,
+            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(plan, self._table, 2),
+            factor_rows(plan, 0, 0), wall_rows(plan, 0, 0), 0, 1, 0, plan.max_iterations,
         )  # fmt: skip
 
     def blocks(
@@ -198,7 +198,7 @@ class CompiledLoop:
                 wanted = min(wanted, stops - done % stops)
             wanted = agreed(wanted)
             started = time.perf_counter()
-            ledgers, records = ledger_arrays_of(accounts), room_for_records(self._table, wanted // every + 2)
+            ledgers, records = ledger_arrays_of(accounts), room_for_records(plan, self._table, wanted // every + 2)
             status, taken, recorded = self._march_steps(
                 self._table, self._scheme, law, motion, self._room, ledgers, limits_of(accounts), records,
                 factor_rows(plan, origin + done, wanted), wall_rows(plan, origin + done, wanted),

@@ -26,7 +26,6 @@ class Modal(NamedTuple):
         faces: Face of each point, (m,).
         arms: x of each point, (m,), m.
         across: y and z of the direction in which each point is pressed, (m, 2).
-        levers: What a force at each point adds to the forces of joints, (m, r).
         loads: L, (loads, n).
         driven: 1 for loads that are not static, else 0, (loads,).
         delassus: D = Phi A^-1 Phi^T, (m, m), or R A^-1 R^T, (k, k).
@@ -47,7 +46,6 @@ class Modal(NamedTuple):
     faces: Indices
     arms: Array
     across: Array
-    levers: Array
     loads: Array
     driven: Array
     delassus: Array
@@ -133,7 +131,11 @@ class Room(NamedTuple):
 
 
 class Records(NamedTuple):
-    """Records, one row each; `energies` as in `ledger_kernel.LedgerArrays`, `iterations` since the last row."""
+    """Records, one row each; `energies` as in `ledger_kernel.LedgerArrays`, `iterations` since the last row.
+
+    `levers`, (m, r), is what a force at each point adds to the forces of joints. In `Modal`, of which every step passes
+    copies on, one array more costs every step half of its time again.
+    """
 
     steps: Indices
     q: Array
@@ -142,6 +144,7 @@ class Records(NamedTuple):
     moment: Array
     resultant: Array
     joint_contact: Array
+    levers: Array
     area: Array
     active: Array
     penetration: Array

@@ -205,17 +205,26 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             records.moment[row, face] += force * modal.arms[i]
             records.resultant[row, face, 0] += force * modal.across[i, 0]
             records.resultant[row, face, 1] += force * modal.across[i, 1]
-            for k in range(modal.levers.shape[1]):
-                records.joint_contact[row, k] += force * modal.levers[i, k]
         if pressure > 0.0:
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0
+    _record_levers(records.levers, modal.weights, motion.pressure, records.joint_contact[row])
     copy_into(records.impulse[row], ledgers.impulse)
     copy_into(records.energies[row], ledgers.energies)
     copy_into(records.load_work[row], ledgers.load_work)
     records.residual[row] = accounts.residual(ledgers)
     records.iterations[row] = ledgers.solves[0]
     ledgers.solves[0] = 0
+
+
+@compiled
+def _record_levers(levers: Array, weights: Array, pressure: Array, joints: Array) -> None:
+    """Add what the contact forces add to the forces of joints, (r,)."""
+    if len(joints) > 0:
+        for i in range(len(pressure)):
+            if pressure[i] != 0.0:
+                for k in range(len(joints)):
+                    joints[k] += weights[i] * pressure[i] * levers[i, k]
 
 
 @entry

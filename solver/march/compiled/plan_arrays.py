@@ -41,7 +41,6 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         faces=np.ascontiguousarray(contact.faces, dtype=np.int64),
         arms=_packed(contact.positions[:, 0]),
         across=_packed(contact.across),
-        levers=_packed(np.zeros((contact.size, 0)) if system.reactions is None else system.reactions.pressure.T),
         loads=_packed(modal.loads),
         driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
         delassus=_packed(0.5 * (delassus + delassus.T)),
@@ -111,9 +110,10 @@ def room_for(table: Modal) -> Room:
     return Room._make([*vectors, room_for_solution(m)])
 
 
-def room_for_records(table: Modal, rows: int) -> Records:
+def room_for_records(plan: March, table: Modal, rows: int) -> Records:
     """Return room for some records."""
-    n, faces = len(table.squares), _faces(table)
+    n, faces, reactions = len(table.squares), _faces(table), plan.system.reactions
+    levers = np.zeros((len(table.weights), 0)) if reactions is None else reactions.pressure.T
     return Records(
         steps=np.zeros(rows, dtype=np.int64),
         q=np.zeros((rows, n)),
@@ -121,7 +121,8 @@ def room_for_records(table: Modal, rows: int) -> Records:
         force=np.zeros((rows, faces)),
         moment=np.zeros((rows, faces)),
         resultant=np.zeros((rows, faces, 2)),
-        joint_contact=np.zeros((rows, table.levers.shape[1])),
+        joint_contact=np.zeros((rows, levers.shape[1])),
+        levers=_packed(levers),
         area=np.zeros((rows, faces)),
         active=np.zeros((rows, faces)),
         penetration=np.zeros((rows, faces)),

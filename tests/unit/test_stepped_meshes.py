@@ -23,6 +23,7 @@ from gapbeam.solver.case.case import Case
 pytestmark = pytest.mark.versions
 
 TUBE = {"type": "tube", "wall": 0.002}
+THICK = {"type": "tube", "wall": 0.005}
 BOX = {"type": "box", "wall": 0.002}
 PROFILE = {"type": "i", "web": 0.002, "flange": 0.003}
 
@@ -54,7 +55,7 @@ STEPS: dict[str, tuple[int, Any, dict[str, Any], float, float]] = {
     "box to rectangle": (3, BOX, {"section": "rectangle"}, 0.012**2 - 0.008**2, 0.012**2),
     "box to i": (3, BOX, {"section": PROFILE, "thickness": 0.02}, 0.012**2 - 0.008**2, 6 * 0.012e-3 + 0.014 * 0.002),
     "shaft": (3, "round", {"thickness": 0.02}, pi * 0.006**2, pi * 0.01**2),
-    "shaft to tube": (3, "round", {"thickness": 0.02, "section": TUBE}, pi * 0.006**2, pi * (0.01**2 - 0.008**2)),
+    "shaft to tube": (3, "round", {"thickness": 0.02, "section": THICK}, pi * 0.006**2, pi * (0.01**2 - 0.005**2)),
     "tube to shaft": (3, TUBE, {"section": "round"}, pi * (0.006**2 - 0.004**2), pi * 0.006**2),
 }
 ALL = pytest.mark.parametrize("name", STEPS)

@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 from types import UnionType
-from typing import Annotated, Union, get_args, get_origin
+from typing import Annotated, Any, TypeVar, Union, get_args, get_origin
 
-from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, create_model
 
 Number = Annotated[float, Strict(), AllowInfNan(False)]
 Positive = Annotated[Number, Field(gt=0)]
@@ -45,6 +45,26 @@ class AlongBeam(Table):
     def length(self) -> float:
         """Length along the beam, m."""
         return self.end - self.start
+
+
+Placed = TypeVar("Placed", bound=AlongBeam)
+
+
+def placed_along(base: type[Placed], name: str, what: str, ends: tuple[float, float], meaning: str) -> type[Placed]:
+    """Return a table with the keys `from` and `to` added, which cannot be written as attributes.
+
+    Args:
+        base: The other keys of the table.
+        name: Name of the class, that of the module's variable which holds it.
+        what: What begins and ends there.
+        ends: Examples of both, m.
+        meaning: Its docstring.
+    """
+    keys: dict[str, Any] = {
+        "from": (NonNegative, Field(description=f"where {what} begins along the beam, m", examples=[ends[0]])),
+        "to": (Positive, Field(description="where it ends, m", examples=[ends[1]])),
+    }
+    return create_model(name, __base__=base, __module__=base.__module__, __doc__=meaning, **keys)
 
 
 def named(value: object) -> object:

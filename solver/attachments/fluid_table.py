@@ -18,15 +18,14 @@ Source: Morison, O'Brien, Johnson and Schaaf (1950), Petroleum Transactions 189,
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
-from pydantic import Field, create_model
+from pydantic import Field
 
 from gapbeam.solver.attachments.attached import Attached
 from gapbeam.solver.attachments.mean_motion import MeanMotion, MotionName
 from gapbeam.solver.loads.attachment import Attachment
-from gapbeam.solver.table import AlongBeam, Name, NonNegative, Positive
+from gapbeam.solver.table import AlongBeam, Name, NonNegative, placed_along
 
 STATIONS = 24  # Gauss points along a fluid; the third bending frequency of a cantilever is off by 1.5e-5 in them
 ACROSS: tuple[MotionName, ...] = ("vertical", "lateral")
@@ -59,15 +58,10 @@ class Fluid(AlongBeam):
                 yield Attached(MeanMotion(x, name), added, driven=-part * self.displaced_mass, spread=True)
 
 
-_PLACE: dict[str, Any] = {
-    "from": (NonNegative, Field(description="where the fluid begins along the beam, m", examples=[0.1])),
-    "to": (Positive, Field(description="where it ends, m", examples=[0.5])),
-}
-
-PlacedFluid: type[Fluid] = create_model(
+PlacedFluid = placed_along(
+    Fluid,
     "PlacedFluid",
-    __base__=Fluid,
-    __module__=__name__,
-    __doc__="Still fluid around the beam from x = from to x = to, in the frame of the supports.",
-    **_PLACE,
+    "the fluid",
+    (0.1, 0.5),
+    "Still fluid around the beam from x = from to x = to, in the frame of the supports.",
 )

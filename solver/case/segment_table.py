@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Any
+from typing import Annotated
 
-from pydantic import BeforeValidator, Field, create_model
+from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.case.beam_table import Beam, Material
 from gapbeam.solver.sections.section_choice import SectionChoice
-from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive, named
+from gapbeam.solver.table import AlongBeam, Name, Number, Positive, named, placed_along
 
 OF_SECTION = ("thickness", "width", "section")
 """Keys that stand in the place of those of [beam]."""
@@ -80,15 +80,10 @@ class Segment(AlongBeam):
         return whole.model_copy(update={"yield_stress": None} | own) if own else whole
 
 
-_PLACE: dict[str, Any] = {
-    "from": (NonNegative, Field(description="where the segment begins along the beam, m", examples=[0.2])),
-    "to": (Positive, Field(description="where it ends, m", examples=[0.5])),
-}
-
-PlacedSegment: type[Segment] = create_model(
+PlacedSegment = placed_along(
+    Segment,
     "PlacedSegment",
-    __base__=Segment,
-    __module__=__name__,
-    __doc__="A part of the beam, from x = from to x = to, with another outer size, section or material.",
-    **_PLACE,
+    "the segment",
+    (0.2, 0.5),
+    "A part of the beam, from x = from to x = to, with another outer size, section or material.",
 )

@@ -104,6 +104,11 @@ class Support:
     face_stiffness: float | None = None
 
     @property
+    def around(self) -> bool:
+        """Whether a face is met all around the beam."""
+        return any(face.around for face in self.faces)
+
+    @property
     def face_names(self) -> tuple[str, ...]:
         """Names of the faces."""
         return tuple(face.name for face in self.faces)

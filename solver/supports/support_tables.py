@@ -3,15 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Annotated, Any, ClassVar
+from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag, create_model
+from pydantic import BeforeValidator, Discriminator, Field, Tag
 
 from gapbeam.solver.supports.regions.region import Placement, Region
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.support import Face
-from gapbeam.solver.table import FORMS, AlongBeam, Name, NonNegative, Number, Positive, Table, named
+from gapbeam.solver.table import FORMS, AlongBeam, Name, NonNegative, Number, Positive, Table, named, placed_along
 
 PLAY = ("clearance", "offset", "lateral", "tilt")
 """Keys of a [[support]] that change its gaps alone."""
@@ -126,17 +126,12 @@ class _OneOfSeveral(AlongBeam):
         return self.model_copy(update={**dict.fromkeys(PLAY, 0.0), **dict.fromkeys(OWN_CONTACT)})
 
 
-_PLACE: dict[str, Any] = {
-    "from": (NonNegative, Field(description="where the support begins along the beam, m", examples=[0.2])),
-    "to": (Positive, Field(description="where it ends, m", examples=[0.22])),
-}
-
-PlacedSupport: type[_OneOfSeveral] = create_model(
+PlacedSupport = placed_along(
+    _OneOfSeveral,
     "PlacedSupport",
-    __base__=_OneOfSeveral,
-    __module__=__name__,
-    __doc__="A support along the beam, from x = from to x = to; the beam touches the faces of its region.",
-    **_PLACE,
+    "the support",
+    (0.2, 0.22),
+    "A support along the beam, from x = from to x = to; the beam touches the faces of its region.",
 )
 
 OneSupport = BaseAndGland | _OneOfSeveral

@@ -72,7 +72,7 @@ def around_points(gaps: Array, contact: ContactOperator) -> tuple[Array, AroundP
         gaps: Phi, (m, n).
         contact: Its points.
     """
-    if contact.walls.motions or not any(face.around for face in contact.support.faces):
+    if contact.walls.motions or not contact.support.around:
         return gaps, None
     x, largest = contact.positions[:, 0], float(np.abs(gaps).max())
     members = np.argsort(x, kind="stable")

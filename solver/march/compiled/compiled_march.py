@@ -137,7 +137,7 @@ class CompiledLoop:
             start: A state of the march.
             look: Called meanwhile; an error that it raises ends the compilation.
         """
-        if not (is_pending(march_steps) or is_pending(march_around)):
+        if not (is_pending(march_steps) or (plan.system.contact.support.around and is_pending(march_around))):
             return
         loop, paused = cls(plan), start if isinstance(start, Paused) else Paused(start, 0)
         if not is_pending(loop._march_steps):

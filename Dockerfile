@@ -37,6 +37,8 @@ RUN /opt/gapbeam/bin/pip install --no-cache-dir --no-deps --no-build-isolation /
 
 USER gapbeam
 WORKDIR /home/gapbeam
+# what first runs would wait for, on processors like the one that builds the image; any --user may add to it
+RUN gapbeam compile && chmod -R a+rwX /home/gapbeam/.cache
 # the first process of a container hears no signal that it does not ask for: tini is that, and passes them on
 ENTRYPOINT ["/usr/bin/tini", "--", "gapbeam"]
 CMD ["--help"]

@@ -4,7 +4,7 @@ run := environment/run
 side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo paper test test-slow test-timing test-parallel test-sid test-sid-all bench bench-large lint format image clean
+.PHONY: help demo paper test test-slow test-timing test-parallel test-sid test-sid-all bench bench-large docs gallery lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -21,8 +21,8 @@ paper: ## the paper behind gapbeam, computed again, as one report: about 20 minu
 test: ## the tests but the slow ones, on up to four cores
 	$(run) pytest $(side_by_side)
 
-test-slow: ## the slow tests: half an hour; minutes=10: those that end in 10 minutes, the others are named
-	$(run) pytest $(side_by_side) -m "slow and not timing" $(if $(minutes),--within $(minutes))
+test-slow: ## the slow tests: half an hour; minutes=10: what ends in 10 minutes; longest=0.5: each test at most half a minute
+	$(run) pytest $(side_by_side) -m "slow and not timing" $(if $(minutes),--within $(minutes)) $(if $(longest),--longest $(longest))
 
 test-timing: ## tests that compare wall times; for a machine that does nothing else
 	$(run) pytest -m timing
@@ -41,6 +41,15 @@ bench: ## speed, accuracy and memory beside others, into results/bench: a quarte
 
 bench-large: ## up to a million unknowns, whole cases predicted, which mesh an answer needs
 	$(run) python3 -m benchmarks --large
+
+docs: ## the documentation as a site, in build/docs; its Python packages go into build/docs-venv
+	test -x build/docs-venv/bin/sphinx-build || python3 -m venv build/docs-venv
+	build/docs-venv/bin/pip install --quiet --disable-pip-version-check -r docs/site/requirements-docs.txt
+	PYTHONDONTWRITEBYTECODE=1 build/docs-venv/bin/python -m docs.site build/docs
+	@echo "Open build/docs/index.html"
+
+gallery: ## run the scenes of docs/gallery.md and draw them: a quarter of an hour
+	$(run) python3 -m docs.gallery
 
 lint: ## style, types and scripts
 	$(run) ruff check

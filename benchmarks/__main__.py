@@ -12,7 +12,7 @@ from pathlib import Path
 
 from benchmarks.table import options
 
-DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "solves")
+DEFAULT = ("textbook", "rungs", "getfem_peer", "size", "contact_points", "predictions", "solves", "study_workers")
 LARGE = {
     "predictions": ["--large"],
     "fidelity": [],

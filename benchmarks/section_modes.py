@@ -82,7 +82,7 @@ def bending_frequencies(section: Section, width: float, model: dict[str, Any], m
     bending = (
         float(np.sqrt(max(square, 0.0))) / (2.0 * pi)
         for square, shape in zip(squares, shapes.T, strict=True)
-        if sections.motion(made.expand(shape)).kind != "axial"
+        if sections.motion(shape).kind != "axial"
     )
     return [frequency for frequency, _ in zip(bending, range(COUNT), strict=False)]
 

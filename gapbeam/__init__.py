@@ -16,8 +16,9 @@ signals_by_default()  # before anything loads PETSc
 one_thread_by_default()  # before anything loads a numerical library
 
 if TYPE_CHECKING:
+    from gapbeam.interface.case_picture import view
     from gapbeam.interface.case_source import read_case
-    from gapbeam.interface.case_studies import identify, stability, sweep, tradeoff
+    from gapbeam.interface.case_studies import Workers, identify, stability, sweep, tradeoff
     from gapbeam.interface.error_classes import (
         AssumptionBroken,
         BrowserError,
@@ -26,6 +27,7 @@ if TYPE_CHECKING:
         EnergyCreated,
         EnergyLost,
         Interrupted,
+        IntervalNotMet,
         MeshError,
         NotConverged,
         NotFinite,
@@ -45,9 +47,10 @@ if TYPE_CHECKING:
     __version__: str
 
 _MODULES = {
+    "case_picture": ("view",),
     "case_source": ("read_case",),
     "single_case": ("check", "model", "modes", "run"),
-    "case_studies": ("identify", "stability", "sweep", "tradeoff"),
+    "case_studies": ("Workers", "identify", "stability", "sweep", "tradeoff"),
     "shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
 }
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
@@ -60,6 +63,7 @@ __all__ = [
     "EnergyCreated",
     "EnergyLost",
     "Interrupted",
+    "IntervalNotMet",
     "MeshError",
     "NotConverged",
     "NotFinite",
@@ -72,6 +76,7 @@ __all__ = [
     "RunError",
     "SignalError",
     "UserError",
+    "Workers",
     "__version__",
     "check",
     "compare",
@@ -88,6 +93,7 @@ __all__ = [
     "stability",
     "sweep",
     "tradeoff",
+    "view",
 ]
 
 

@@ -23,10 +23,15 @@ import typer
 from rich.console import Console, Group
 from rich.logging import RichHandler
 
-from gapbeam.commands.drawing import export, plot, render
+from gapbeam.commands.command_group import SuggestingGroup
+from gapbeam.commands.compare import fraction
+from gapbeam.commands.compile_ahead import compile_
+from gapbeam.commands.drawing import export, plot, render, view
+from gapbeam.commands.new import new
 from gapbeam.commands.report import report
 from gapbeam.commands.study_choice import STUDIES
 from gapbeam.commands.tradeoff import judged_by, level_within
+from gapbeam.commands.watch import watch
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
 from gapbeam.process.lost_screen import outlive_the_screen
@@ -40,8 +45,8 @@ SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0}
 
 app = typer.Typer(
     name="gapbeam",
+    cls=SuggestingGroup,
     no_args_is_help=True,
-    add_completion=False,
     pretty_exceptions_enable=False,
     context_settings={"help_option_names": ["-h", "--help"]},
 )
@@ -102,10 +107,19 @@ def run(
     tolerance: Annotated[
         str | None, typer.Option(help="take the cheapest model, mesh and step within it, such as 2%, by a trade-off")
     ] = None,
+    relative_error: Annotated[
+        str | None,
+        typer.Option(help="go on after time.end until the 95 % interval of a statistic is this narrow, such as 1%"),
+    ] = None,
+    of: Annotated[str | None, typer.Option(metavar="FIGURE", help="the statistic, such as probe.tip.rms")] = None,
+    at_most: Annotated[
+        str | None, typer.Option(help="longest time that is marched, such as 60s; by default 10 times time.end")
+    ] = None,
 ) -> int:
     """Run a case; also under mpirun.
 
-    Exit status 5: the run is done, but its --tolerance cannot be promised over the span of the case.
+    Exit status 5: the run is done, but its --tolerance cannot be promised over the span of the case, or the interval of
+    its --relative-error is still wider.
     """
     from gapbeam.interface.single_case import run as run_file
 
@@ -122,7 +136,9 @@ def run(
         overrides = {**overrides, **asked}
     else:
         overrides = [*overrides, *(f"{key}={value}" for key, value in asked.items())]
-    outcome = run_file(case, overrides, output, overwrite, resume)
+    asked_error = None if relative_error is None else fraction(relative_error, "--relative-error")
+    longest = None if at_most is None else duration(at_most, "--at-most")
+    outcome = run_file(case, overrides, output, overwrite, resume, asked_error, of, longest)
     if taken is not None:
         outcome = judged_by(outcome, taken)
     if first_rank():
@@ -133,8 +149,8 @@ def run(
     return outcome.exit_status
 
 
-def duration(text: str) -> float:
-    """Read a time such as 2h30m, 45m, 90s or 90, s.
+def duration(text: str, option: str = "--wall-time") -> float:
+    """Read a time such as 2h30m, 45m, 90s or 90 behind an option, s.
 
     Raises:
         BadParameter: Not such a time, or none at all.
@@ -146,9 +162,7 @@ def duration(text: str) -> float:
     except ValueError:
         seconds = 0.0
     if not 0.0 < seconds < float("inf"):
-        raise click.BadParameter(
-            f'found "{text}"; expected a time such as 2h30m, 45m, 90s or 90', param_hint="--wall-time"
-        )
+        raise click.BadParameter(f'found "{text}"; expected a time such as 2h30m, 45m, 90s or 90', param_hint=option)
     return seconds
 
 
@@ -178,10 +192,14 @@ def schema() -> int:
     return 0
 
 
+app.command()(on_one_rank(new))
+app.command()(on_one_rank(view))
+app.command()(on_one_rank(watch))
 app.command()(on_one_rank(plot))
 app.command()(on_one_rank(render))
 app.command()(on_one_rank(export))
 app.command()(on_one_rank(report))
+app.command("compile")(on_one_rank(compile_))
 for study in STUDIES:
     app.command()(study.command if study.collective else on_one_rank(study.command))
 

@@ -1,9 +1,10 @@
-"""The records of a run as columns for other programs: CSV for spreadsheets, MAT for MATLAB and Octave."""
+"""The records of a run as columns for other programs: CSV for spreadsheets, MAT for MATLAB, Parquet for data frames."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from importlib import import_module
 from itertools import product
 from pathlib import Path
 
@@ -16,7 +17,7 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 
 FILE = "history.csv"
-SUFFIXES = (".csv", ".mat")
+SUFFIXES = (".csv", ".mat", ".parquet")
 _BLOCK = 65536  # records formatted at a time
 
 
@@ -57,7 +58,7 @@ def export(
 
     Args:
         results: Results folder.
-        output: The file; its suffix, .csv or .mat, says the format.
+        output: The file; its suffix, .csv, .mat or .parquet, says the format.
         records: Names of records; empty: all.
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.
@@ -68,12 +69,15 @@ def export(
 
     Raises:
         ResultsError: The results cannot be read.
-        OptionError: Another suffix, a record that the run does not have, or a time span without records.
+        OptionError: Another suffix, a record that the run does not have, a time span without records, or Parquet
+            without pyarrow.
         OSError: The file cannot be written.
     """
     path = Path(output)
     if path.suffix.lower() not in SUFFIXES:
         raise OptionError(f"the file {path} has another suffix; expected one of {', '.join(SUFFIXES)}")
+    if path.suffix.lower() == ".parquet":
+        _refuse_without_pyarrow(path)
     if every < 1:
         raise OptionError(f"every = {every}; expected a whole number of at least 1")
     history = chosen_records(open_results(Path(results)).history, records, begin, end).isel(
@@ -84,6 +88,8 @@ def export(
     part = path.with_name(path.name + ".part")
     if path.suffix.lower() == ".csv":
         _write_csv(part, columns)
+    elif path.suffix.lower() == ".parquet":
+        _write_parquet(part, columns)
     else:
         names = {column.variable: column.values for column in columns}
         units = {column.variable: column.unit for column in columns}
@@ -102,6 +108,31 @@ def columns_of(history: xr.Dataset) -> list[Column]:
         for number, words in enumerate(product(*labels)):
             found.append(Column((str(name), *words), str(record.attrs.get("units", "1")), values[:, number]))
     return found
+
+
+def _refuse_without_pyarrow(path: Path) -> None:
+    """Refuse Parquet where its library, which is larger than all others together, is not installed.
+
+    Raises:
+        OptionError: It is not.
+    """
+    try:
+        import_module("pyarrow.parquet")
+    except ImportError as lacking:
+        raise OptionError(
+            f"{path}: Parquet needs pyarrow, which is not installed; install it with `python3 -m pip install pyarrow` "
+            "(`environment/run python3 -m pip install pyarrow`), or write .csv or .mat"
+        ) from lacking
+
+
+def _write_parquet(path: Path, columns: Sequence[Column]) -> None:
+    """Write columns of doubles, named as in MAT files, each with its unit in the metadata of its field."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    fields = [pa.field(one.variable, pa.float64(), metadata={"unit": one.unit}) for one in columns]
+    values = [pa.array(np.asarray(one.values, dtype=float)) for one in columns]
+    parquet.write_table(pa.table(values, schema=pa.schema(fields)), path)
 
 
 def _write_csv(path: Path, columns: Sequence[Column]) -> None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import partial
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from gapbeam.postprocess.figures.amplitude_spectrum import draw_amplitude_spectr
 from gapbeam.postprocess.figures.contact_figure import draw_contact
 from gapbeam.postprocess.figures.energy_figure import draw_energy
 from gapbeam.postprocess.figures.figure_style import journal_style, save
+from gapbeam.postprocess.figures.impacts_figure import draw_impacts
 from gapbeam.postprocess.figures.orbits_figure import (
     draw_orbits,
     farthest,
@@ -24,18 +26,23 @@ from gapbeam.postprocess.figures.orbits_figure import (
 from gapbeam.postprocess.figures.period_peaks import draw_period_peaks
 from gapbeam.postprocess.figures.phase_portrait import draw_phase_portrait
 from gapbeam.postprocess.figures.power_density_figure import draw_power_density
+from gapbeam.postprocess.figures.record_lines_figure import draw_cycles, draw_shock_spectrum
 from gapbeam.postprocess.figures.response_curve import draw_response_curve
 from gapbeam.postprocess.figures.time_history import draw_time_history
 from gapbeam.postprocess.results.bounded_json import read_json
 from gapbeam.postprocess.results.chosen_records import chosen_records
+from gapbeam.postprocess.results.impacts_of_run import impacts_of
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.analysis_tables import as_data, as_text
+from gapbeam.postprocess.signals.cycle_counts import SNCurve, cycle_counts, cycle_data, cycle_rows
+from gapbeam.postprocess.signals.impact_tables import impact_data, impact_rows, in_span
 from gapbeam.postprocess.signals.periodicity import TOLERANCE
-from gapbeam.postprocess.signals.power_density import PowerDensity, density_data, density_rows, power_density
+from gapbeam.postprocess.signals.power_density import density_data, density_rows, power_density
 from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze
+from gapbeam.postprocess.signals.shock_spectrum import DAMPING, shock_data, shock_rows, shock_spectrum
 from gapbeam.postprocess.signals.smoothing import POINTS, RATE, Sampling
 from gapbeam.postprocess.signals.spectra import Window
 from gapbeam.solver.record_table import CURVE_FILE, HISTORY
@@ -72,6 +79,10 @@ def plot(
     end: float | None = None,
     psd: Sequence[str] = (),
     resolution: float | None = None,
+    shock: Sequence[str] = (),
+    damping: float = DAMPING,
+    rainflow: Sequence[str] = (),
+    sn_curve: tuple[float, float, float] | None = None,
 ) -> list[Path]:
     """Draw every figure that the results allow, and write `tables.txt` and `figures.json`.
 
@@ -94,6 +105,10 @@ def plot(
         end: Last time, s; None: to the end.
         psd: Names of records to draw the power spectral density of, such as "contact_force".
         resolution: Of these densities, Hz; None: from the length of the record.
+        shock: Names of records to draw the shock response spectrum of, accelerations or forces.
+        damping: Of the oscillators, as a part of critical damping.
+        rainflow: Names of records to count the cycles of.
+        sn_curve: Exponent, range, Pa, and cycles at this range of the S-N curve for damage; None: none is asked for.
 
     Returns:
         The files written: figures, `tables.txt`, `figures.json`.
@@ -112,21 +127,54 @@ def plot(
     if is_periodic(results) and not whole:
         raise OptionError("the run computed one period of its response: no span of time can be chosen from it")
     history = chosen_records(results.history, (), begin, end)
-    chosen_records(history, psd)
+    chosen_records(history, [*psd, *shock, *rainflow])
+    if sn_curve is not None and not rainflow:
+        raise OptionError("an S-N curve, and no record to count the cycles of; expected one, such as axial_stress")
+    curve = None if sn_curve is None else SNCurve(*sn_curve)
+    shocks = [shock_spectrum(history, name, damping) for name in dict.fromkeys(shock)]
+    cycles = [cycle_counts(history, name, curve) for name in dict.fromkeys(rainflow)]
     densities = [power_density(history, name, resolution) for name in dict.fromkeys(psd)]
     motion = motion_of(results, results.forcing_frequency) if is_periodic(results) else history
     analysis = analyze(results, options, motion)
     target = Path(output) if output is not None else results.folder / FOLDER
     span = None if whole else (float(history["time"][0]), float(history["time"][-1]))
     figures = _figures(results, history, analysis, harmonics, zoom)
+    first, last = float(history["time"][0]), float(history["time"][-1])
+    impacts = {} if is_periodic(results) or not last > first else in_span(impacts_of(results.folder), first, last)
+    if impacts:
+        figures["impacts"] = partial(draw_impacts, impacts)
     figures |= {f"psd_{found.record}": partial(draw_power_density, found) for found in densities}
-    return _written(results, analysis, densities, figures, target, formats, _heading(results, span))
+    figures |= {f"shock_{found.record}": partial(draw_shock_spectrum, found) for found in shocks}
+    figures |= {f"cycles_{found.record}": partial(draw_cycles, found) for found in cycles}
+    tables = _Tables(
+        [
+            *([impact_rows(impacts, last - first)] if impacts else []),
+            *map(density_rows, densities),
+            *map(shock_rows, shocks),
+            *map(cycle_rows, cycles),
+        ],
+        {
+            "impacts": impact_data(impacts, last - first) if impacts else {},
+            "power_densities": {one.record: density_data(one) for one in densities},
+            "shock_spectra": {one.record: shock_data(one) for one in shocks},
+            "cycle_counts": {one.record: cycle_data(one) for one in cycles},
+        },
+    )
+    return _written(results, analysis, tables, figures, target, formats, _heading(results, span))
+
+
+@dataclass(frozen=True)
+class _Tables:
+    """Tables that were asked for: lines of text, and data by kind and record."""
+
+    rows: list[list[str]]
+    data: dict[str, dict[str, object]]
 
 
 def _written(
     results: Results,
     analysis: Analysis,
-    densities: Sequence[PowerDensity],
+    asked: _Tables,
     figures: dict[str, Callable[[], Figure]],
     output: Path,
     formats: Sequence[str],
@@ -141,11 +189,10 @@ def _written(
             paths += written
     output.mkdir(parents=True, exist_ok=True)
     text, data = output / TABLES_FILE, output / DATA_FILE
-    tables = "\n".join([as_text(analysis, heading), *("\n".join([*density_rows(one), ""]) for one in densities)])
+    tables = "\n".join([as_text(analysis, heading), *("\n".join([*rows, ""]) for rows in asked.rows)])
     text.write_text(tables, encoding="utf-8")
     contents = {"status": results.status, "figures": drawn, **as_data(analysis)}
-    if densities:
-        contents["power_densities"] = {one.record: density_data(one) for one in densities}
+    contents |= {kind: found for kind, found in asked.data.items() if found}
     data.write_text(json.dumps(contents, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     return [*paths, text, data]
 

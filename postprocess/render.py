@@ -81,6 +81,7 @@ def render(
                 paths.append(target / f"{name}.png")
                 Image.fromarray(studio.draw(index, remark)).save(paths[-1])
             if film:
+                studio.hurry()
                 paths.append(write_film(target / "film", _drawn(studio.draw, chosen, progress), speed))
     return paths
 
@@ -99,7 +100,16 @@ def _check(scale: Literal["auto"] | float, frames: int | None, size: tuple[int, 
         raise OptionError(f'scale {scale}: expected "auto" or a positive number')
     if frames is not None and frames < 1:
         raise OptionError(f"frames {frames}: expected at least 1")
-    if min(size) < SMALLEST:
-        raise OptionError(f"size {size[0]} x {size[1]}: expected at least {SMALLEST} pixels either way")
+    check_size(size)
     if not frames_per_second > 0.0:
         raise OptionError(f"frames per second {frames_per_second}: expected a positive number")
+
+
+def check_size(size: tuple[int, int]) -> None:
+    """Refuse pictures that are too small.
+
+    Raises:
+        OptionError: They are.
+    """
+    if min(size) < SMALLEST:
+        raise OptionError(f"size {size[0]} x {size[1]}: expected at least {SMALLEST} pixels either way")

@@ -58,6 +58,14 @@ class RangeNotCovered(RunError):  # noqa: N818
     reason = "range not covered"
 
 
+class IntervalNotMet(RunError):  # noqa: N818
+    """A run came to its longest time before the interval of a statistic was as narrow as asked for."""
+
+    run_status = "completed"
+    exit_status = 5
+    reason = "interval not met"
+
+
 class AssumptionBroken(RunError):  # noqa: N818
     """The beam has left what the equations assume: small rotations and strains, inside its support."""
 

@@ -18,6 +18,7 @@ FIELDS_FILE = "fields.xdmf"
 FIELDS_DATA_FILE = "fields.h5"
 SUMMARY_FILE = "summary.json"
 LOG_FILE = "run.log"
+PROGRESS_FILE = "progress.json"
 FIELD_FOLDER = "fields"
 HISTORY_FOLDER = "history"
 CHECKPOINT_FOLDER = "checkpoint"
@@ -25,6 +26,7 @@ CHECKPOINTS = "step-*.checkpoint"
 KEPT_MODEL = "model.checkpoint"
 LOCK_FILE = "run.lock"
 CURVE_FILE = "curve.json"
+IMPACTS_FILE = "impacts.csv"
 CURVE_TABLE_FILE = "curve.csv"
 
 KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
@@ -55,6 +57,7 @@ _PROBE = ("time", "probe", "component")
 _GAUGE = ("time", "gauge")
 _FACE = ("time", "face")
 _ALONG_FACE = ("time", "face", "tangent")
+_OF_BODY = ("time", "support_body", "support_axis")
 
 HISTORY: tuple[HistoryVariable, ...] = (
     HistoryVariable("displacement", "m", _PROBE, "displacement relative to the support, from the undeformed body"),
@@ -89,6 +92,14 @@ HISTORY: tuple[HistoryVariable, ...] = (
     HistoryVariable("contact_area", "m^2", _FACE, "area with positive pressure"),
     HistoryVariable("penetration", "m", _FACE, "largest penetration; negative: smallest gap"),
     HistoryVariable("impulse", "N s", _FACE, "contact force integrated over time since t = 0"),
+    HistoryVariable("contact_time", "s", _FACE, "time in contact since t = 0"),
+    HistoryVariable("closings", "1", _FACE, "how often the face has closed since t = 0"),
+    HistoryVariable(
+        "sliding_work",
+        "J",
+        ("time", "worn_face"),
+        "integral of normal force times speed along the face since t = 0; with [wear] only",
+    ),
     HistoryVariable("kinetic_energy", "J", ("time",), "kinetic energy relative to the support"),
     HistoryVariable("strain_energy", "J", ("time",), "elastic energy, restraint excluded"),
     HistoryVariable("restraint_energy", "J", ("time",), "energy in the weak restraint"),
@@ -99,6 +110,9 @@ HISTORY: tuple[HistoryVariable, ...] = (
         ("time", "moving"),
         "motion of the walls of a support by each load that moves one, or change of its clearance, since t = 0",
     ),
+    HistoryVariable("support_displacement", "m", _OF_BODY, "motion of a support body from where its spring is relaxed"),
+    HistoryVariable("support_velocity", "m/s", _OF_BODY, "velocity of a support body"),
+    HistoryVariable("support_force", "N", _OF_BODY, "force of spring and damper of a support body on the frame"),
     HistoryVariable("load_work", "J", ("time", "load"), "work of each load since t = 0"),
     HistoryVariable("structural_dissipation", "J", ("time",), "Rayleigh damping since t = 0"),
     HistoryVariable("contact_dissipation", "J", ("time",), "contact damping since t = 0"),

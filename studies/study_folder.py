@@ -7,6 +7,7 @@ from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from gapbeam.solver.errors import NotWritten
 from gapbeam.solver.run.output.folder_lock import by_one, locked
 from gapbeam.solver.run.output.output_paths import check_place
 from gapbeam.studies.stored_records import refuse_links
@@ -42,3 +43,19 @@ def study_folder(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
         with suppress(OSError):
             for path in made:
                 path.rmdir()
+
+
+@contextmanager
+def study_written(path: Path) -> Iterator[None]:
+    """Turn what goes wrong while a study writes a file into an error that names the file and what to try.
+
+    Raises:
+        NotWritten: By the operating system.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise NotWritten(
+            f"{path} could not be written: {error.strerror or error}; look for a full disk, a quota, or a folder that "
+            "was moved or made read-only, then call the study again: it goes on"
+        ) from error

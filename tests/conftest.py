@@ -17,6 +17,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
     parser.addoption(
         "--within", type=float, metavar="MINUTES", help="begin no test that is not expected to end this soon"
     )
+    parser.addoption("--longest", type=float, metavar="MINUTES", help="leave out tests expected to take longer")
 
 
 def pytest_configure(config: pytest.Config) -> None:
@@ -32,7 +33,11 @@ def minutes_of(item: pytest.Item) -> float:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """With --within, begin with the tests that take least: most of them are run."""
+    """With --within, begin with the tests that take least: most are run. With --longest, leave the others out."""
+    longest = config.getoption("longest")
+    if longest is not None:
+        config.hook.pytest_deselected(items=[item for item in items if minutes_of(item) > longest])
+        items[:] = [item for item in items if minutes_of(item) <= longest]
     if config.getoption("within") is not None:
         items.sort(key=minutes_of)
 

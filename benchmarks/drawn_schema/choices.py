@@ -31,12 +31,12 @@ class Choice:
 
 
 def named_values(annotation: Any) -> list[Any]:
-    """Return the values that an annotation names: those of its literals, and of a switch."""
+    """Return the values that an annotation names: those of its literals, and of a switch; not of arrays."""
     if get_origin(annotation) is Literal:
         return list(get_args(annotation))
     if annotation is bool:
         return [True, False]
-    if models_in(annotation):
+    if models_in(annotation) or get_origin(annotation) is tuple:
         return []
     return [value for part in get_args(annotation) for value in named_values(part)]
 

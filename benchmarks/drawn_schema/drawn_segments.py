@@ -29,6 +29,8 @@ def with_segments(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
     (segment,) = whole["segment"]
     if _asks_for_section(draw):
         kind = segment["section"]["type"]
+        if kind == "polygon":  # drawn as thick as the beam
+            segment = {key: value for key, value in segment.items() if key != "thickness"}
         kept = {key: value for key, value in whole["mesh"].items() if key not in ("cell", "plane")}
         section = {"type": "round" if kind in ("round", "tube") else "rectangle"}
         whole = whole | {"beam": whole["beam"] | {"section": section}, "mesh": kept | {"dimension": 3}}

@@ -11,6 +11,7 @@ from benchmarks.drawn_schema.drawn_segments import drawn_segments, with_segments
 from benchmarks.drawn_schema.rules import LeftOut
 from benchmarks.drawn_schema.tables import Draw
 from gapbeam.solver.case.case import Beam, Case, Mesh, Probe
+from gapbeam.solver.case.model_table import ReducedModel
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.integrators.scheme_choice import Scheme
@@ -58,7 +59,12 @@ def _supports(draw: Draw) -> Any:
     """Draw the base and gland, or up to three supports that keep apart along the beam."""
     table, entry = models_in(Case.model_fields["support"].annotation)
     asked = draw.focus.value if (draw.focus.table, draw.focus.key) == (Case.__name__, "support") else ""
-    several = asked == entry.__name__ or _leads_to(entry, draw.focus.table) or draw.chance.random() < SEVERAL
+    several = (
+        asked == entry.__name__
+        or _wants_rings(draw)
+        or _leads_to(entry, draw.focus.table)
+        or draw.chance.random() < SEVERAL
+    )
     if not several or asked == table.__name__:
         return draw.table(table)
     count = draw.chance.choice((1, 2, 2, 3))
@@ -107,13 +113,15 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     """Return the tables of a whole case: those that are given, with names, directions, sizes."""
     whole = {key: value for key, value in tables.items() if not isinstance(value, LeftOut)}
     whole = {key: dict(value) if isinstance(value, dict) else value for key, value in whole.items()}
-    if draw.focus.value in AROUND:
+    if (draw.focus.value in AROUND and draw.focus.key != "section") or _wants_rings(draw):
         whole["beam"] = whole["beam"] | {"section": {"type": "tube", "wall": 0.1 * draw.scene.thickness}}
         whole["mesh"] = whole["mesh"] | {"dimension": 3}
     whole = with_segments(draw, whole)
     whole["beam"], whole["mesh"] = _beam(draw, whole["beam"], whole["mesh"])
     if isinstance(whole["support"], list):
         whole["support"] = [_region(one, whole["beam"]) for one in whole["support"]]
+    if whole.get("model", {}).get("type") == "reduced":
+        whole = _rings(draw, whole)
     dimension = whole["mesh"].get("dimension", 2)
     whole["load"] = [_load(draw, load, number, dimension) for number, load in enumerate(whole["load"])]
     if isinstance(whole["support"], list):
@@ -124,12 +132,24 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     whole["contact"] = _contact(draw, whole["contact"], whole["time"].get("scheme"))
     if isinstance(whole["support"], list):
         whole["support"] = [_own_contact(draw, one, whole["contact"]) for one in whole["support"]]
+        whole["support"] = _bodies(draw, whole)
     whole["mesh"] = _mesh(draw, whole["mesh"], whole["contact"].get("mass") == "redistributed")
     whole["time"] = _time(draw, whole)
+    if "mode" in whole.get("analysis", {}):
+        whole["analysis"] = _start(draw, whole["analysis"], whole["probe"])
     if "continuation" in whole.get("analysis", {}):
         curve = _around(whole["analysis"]["continuation"], whole)
         whole["analysis"] = whole["analysis"] | {"continuation": curve}
     return whole
+
+
+def _start(draw: Draw, analysis: dict[str, Any], probes: list[Any]) -> dict[str, Any]:
+    """Start in a mode where there is room for it, in the middle of the play, and a probe with its amplitude."""
+    if draw.focus.key == "mode":
+        return analysis | {"start": "centered"}
+    if analysis.get("start") == "centered" and probes:
+        return analysis
+    return {key: value for key, value in analysis.items() if key != "mode"}
 
 
 def _beam(draw: Draw, beam: dict[str, Any], mesh: dict[str, Any]) -> tuple[dict[str, Any], dict[str, Any]]:
@@ -158,6 +178,24 @@ def _region(support: dict[str, Any], beam: dict[str, Any]) -> dict[str, Any]:
     most = 0.7 * max(play, 0.0)
     moved = {key: min(max(support[key], -most), most) for key in ("offset", "lateral") if key in support}
     return support | {"clearance": play} | moved
+
+
+def _wants_rings(draw: Draw) -> bool:
+    """Return whether the case is drawn for rigid sections."""
+    return (draw.focus.table, draw.focus.key, draw.focus.value) == (ReducedModel.__name__, "sections", "rigid")
+
+
+def _rings(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
+    """Keep rigid sections, and how many there are, to beams that are in holes alone."""
+    model, support = whole["model"], whole["support"]
+    if _wants_rings(draw) and isinstance(support, list):
+        support = [_region(one | {"region": {"type": "hole"}}, whole["beam"]) for one in support]
+    holes = isinstance(support, list) and all(one.get("region", {}).get("type") in AROUND for one in support)
+    if model.get("sections") == "rigid" and not holes:
+        model = {key: value for key, value in model.items() if key != "sections"}
+    if model.get("sections") != "rigid":
+        model = {key: value for key, value in model.items() if key != "stations"}
+    return whole | {"model": model, "support": support}
 
 
 def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict[str, Any]:
@@ -226,6 +264,14 @@ def _own_contact(draw: Draw, support: dict[str, Any], contact: dict[str, Any]) -
     support = {key: value for key, value in support.items() if kept.get(key, True)}
     numbers = {key: min(share, 1.0) * support[key] for key in ("stiffness", "damping") if key in support}
     return support | numbers
+
+
+def _bodies(draw: Draw, whole: dict[str, Any]) -> list[dict[str, Any]]:
+    """Take bodies from supports of a mesh and from those that loads may move, but for a case that is drawn for one."""
+    mesh = whole.get("model", {"type": "full"})["type"] == "full"
+    stands = mesh or any("support" in load for load in whole["load"])
+    taken = "body" if stands and draw.focus.key != "body" else ""
+    return [{key: value for key, value in one.items() if key != taken} for one in whole["support"]]
 
 
 def _mesh(draw: Draw, mesh: dict[str, Any], layers: bool) -> dict[str, Any]:

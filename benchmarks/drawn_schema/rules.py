@@ -97,6 +97,14 @@ def _thin(chance: random.Random, *sides: float) -> float:
     return min(sides) * chance.uniform(0.1, 0.3)
 
 
+def _corners(chance: random.Random, scene: Scene) -> list[list[float]]:
+    """Draw a rectangle, or a T upside down: both fit beside rectangles."""
+    y, z = 0.5 * scene.width, 0.5 * scene.thickness
+    web, flange = chance.choice((1.0, 0.4)) * y, chance.uniform(-0.4, 0.4) * z
+    right = [[y, -z], [y, flange], [web, flange], [web, z]] if web < y else [[y, -z], [y, z]]
+    return [*right, *([-one, other] for one, other in reversed(right))]
+
+
 RULES: dict[tuple[str, str], Rule] = {
     ("Case", "title"): lambda _, scene: f"drawn {scene.seed}",
     ("Beam", "length"): lambda _, scene: scene.length,
@@ -105,6 +113,8 @@ RULES: dict[tuple[str, str], Rule] = {
     ("BoxSection", "wall"): lambda chance, scene: _thin(chance, scene.thickness, scene.width),
     ("ISection", "web"): lambda chance, scene: _thin(chance, scene.width),
     ("ISection", "flange"): lambda chance, scene: _thin(chance, scene.thickness),
+    ("PolygonSection", "points"): _corners,
+    ("PolygonSection", "holes"): never,
     ("TubeSection", "wall"): lambda chance, scene: _thin(chance, scene.thickness),
     ("Material", "young_modulus"): lambda _, scene: scene.modulus,
     ("Material", "poisson_ratio"): between(0.0, 0.45),
@@ -139,6 +149,12 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
     ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
+    ("PlacedSupport", "wear"): never,  # only with [wear]
+    ("Wear", "coefficient"): one_of(1.0e-14, 1.0e-13),
+    ("Wear", "area"): seldom(powers(-6.0, -4.0)),
+    ("SupportBody", "mass"): lambda chance, scene: scene.mass * chance.choice((0.03, 0.1, 0.5)),
+    ("SupportBody", "stiffness"): _spring,
+    ("SupportBody", "damping"): seldom(_damper, 0.7),
     ("PlacedSupport", "from"): never,  # places and names follow each other, `finishing`
     ("PlacedSupport", "to"): never,
     ("PlacedSupport", "name"): never,
@@ -165,6 +181,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PointMass", "name"): never,
     ("PointMass", "point"): never,
     ("PointMass", "mass"): lambda chance, scene: scene.mass * chance.choice((0.05, 0.3, 1.0)),
+    ("PointMass", "polar_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.thickness**2),
     ("PointMass", "rotary_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.length**2),
     ("Restraint", "axial"): seldom(powers(1.0, 5.0)),
     ("Restraint", "lateral"): seldom(powers(1.0, 5.0)),
@@ -175,11 +192,14 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Mesh", "cells_through_thickness"): one_of(1, 2, 2, 4),
     ("Mesh", "cells_across_width"): one_of(1, 2, LEFT_OUT),
     ("Mesh", "file"): never,  # of a mesh that somebody else built: tests/verification has those
+    ("_AnyModel", "reasons"): never,  # written by the model auto
     ("ReducedModel", "modes"): one_of(0, 4, 12, 24, 40, LEFT_OUT),
     ("ReducedModel", "frequency"): seldom(lambda chance, scene: scene.bending * chance.uniform(7.0, 30.0)),
     ("ReducedModel", "shapes"): one_of(2, 5, 13, 19, LEFT_OUT),
     ("ReducedModel", "points_across"): seldom(one_of("all", 1, 2)),
+    ("ReducedModel", "stations"): seldom(one_of(2, 6, 12), 0.5),
     ("BeamModel", "elements"): one_of(10, 25, 60, LEFT_OUT),
+    ("BeamModel", "motions"): seldom(one_of(["bending", "axial"], ["bending", "lateral"]), 0.1),
     ("Contact", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2.5, 0.5), 0.6),
     ("Contact", "damping"): seldom(lambda chance, scene: scene.stiffness * scene.step * 10.0 ** chance.uniform(-4, -1)),
     ("Contact", "points"): seldom(_contact_points, 0.2),
@@ -230,8 +250,16 @@ RULES: dict[tuple[str, str], Rule] = {
     ("RecordedTable", "ramp"): _ramp,
     ("RecordedTable", "checksum"): never,
     ("PointOrSupportLoad", "point"): _point,  # left out of accelerations where the loads are put together
-    ("PointOrSupportLoad", "ramp"): _ramp,
-    ("RandomLoad", "seed"): seldom(one_of(1, 2, 3)),
+    ("UnrepeatedLoad", "ramp"): _ramp,
+    ("NoiseLoad", "seed"): seldom(one_of(1, 2, 3)),
+    ("RandomLineLoad", "span"): lambda chance, scene: [0.0, scene.length * chance.choice((0.5, 1.0))],
+    ("RandomLineLoad", "stations"): seldom(one_of(6, 12, 20)),
+    ("ExponentialCoherence", "length"): lambda chance, scene: scene.length * chance.choice((0.1, 0.4)),
+    ("GaussianCoherence", "length"): lambda chance, scene: scene.length * chance.choice((0.1, 0.4)),
+    ("MeasuredCoherence", "distances"): lambda _, scene: [0.0, 0.1 * scene.length, 0.4 * scene.length],
+    ("MeasuredCoherence", "values"): one_of([1.0, 0.4, 0.0], [1.0, 0.5, 0.0]),
+    ("VelocityProfile", "places"): lambda _, scene: [0.0, 0.5 * scene.length, scene.length],
+    ("VelocityProfile", "values"): one_of([0.5, 1.0, 1.0], [0.0, 1.0, 0.0]),
     ("SpectrumTable", "scale"): lambda chance, scene: _force(chance, scene) ** 2 / scene.frequency,
     ("WhiteSpectrum", "density"): one_of(0.3, 1.0),
     ("WhiteSpectrum", "low"): seldom(lambda _, scene: 0.5 * scene.frequency, 0.7),
@@ -268,6 +296,12 @@ RULES: dict[tuple[str, str], Rule] = {
     ("StartMotion", "velocity"): lambda chance, scene: scene.bending * abs(scene.clearance) * chance.uniform(-3.0, 3.0),
     ("StartMotion", "spin"): seldom(lambda _, scene: scene.bending * abs(scene.clearance) / scene.length, 0.4),
     ("StartMotion", "point"): seldom(_point),
+    ("StartMotion", "displacement"): never,  # its components are those of the mesh: lift and tilt are drawn
+    ("StartMotion", "rotation"): never,
+    ("StartMode", "number"): one_of(3, 4),  # 1 and 2 of a free beam are rigid
+    ("StartMode", "amplitude"): lambda chance, scene: 0.05 * abs(scene.clearance) * chance.uniform(-1.0, 1.0),
+    ("StartMode", "probe"): one_of("p0"),  # the first one; where there is none, the table is left out
+    ("StartMode", "phase"): seldom(between(0.0, 360.0)),
     ("Periodic", "periods"): one_of(1, 1, 1, 2, 3),
     ("Periodic", "tolerance"): seldom(powers(-9.0, -5.0)),
     ("Periodic", "max_iterations"): seldom(one_of(15, 60)),

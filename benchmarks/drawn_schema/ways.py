@@ -13,7 +13,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
 from gapbeam.solver.case.model_table import FullModel, ReducedModel
 from gapbeam.solver.integrators.scheme_choice import scheme_names
-from gapbeam.solver.loads.places import PointForce
+from gapbeam.solver.loads.places import LineForce, PointForce
 from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
@@ -79,8 +79,10 @@ def double_width(case: Case) -> Iterator[Way]:
         "restraint.lateral": 2.0 * case.restraint.lateral,
     }
     for load in case.load:
-        if not isinstance(load.place, PointForce):
+        if not isinstance(load.place, PointForce | LineForce):
             continue
+        if (spectrum := getattr(load, "spectrum", None)) is not None:  # twice the force is four times its square
+            changes[f"load.{load.name}.spectrum.scale"] = 4.0 * spectrum.scale
         keys = [key for key in OF_FORCE if key in type(load).model_fields]
         changes |= {f"load.{load.name}.{key}": 2.0 * getattr(load, key) for key in keys}
     for mass in case.mass:
@@ -94,6 +96,9 @@ def double_width(case: Case) -> Iterator[Way]:
             for table in ("stiffness", "damping"):
                 values = getattr(joint, table).model_dump().items()
                 changes |= {f"joint.{joint.name}.{table}.{key}": 2.0 * value for key, value in values}
+    for one in case.layout.supports:
+        if one.body is not None:
+            changes |= {f"support.{one.name}.body.{key}": 2.0 * value for key, value in one.body.model_dump().items()}
     if case.contact.points is not None:
         if isinstance(case.contact.stiffness, float):
             changes["contact.stiffness"] = 2.0 * case.contact.stiffness
@@ -147,7 +152,8 @@ def other_scheme(case: Case) -> Iterator[Way]:
 
 def whole_mesh(case: Case) -> Iterator[Way]:
     """The mesh in the place of a basis, of beam elements or of a rigid body."""
-    if not isinstance(case.model, FullModel) and case.mesh.dimension == 2:
+    give_way = any(one.body is not None for one in case.layout.supports)  # a mesh knows supports that stand still
+    if not isinstance(case.model, FullModel) and case.mesh.dimension == 2 and not give_way:
         yield Way("whole mesh", {"model": "full"})
 
 

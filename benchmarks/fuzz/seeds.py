@@ -105,9 +105,9 @@ def make_seeds(folder: Path) -> Path:
         "run": ["run", DEMO, *_settings(COARSE)],
         "other": ["run", DEMO, *_settings((*COARSE, "support.clearance=0.2e-3"))],
         "compare": ["compare", folder / "run", folder / "other"],
-        "sweep": ["sweep", STABILITY, "support.clearance=0.05e-3,0.1e-3", *_settings(QUICK), "--jobs", "1"],
-        "stability": ["stability", STABILITY, *_settings(("time.end=0.02",)), *grid, "--jobs", "1"],
-        "identify": ["identify", file, "--processes", "1"],
+        "sweep": ["sweep", STABILITY, "support.clearance=0.05e-3,0.1e-3", *_settings(QUICK), "--workers", "1"],
+        "stability": ["stability", STABILITY, *_settings(("time.end=0.02",)), *grid, "--workers", "1"],
+        "identify": ["identify", file, "--workers", "1"],
     }.items():
         if not (folder / name).exists():
             _call(folder / name, *words)

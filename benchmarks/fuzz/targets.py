@@ -254,15 +254,16 @@ def _identify_again(seeds: Path, folder: Path, chance: random.Random) -> Work:
     copy = _spoiled_folder(seeds, "identify", folder, chance, "plan.json", "case.toml", *["evaluations.jsonl"] * 3)
 
     def work() -> int:
+        from gapbeam.studies.engine.study_engine import Engine
+        from gapbeam.studies.engine.workers import Workers
         from gapbeam.studies.identification.evaluations import Evaluations, prepare
         from gapbeam.studies.identification.identification_file import read_identification
         from gapbeam.studies.identification.misfit import Misfit
-        from gapbeam.studies.trials.worker_processes import SideBySide
 
         problem = read_identification(seeds / "identify.toml")
         prepare(problem, copy, False)
-        with SideBySide(1) as workers:
-            evaluations = Evaluations(problem, copy, workers)
+        with Engine(Workers(1)) as engine:
+            evaluations = Evaluations(problem, copy, engine)
             if len(evaluations.records) >= len(problem.experiments):
                 Misfit(problem, evaluations)
         return 0

@@ -36,6 +36,7 @@ IN_HOLES = {
     "beam elements in two holes": '{type="beam"}',
     "rigid body in two holes": '{type="rigid"}',
     "reduced, in two holes": '{type="reduced"}',
+    "reduced, rigid sections in two holes": '{type="reduced", sections="rigid"}',
 }
 
 

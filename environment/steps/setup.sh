@@ -20,11 +20,19 @@ setup() {
     trap 'say "interrupted; the next call makes anew what is half made"; exit 130' INT
     choose_way
     add_python_parts
+    compile_ahead
     printf '%s\n' "$way" "$root" "$venv" "$checkout" "$mpi" >"$1.partial"
     mv "$1.partial" "$1"
     trap - INT
   fi
   exec 8>&-
+}
+
+# The machine code that first runs would wait for; without it they compile it themselves.
+compile_ahead() {
+  [[ $suite == trixie ]] || return 0
+  say "compiling time loops and finite element forms (1 to 2 minutes, once)"
+  logged "$cache/compile.log" inside "$here/bin/gapbeam" compile || say "first runs will compile what they need"
 }
 
 # Set `way`, `root` (empty: this machine's own) and `python`.

@@ -18,8 +18,8 @@ WIDTH = 120  # columns of the tables where there is no terminal to fit them to
 ResultsFolder = Annotated[Path, typer.Argument(help="results folder of a run")]
 
 
-def fraction(text: str) -> float:
-    """Read a tolerance, 2% or 0.02.
+def fraction(text: str, option: str | None = None) -> float:
+    """Read a tolerance, 2% or 0.02, behind an option.
 
     Raises:
         BadParameter: Not a number between 0 and 1.
@@ -30,7 +30,9 @@ def fraction(text: str) -> float:
     except ValueError:
         value = -1.0
     if not 0.0 < value < 1.0:
-        raise click.BadParameter(f'found "{text}"; expected a fraction such as 2% or 0.02, between 0 and 1')
+        raise click.BadParameter(
+            f'found "{text}"; expected a fraction such as 2% or 0.02, between 0 and 1', param_hint=option
+        )
     return value
 
 

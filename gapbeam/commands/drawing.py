@@ -1,4 +1,4 @@
-"""The commands `gapbeam plot`, `gapbeam render` and `gapbeam export`."""
+"""The commands `gapbeam view`, `gapbeam plot`, `gapbeam render` and `gapbeam export`."""
 
 from __future__ import annotations
 
@@ -53,6 +53,28 @@ def plot(
     resolution: Annotated[
         float | None, typer.Option(min=1e-9, help="of power densities, Hz; by default a 9th of what the record allows")
     ] = None,
+    shock: Annotated[
+        list[str] | None,
+        typer.Option(
+            "--shock-spectrum",
+            metavar="RECORD",
+            help="draw the shock response spectrum of an acceleration or force; may be repeated",
+        ),
+    ] = None,
+    damping: Annotated[
+        float, typer.Option(min=0.0, max=0.99, help="of shock spectra, as a part of critical damping; 0.05 is Q = 10")
+    ] = 0.05,
+    rainflow: Annotated[
+        list[str] | None,
+        typer.Option(metavar="RECORD", help="count the cycles of a record, such as axial_stress; may be repeated"),
+    ] = None,
+    sn_curve: Annotated[
+        tuple[float, float, float] | None,
+        typer.Option(
+            metavar="EXPONENT RANGE CYCLES",
+            help="S-N curve for the damage of these cycles: cycles at a stress range, Pa",
+        ),
+    ] = None,
 ) -> int:
     """Draw peaks, time histories, spectrum and contact forces of a run, and print its tables."""
     from gapbeam.interface.shown_results import plot as draw
@@ -75,6 +97,10 @@ def plot(
         end=end,
         psd=psd or (),
         resolution=resolution,
+        shock=shock or (),
+        damping=damping,
+        rainflow=rainflow or (),
+        sn_curve=sn_curve,
         **chosen,
     )
     print(next(path for path in paths if path.name == TABLES_FILE).read_text(encoding="utf-8"))
@@ -109,9 +135,26 @@ def render(
     return 0
 
 
+def view(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML)")],
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    output: Annotated[Path | None, typer.Option(help="picture, *.png; by default results/<case>-view.png")] = None,
+    size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="in pixels")] = "1600x900",
+) -> int:
+    """Draw a case before it runs: mesh, supports with enlarged gaps, loads, joints, masses, probes."""
+    from gapbeam.interface.case_picture import view as draw
+
+    print(draw(case, override or [], output, _size(size)))
+    return 0
+
+
 def export(
     results: ResultsArgument,
-    output: Annotated[Path | None, typer.Option(help="file, *.csv or *.mat; by default RESULTS/history.csv")] = None,
+    output: Annotated[
+        Path | None, typer.Option(help="file, *.csv, *.mat or *.parquet; by default RESULTS/history.csv")
+    ] = None,
     record: Annotated[
         list[str] | None, typer.Option(help="a record, such as contact_force; may be repeated; by default all")
     ] = None,
@@ -119,7 +162,7 @@ def export(
     end: Annotated[float | None, typer.Option("--to", help="last time, s")] = None,
     every: Annotated[int, typer.Option(min=1, help="write one record of so many")] = 1,
 ) -> int:
-    """Write records as columns over time, for spreadsheets (CSV) or MATLAB (MAT)."""
+    """Write records as columns over time, for spreadsheets (CSV), MATLAB (MAT) or data frames (Parquet)."""
     from gapbeam.interface.shown_results import export as write
 
     print(write(results, output, record or (), begin, end, every))

@@ -9,6 +9,7 @@ import typer
 
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
+from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -25,7 +26,9 @@ def identify(
         bool, typer.Option("--leave-one-out", help="predict each fitted measurement from the others too")
     ] = False,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<file>")] = None,
-    processes: Annotated[int | None, typer.Option(min=1, help="side by side; by default one a core")] = None,
+    workers: WorkerCount = None,
+    scheduler: SchedulerAddress = None,
+    slurm: SlurmOptions = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
 ) -> int:
     """Find unknown keys of a case from measured values, and how well they are known; goes on where it was interrupted.
@@ -36,6 +39,7 @@ def identify(
     from gapbeam.studies.identification.identification_file import read_identification
     from gapbeam.studies.identification.run_identification import run_identification
 
+    crew = workers_from(workers, scheduler, slurm)
     problem = read_identification(file, override or [])
     folder = output if output is not None else Path("results") / file.stem
     with progress_bar("search") as bar:
@@ -43,7 +47,7 @@ def identify(
             problem,
             folder,
             leave_one_out,
-            processes,
+            crew,
             overwrite,
             lambda words, done, total: bar.show(done, total, words),
         )

@@ -9,6 +9,7 @@ import typer
 
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar
+from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -27,7 +28,9 @@ def stability(
         list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
     ] = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-stability")] = None,
-    jobs: Annotated[int | None, typer.Option(min=1, help="processes; by default one a core")] = None,
+    workers: WorkerCount = None,
+    scheduler: SchedulerAddress = None,
+    slurm: SlurmOptions = None,
 ) -> int:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted."""
     from gapbeam.studies.stability.run_stability import run_stability
@@ -35,8 +38,9 @@ def stability(
 
     grid = [f"contact.stiffness={stiffness}", f"time.step={step}", f"time.scheme={scheme}", *(vary or [])]
     folder = output if output is not None else Path("results") / f"{case.stem}-stability"
+    crew = workers_from(workers, scheduler, slurm)
     with progress_bar("trials") as bar:
-        result = run_stability(case, [read_axis(text) for text in grid], folder, override or [], jobs, bar.show)
+        result = run_stability(case, [read_axis(text) for text in grid], folder, override or [], crew, bar.show)
     print(*result.summaries(), *result.pictures, sep="\n")
     return 0
 

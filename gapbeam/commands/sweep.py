@@ -9,6 +9,7 @@ import typer
 
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
+from gapbeam.commands.worker_options import SchedulerAddress, SlurmOptions, WorkerCount, workers_from
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -37,24 +38,28 @@ def sweep(
     ] = None,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-sweep")] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
-    jobs: Annotated[int | None, typer.Option(min=1, help="processes; by default one a core")] = None,
+    workers: WorkerCount = None,
+    scheduler: SchedulerAddress = None,
+    slurm: SlurmOptions = None,
 ) -> int:
     """Run a case over the values of some keys; goes on where it was interrupted.
 
-    Exit status: 0 all passed, 3 energy was created or 4 not converged at some point, 2 a fault of the input.
+    Exit status: 0 all passed, 3 energy was created or 4 not converged at some point, 7 a point ended its workers, 2 a
+    fault of the input, 6 results could not be written.
     """
     from gapbeam.commands.compare import fraction
     from gapbeam.studies.sweep.run_sweep import run_sweep
     from gapbeam.studies.sweep.sweep_plan import Sweep
     from gapbeam.studies.trials.axes import read_axis
 
+    crew = workers_from(workers, scheduler, slurm)
     axes = tuple(read_axis(text, "linear", "") for text in keys)
     wanted = Sweep(
         case, tuple(override or ()), axes, zipped, carry or both, both, starts, seed, transient, fraction(tolerance)
     )
     folder = output if output is not None else Path("results") / f"{case.stem}-sweep"
     with progress_bar("responses") as bar:
-        result = run_sweep(wanted, folder, overwrite, jobs, bar.show)
+        result = run_sweep(wanted, folder, overwrite, crew, bar.show)
     console = screen(WIDTH)
     for table in result.tables():
         console.print(table)

@@ -2,11 +2,18 @@
 
 from __future__ import annotations
 
+import logging
+import time
 from collections.abc import Iterator
 from contextlib import contextmanager
 
 from rich.console import Console
-from rich.progress import Progress
+from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
+from gapbeam.studies.engine.time_left import TimeLeft
+
+LOG = logging.getLogger("gapbeam")
+LINE = 30.0  # s between plain lines where there is no terminal
 
 
 def screen(width: int) -> Console:
@@ -18,22 +25,27 @@ def screen(width: int) -> Console:
 
 
 class Bar:
-    """One bar of a progress display."""
+    """One bar of a progress display, with the time left; lines in the log where there is no terminal."""
 
     def __init__(self, progress: Progress, words: str) -> None:
-        self._progress, self._task = progress, progress.add_task(words, total=None)
+        self._progress, self._task, self._words = progress, progress.add_task(words, total=None, left=""), words
+        self._left, self._shown = TimeLeft(), time.monotonic()
 
     def show(self, done: int, total: int | None, words: str | None = None) -> None:
         """Show how much is done of how much, and of what."""
-        self._progress.update(self._task, completed=done, total=total)
-        if words is not None:
-            self._progress.update(self._task, description=words)
+        left = self._left.words(done, total)
+        self._words = self._words if words is None else words
+        self._progress.update(self._task, completed=done, total=total, description=self._words, left=left)
+        if self._progress.disable and total is not None and time.monotonic() - self._shown > LINE:
+            self._shown = time.monotonic()
+            LOG.info("%s: %d of %d%s", self._words, done, total, f", {left}" if left else "")
 
 
 @contextmanager
 def progress_bar(words: str) -> Iterator[Bar]:
-    """Show a bar on a terminal; elsewhere nothing."""
+    """Show a bar on a terminal; elsewhere a line now and then."""
     console = Console(stderr=True)
     console.quiet = not console.is_terminal  # else a disabled bar still leaves an empty line
-    with Progress(console=console, transient=True, disable=not console.is_terminal) as progress:
+    columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}"))
+    with Progress(*columns, console=console, transient=True, disable=not console.is_terminal) as progress:
         yield Bar(progress, words)

@@ -11,6 +11,7 @@ import numpy as np
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.reading import case_reader
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.case.reading.value_words import toml_value
@@ -40,7 +41,7 @@ def read_case(source: CaseSource, overrides: Overrides = ()) -> Case:
         CaseError: The file cannot be read, or the case has faults; all of them are in the message.
     """
     if isinstance(source, Case):
-        return case_reader.read_case_text(case_to_toml(source), overrides, NAME) if overrides else source
+        return case_reader.read_case_text(case_to_toml(source), overrides, NAME) if overrides else chosen_case(source)
     if isinstance(source, Mapping):
         return case_reader.read_case_tables(source, overrides, NAME)
     if isinstance(source, str) and "\n" in source:

@@ -20,6 +20,8 @@ from gapbeam.interface.case_source import (
 )
 from gapbeam.process.failing_ranks import refuse_ranks
 from gapbeam.solver.case.reading.overrides import Overrides
+from gapbeam.studies.engine.workers import Workers as Workers
+from gapbeam.studies.engine.workers import as_workers
 
 if TYPE_CHECKING:
     from gapbeam.studies.identification.run_identification import IdentificationResult
@@ -46,7 +48,7 @@ def sweep(
     tolerance: float = 0.02,
     output: str | PathLike[str] | None = None,
     overwrite: bool = False,
-    jobs: int | None = None,
+    workers: int | Workers | None = None,
     progress: Progress | None = None,
 ) -> SweepResult:
     """Run a case over the values of some keys; goes on where it was interrupted.
@@ -67,7 +69,7 @@ def sweep(
         tolerance: Difference of amplitudes, as a fraction, below which two responses are the same.
         output: Folder; by default results/<case>-sweep.
         overwrite: Begin anew.
-        jobs: Processes; by default one a core.
+        workers: A number of them, or `gapbeam.Workers`; by default one a core of this machine.
         progress: Called with the number of responses that are done, and of all.
 
     Raises:
@@ -76,13 +78,13 @@ def sweep(
         ResultsError: What an earlier sweep left cannot be read.
     """
     refuse_ranks("sweep")
+    crew = as_workers(workers)
     from gapbeam.studies.sweep.run_sweep import run_sweep
     from gapbeam.studies.sweep.sweep_plan import Sweep
 
     check_range("starts", starts, 1, 10_000)
     check_range("seed", seed, 0)
     check_range("transient", transient, 0.0)
-    check_range("jobs", jobs, 1)
     check_fraction("tolerance", tolerance)
     axes = tuple(axis_of(key, one) for key, one in values.items())
     folder = folder_from(output, f"{name_of(case)}-sweep")
@@ -90,7 +92,7 @@ def sweep(
     wanted = Sweep(
         case_file(case, folder), fixed, axes, zipped, carry or both, both, starts, seed, transient, tolerance
     )  # fmt: skip
-    return run_sweep(wanted, folder, overwrite, jobs, progress)
+    return run_sweep(wanted, folder, overwrite, crew, progress)
 
 
 def stability(
@@ -102,7 +104,7 @@ def stability(
     overrides: Overrides = (),
     *,
     output: str | PathLike[str] | None = None,
-    jobs: int | None = None,
+    workers: int | Workers | None = None,
     progress: Progress | None = None,
 ) -> StabilityResult:
     """Run a case over a grid of stiffness, step and scheme, and draw where it can be trusted.
@@ -117,7 +119,7 @@ def stability(
         vary: Other keys and their values.
         overrides: Keys to replace at every point.
         output: Folder; by default results/<case>-stability.
-        jobs: Processes; by default one a core.
+        workers: A number of them, or `gapbeam.Workers`; by default one a core of this machine.
         progress: Called with the number of trials that are done, and of all.
 
     Raises:
@@ -125,13 +127,13 @@ def stability(
         UserError: The grid is too large, or the folder cannot be written.
     """
     refuse_ranks("stability")
+    crew = as_workers(workers)
     from gapbeam.studies.stability.run_stability import run_stability
 
-    check_range("jobs", jobs, 1)
     grid = {"contact.stiffness": stiffness, "time.step": step, "time.scheme": scheme, **(vary or {})}
     axes = [axis_of(key, one, "log") for key, one in grid.items()]
     folder = folder_from(output, f"{name_of(case)}-stability")
-    return run_stability(case_file(case, folder), axes, folder, override_texts(overrides), jobs, progress)
+    return run_stability(case_file(case, folder), axes, folder, override_texts(overrides), crew, progress)
 
 
 def tradeoff(
@@ -179,7 +181,7 @@ def identify(
     *,
     leave_one_out: bool = False,
     output: str | PathLike[str] | None = None,
-    processes: int | None = None,
+    workers: int | Workers | None = None,
     overwrite: bool = False,
     progress: Callable[[str, int, int | None], None] | None = None,
 ) -> IdentificationResult:
@@ -192,7 +194,7 @@ def identify(
         overrides: Keys of the case to replace.
         leave_one_out: Predict each fitted measurement from the others too.
         output: Folder; by default results/<file>.
-        processes: Side by side; by default one a core.
+        workers: As in `sweep`.
         overwrite: Begin anew.
         progress: Called with what is done, how many sets of values were tried, and how many may be; None: unknown.
 
@@ -202,10 +204,10 @@ def identify(
         ResultsError: What an earlier search left cannot be read.
     """
     refuse_ranks("identify")
+    crew = as_workers(workers)
     from gapbeam.studies.identification.identification_file import read_identification
     from gapbeam.studies.identification.run_identification import run_identification
 
-    check_range("processes", processes, 1)
     problem = read_identification(Path(file), override_texts(overrides))
     folder = folder_from(output, Path(file).stem)
-    return run_identification(problem, folder, leave_one_out, processes, overwrite, progress)
+    return run_identification(problem, folder, leave_one_out, crew, overwrite, progress)

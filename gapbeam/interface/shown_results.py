@@ -91,6 +91,10 @@ def plot(
     end: float | None = None,
     psd: Sequence[str] = (),
     resolution: float | None = None,
+    shock: Sequence[str] = (),
+    damping: float = 0.05,
+    rainflow: Sequence[str] = (),
+    sn_curve: tuple[float, float, float] | None = None,
 ) -> list[Path]:
     """Draw peaks, time histories, spectrum and contact forces of a run, and write its tables.
 
@@ -113,6 +117,10 @@ def plot(
         end: Last time, s; None: to the end.
         psd: Names of records to draw the power spectral density of, such as "contact_force".
         resolution: Of these densities, Hz; None: from the length of the record.
+        shock: Names of records to draw the shock response spectrum of, accelerations or forces.
+        damping: Of the oscillators, as a part of critical damping.
+        rainflow: Names of records to count the cycles of.
+        sn_curve: Exponent, range, Pa, and cycles at this range of the S-N curve for damage; None: none is asked for.
 
     Returns:
         The figures and tables.
@@ -134,6 +142,7 @@ def plot(
             folder, place, tuple(formats), probe, component, acceleration=acceleration, rate=rate, points=points,
             sampling=sampling, periods=periods, window=window, harmonics=harmonics, tolerance=tolerance, zoom=zoom,
             begin=begin, end=end, psd=tuple(psd), resolution=resolution,
+            shock=tuple(shock), damping=damping, rainflow=tuple(rainflow), sn_curve=sn_curve,
         )  # fmt: skip
 
 
@@ -192,7 +201,7 @@ def export(
 
     Args:
         results: Results folder of a run, or what `run` returned.
-        output: The file, *.csv or *.mat; by default history.csv in the folder of the results.
+        output: The file, *.csv, *.mat or *.parquet; by default history.csv in the folder of the results.
         records: Names of records, such as "contact_force"; empty: all.
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.

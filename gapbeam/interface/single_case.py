@@ -35,6 +35,9 @@ def run(
     output: str | PathLike[str] | None = None,
     overwrite: bool = False,
     resume: bool = False,
+    relative_error: float | None = None,
+    of: str | None = None,
+    at_most: float | None = None,
 ) -> Outcome:
     """Run a case into a results folder.
 
@@ -44,6 +47,10 @@ def run(
         output: Results folder; by default results/<name of the case file>.
         overwrite: Replace the results of an earlier run.
         resume: Continue from its last checkpoint; from the start where it has none yet.
+        relative_error: Of a statistic of a run under random loads: the run goes on after `time.end` until the 95 %
+            interval of the figure is +- this part of it.
+        of: That figure, such as "probe.tip.rms".
+        at_most: Longest time that is marched, s; None: 10 times `time.end`.
 
     Returns:
         The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
@@ -58,13 +65,14 @@ def run(
     Collective.
     """
     comm = _ranks()
+    from gapbeam.interface.longer_run import case_and_rule
     from gapbeam.solver.run.run_case import run_case
     from gapbeam.studies.error_estimate.run_errors import errors_wanted, with_errors
 
     folder = folder_from(output, name_of(case))
-    read = shared_case(case, overrides, comm)
+    read, rule = case_and_rule(case, overrides, relative_error, of, at_most, comm)
     wanted = errors_wanted(read)
-    outcome = run_case(read, folder, comm, overwrite, resume)
+    outcome = run_case(read, folder, comm, overwrite, resume, rule)
     outcome = with_errors(read, outcome, comm) if wanted else outcome
     return replace(outcome, body=None)  # its memory goes
 

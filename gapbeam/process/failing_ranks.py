@@ -35,7 +35,7 @@ def on_one_rank(command: Callable[Arguments, int]) -> Callable[Arguments, int]:
 
     @functools.wraps(command)
     def guarded(*arguments: Arguments.args, **options: Arguments.kwargs) -> int:
-        refuse_ranks(command.__name__)
+        refuse_ranks(command.__name__.rstrip("_"))
         return command(*arguments, **options)
 
     return guarded

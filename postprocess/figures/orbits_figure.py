@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.figure_style import BLACK, GRAY, VERMILION, letter, panels
 from gapbeam.postprocess.figures.room_in_support import room_of
-from gapbeam.postprocess.results.supports_of_run import RunSupport
+from gapbeam.postprocess.results.supports_of_run import RunSupport, wall_motion_series
 
 ASIDE = 1.0e-6  # of the vertical motion; less is round-off
 IN_A_ROW = 4
@@ -59,11 +59,11 @@ def shifts_at_probes(
         supports: Its supports.
         history: `Results.history`.
     """
-    found = dict[str, np.ndarray]()
+    found, motions = dict[str, np.ndarray](), wall_motion_series(history)
     for name, _, one in _in_supports(case, supports):
-        for load, (_, up, aside) in one.faces[0].moves:
+        for motion, (_, up, aside) in one.faces[0].moves:
             if up or aside:
-                along = history["wall_motion"].sel(moving=load).values[:, None] * np.array([aside, up])
+                along = motions[motion][:, None] * np.array([aside, up])
                 found[name] = found.get(name, 0.0) + along
     return found
 

@@ -23,7 +23,7 @@ class RunFace(NamedTuple):
         angles: Directions in which `recesses` hold, degrees from straight down, positive toward +y; none: all alike.
         recesses: How much farther away than the gap the wall is there, m.
         flat: Whether it is made of flat walls in these directions, and not of a curve through them.
-        moves: By how much gap, offset and lateral change with a unit of a `wall_motion`, for all that move it, by name.
+        moves: By how much gap, offset and lateral change with a unit of each of the `wall_motions`, by name.
     """
 
     face: str
@@ -42,7 +42,7 @@ class RunFace(NamedTuple):
         """Return the face where motions of walls have brought it.
 
         Args:
-            motions: `wall_motion` by its name, m.
+            motions: Those of walls by name, m.
         """
         gap, offset, lateral = self.gap, self.offset, self.lateral
         for name, change in self.moves:
@@ -124,9 +124,24 @@ def _face(described: Mapping[str, Any]) -> RunFace:
     )  # fmt: skip
 
 
+def wall_motion_series(history: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return how far each motion of walls has gone at the records, (times,), m, by its name.
+
+    Loads move walls under their names, the bodies of supports under NAME.AXIS.
+    """
+    found = dict[str, np.ndarray]()
+    if "wall_motion" in history:
+        moved = history["wall_motion"]
+        found |= {str(name): moved.sel(moving=name).values for name in moved["moving"].values}
+    if "support_displacement" in history:
+        bodies = history["support_displacement"]
+        for name in bodies["support_body"].values:
+            for axis in bodies["support_axis"].values:
+                found[f"{name}.{axis}"] = bodies.sel(support_body=name, support_axis=axis).values
+    return found
+
+
 def wall_motions(history: xr.Dataset, time: float) -> dict[str, float]:
     """Return how far each motion of walls has gone at a time, linear between records, m, by its name."""
-    if "wall_motion" not in history:
-        return {}
-    times, found = history["time"].values, history["wall_motion"]
-    return {str(name): float(np.interp(time, times, found.sel(moving=name).values)) for name in found["moving"].values}
+    times = history["time"].values
+    return {name: float(np.interp(time, times, moved)) for name, moved in wall_motion_series(history).items()}

@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import meshio
 import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
-from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 COLORED = "colored by"
@@ -21,6 +20,18 @@ _ORIGINAL = "original point"
 _CELL = "vtkOriginalCellIds"
 _LEAST_FACING = 1.0e-3
 _EDGE = 44.0  # degrees; the facets of a round face of some ten of them meet at smaller angles, a chamfer at 45
+
+
+class MeshedBody(Protocol):
+    """What surfaces are taken of: the fields of a run, or a mesh alone."""
+
+    @property
+    def points(self) -> np.ndarray:
+        """(points, 3), m."""
+
+    @property
+    def cells(self) -> list[meshio.CellBlock]:
+        """Their corners, by type of cell."""
 
 
 @dataclass(frozen=True)
@@ -68,11 +79,11 @@ class BeamSurface:
         return self.skin, self.edges, self.faces
 
 
-def body_of(fields: Fields, support: SupportBoxes) -> BeamSurface:
+def body_of(fields: MeshedBody, support: SupportBoxes) -> BeamSurface:
     """Take the surfaces of the mesh.
 
     Args:
-        fields: The fields of a run.
+        fields: The fields of a run, or a mesh.
         support: Beam and support of the same run.
     """
     grid = pv.from_meshio(meshio.Mesh(fields.points, fields.cells))
@@ -108,7 +119,7 @@ def body_of(fields: Fields, support: SupportBoxes) -> BeamSurface:
     return BeamSurface(_part(skin, fields), _part(edges, fields), _part(faces, fields), touching)
 
 
-def _part(mesh: pv.PolyData, fields: Fields) -> Part:
+def _part(mesh: pv.PolyData, fields: MeshedBody) -> Part:
     numbers = np.asarray(mesh.point_data[_ORIGINAL] if mesh.n_points else []).astype(int)
     rest = fields.points[numbers]
     copy = mesh.copy()

@@ -22,11 +22,13 @@ BELOW = "#808080"
 ABOVE = "#9C9C9C"
 EDGE = "#2B2B2B"
 REST = "#9A9A9A"
+CELLS = "#7B8794"
 
 _ANGLE = 10.0
 _FACE_LINE = 7.0
 # Pictures are drawn so many times finer and averaged: smooth lines with every renderer.
 _FINER = 2
+_SAMPLES = 8  # of each of these pixels in a still picture; a film takes one, which is four times as fast
 
 
 class View:
@@ -45,6 +47,7 @@ class View:
         scale: float,
         color: SurfaceColor,
         direction: tuple[float, float, float],
+        meshed: bool = False,
     ) -> None:
         """Set up the scene.
 
@@ -56,12 +59,14 @@ class View:
             scale: Factor of displacements and clearance.
             color: What the surface is colored by.
             direction: From what is seen to the camera, 3D.
+            meshed: Whether the cells of the mesh are drawn.
         """
         self._body, self._scale, self._color = body, scale, color
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()  # outlines stay in front of their faces
         flat = support.dimension == 2
         fine = [_FINER * size[0], _FINER * size[1]]
         plotter: Any = pv.Plotter(off_screen=True, window_size=fine, lighting="none" if flat else "light kit")
+        plotter.render_window.SetMultiSamples(_SAMPLES)
         plotter.set_background("white")
         line = _FINER * max(1.0, size[0] / 900)
         lit = not (flat or color.everywhere)  # light would change the colors that a scale explains
@@ -74,11 +79,15 @@ class View:
         rest.points = body.edges.rest - (0.0, 0.0, 1e-3 if flat else 0.0)  # in 2D behind the beam
         _add(plotter, rest, color=REST, line_width=0.7 * line, lighting=False)
         self._support, self._moving = support, _add_blocks(plotter, support, scale, line)
+        if meshed:
+            shade |= {"show_edges": True, "edge_color": CELLS, "line_width": 0.4 * line}
         colored = {"scalars": COLORED, "cmap": _colors(color, flat), **shade}
         _add(plotter, body.skin.mesh, **(colored if color.everywhere else {"color": BEAM, "scalars": None, **shade}))
         _add(plotter, body.edges.mesh, color=EDGE, scalars=None, line_width=line, lighting=False)
         if not (flat and color.everywhere):  # faces of a plane are lines, which would hide the stress at its edges
-            _add(plotter, body.faces.mesh, line_width=_FACE_LINE * line, **colored)
+            _add(
+                plotter, body.faces.mesh, **colored | {"line_width": (_FACE_LINE if not meshed or flat else 0.4) * line}
+            )
         if flat:
             _look_flat(plotter, window)
         else:
@@ -106,6 +115,10 @@ class View:
         places = [(row, column) for row in range(_FINER) for column in range(_FINER)]
         summed = sum(fine[row::_FINER, column::_FINER].astype(np.uint16) for row, column in places)
         return np.asarray((summed + len(places) // 2) // len(places)).astype(np.uint8)
+
+    def hurry(self) -> None:
+        """Draw from now on as films are drawn: nobody sees the edges of a picture that moves."""
+        self._plotter.render_window.SetMultiSamples(0)
 
     def fractions(self, points: np.ndarray) -> np.ndarray:
         """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""

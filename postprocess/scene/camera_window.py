@@ -44,7 +44,7 @@ def scale_of_whole(motion: MotionRange, support: SupportBoxes, size: tuple[int, 
     """
     height = (support.end - support.start) * size[1] / size[0] - 2.0 * support.thickness
     moved = motion.highest - motion.lowest
-    return _rounded(max(height, 2.0 * support.thickness) / moved) if moved > 0.0 else 1.0
+    return rounded_down(max(height, 2.0 * support.thickness) / moved) if moved > 0.0 else 1.0
 
 
 def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
@@ -61,7 +61,7 @@ def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
         limits.append(_GAP_SHOWN * thickness / abs(support.clearance))
     if motion.largest_near > 0.0:
         limits.append(_MOTION_SHOWN * thickness / motion.largest_near)
-    return _rounded(min(limits)) if limits else 1.0
+    return rounded_down(min(limits)) if limits else 1.0
 
 
 def window_of_whole(motion: MotionRange, support: SupportBoxes, scale: float, size: tuple[int, int]) -> Window:
@@ -90,7 +90,7 @@ def _fitted(x: Span, height: Span, size: tuple[int, int], room_x: float, room_he
     )
 
 
-def _rounded(limit: float) -> float:
+def rounded_down(limit: float) -> float:
     """The largest round number that does not exceed a limit."""
     decade = 10.0 ** np.floor(np.log10(limit))
     return float(max(step for step in _ROUND if step * decade <= limit * (1.0 + 1e-9)) * decade)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import Any
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
@@ -55,6 +56,11 @@ class PressurePanel:
         if support.dimension == 2:
             bar.ax.set_yticklabels([])
             bar.ax.tick_params(length=0)
+
+    @property
+    def artists(self) -> list[Artist]:
+        """What frames change."""
+        return list(self._artists.values())
 
     def fill(self, pressure: np.ndarray) -> None:
         """Show the pressures of one frame; of all points of the mesh, (n,), Pa."""

@@ -7,12 +7,12 @@ from typing import Any
 
 import matplotlib as mpl
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
-from matplotlib.image import AxesImage
 from matplotlib.lines import Line2D
 
 from gapbeam.postprocess.figures.figure_style import GRAY, SKY, face_style
@@ -39,7 +39,7 @@ _MOTION: Place = (0.775, 0.105, 0.205, 0.16)
 _DPI = 100
 _DESIGNED_FOR = 900
 _PERIODS_SHOWN = 3.0
-_STYLE: dict[str, Any] = {
+STYLE: dict[str, Any] = {
     "font.family": "STIXGeneral",
     "mathtext.fontset": "stix",
     "font.size": 16.0,
@@ -104,16 +104,18 @@ class Sheet:
         """
         self._size, self._caption, self._traces = size, caption, traces
         self._large = size[1] / _DESIGNED_FOR
-        style = {key: value * self._large if key.endswith("size") else value for key, value in _STYLE.items()}
+        style = {key: value * self._large if key.endswith("size") else value for key, value in STYLE.items()}
         with mpl.rc_context(style):
             self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
             self._canvas = FigureCanvasAgg(self.figure)
             color = color or SurfaceColor.of_pressure(pressures[2])
-            self._whole = self._picture(whole_place(color), windows[0], support, 11)
+            self._moving: list[Artist] = []
+            self._ground: Any = None  # all that no frame changes, once it is drawn
+            self._whole = self._ruled(whole_place(color), windows[0], support, 11)
             if color.everywhere:
                 self._add_scale(color)
             self._mark(marks)
-            self._near = self._picture(ZOOM, windows[1], support, 7)
+            self._near = self._ruled(ZOOM, windows[1], support, 7)
             self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures)
             close = [block.face for block in support.near_blocks()]
             self._force = self._trace(_FORCE, "force (N)", traces.time, traces.forces, close)
@@ -125,6 +127,7 @@ class Sheet:
             self._write()
             self._clock = self.figure.text(0.98, 0.96, "", ha="right", va="center", fontsize=18 * self._large)
             self._note = self.figure.text(0.98, 0.915, "", ha="right", va="center", fontsize=16 * self._large)
+            self._moving += [*self._pressure.artists, self._force[0], self._motion[0], self._clock, self._note]
 
     def fill(self, frame: Frame, whole: np.ndarray, near: np.ndarray, note: str = "") -> np.ndarray:
         """Put the pictures and the signals of one frame on the sheet.
@@ -138,28 +141,38 @@ class Sheet:
         Returns:
             The sheet, (height, width, 3), 8 bits.
         """
-        self._whole.set_data(whole)
-        self._near.set_data(near)
         self._pressure.fill(frame.contact_pressure)
         self._clock.set_text(self._caption.clock(frame.time))
         self._note.set_text(note)
         for panel, now in (self._force, self._motion):
             panel.set_xlim(*self._span(frame.time))
             now.set_xdata([1e3 * frame.time, 1e3 * frame.time])
-        self._canvas.draw()  # type: ignore[no-untyped-call]
-        pixels_now = self._canvas.buffer_rgba()  # type: ignore[no-untyped-call]
-        return np.asarray(pixels_now)[..., :3].copy()
+        sheet = self._begun()
+        _paste(sheet, self._whole, whole)
+        _paste(sheet, self._near, near)
+        for artist in self._moving:
+            self.figure.draw_artist(artist)
+        return sheet[..., :3].copy()
 
-    def _picture(self, place: Place, window: Window, support: SupportBoxes, most: int) -> AxesImage:
+    def _begun(self) -> np.ndarray:
+        """Put on the sheet what no frame changes, drawn at the first; return its pixels, (height, width, 4)."""
+        if self._ground is None:
+            shown = [artist.get_visible() for artist in self._moving]
+            for artist in self._moving:
+                artist.set_visible(False)
+            self._canvas.draw()  # type: ignore[no-untyped-call]
+            self._ground = self._canvas.copy_from_bbox(self.figure.bbox)  # type: ignore[no-untyped-call]
+            for artist, visible in zip(self._moving, shown, strict=True):
+                artist.set_visible(visible)
+        self._canvas.restore_region(self._ground)  # type: ignore[no-untyped-call]
+        return np.asarray(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+
+    def _ruled(self, place: Place, window: Window, support: SupportBoxes, most: int) -> Axes:
+        """Lay out the place of a picture, with a ruler below in 2D."""
         panel = self.figure.add_axes(place)
-        width, height = pixels(place, self._size)
         extent = (1e3 * window.x[0], 1e3 * window.x[1], 1e3 * window.height[0], 1e3 * window.height[1])
-        image = panel.imshow(
-            np.full((height, width, 3), 255, dtype=np.uint8),
-            extent=extent,
-            aspect="auto",
-            interpolation="antialiased",
-        )
+        panel.set_xlim(*extent[:2])
+        panel.set_ylim(*extent[2:])
         panel.set_yticks([])
         panel.set_xticks([])
         panel.spines[:].set_visible(False)
@@ -170,7 +183,8 @@ class Sheet:
             panel.set_xticks(ticks, [*(f"{x:g}" for x in ticks[:-1]), f"{ticks[-1]:g} mm"])
             panel.spines["bottom"].set_visible(True)
             panel.spines["bottom"].set_bounds(first, last)
-        return image
+            self._moving.append(panel.spines["bottom"])  # in front of the picture
+        return panel
 
     def _add_scale(self, color: SurfaceColor) -> None:
         """Draw the scale of the colors beside the whole beam, with name and unit."""
@@ -182,11 +196,11 @@ class Sheet:
 
     def _mark(self, marks: Sequence[PlacedMark]) -> None:
         """Mark joints and masses on the axis of the undeformed beam, and shade fluids, with names above the beam."""
-        panel, large = self._whole.axes, self._large
+        panel, large = self._whole, self._large
         for one in marks:
             where, offset = one.above, 4.0
             if one.outline is not None:
-                panel.fill(*one.outline.T, transform=panel.transAxes, color=SKY, alpha=0.2, lw=0.0)
+                self._moving += panel.fill(*one.outline.T, transform=panel.transAxes, color=SKY, alpha=0.2, lw=0.0)
                 where, offset = np.array([one.at[0], 0.0]), 6.0
             else:
                 style: dict[str, Any] = {
@@ -196,11 +210,14 @@ class Sheet:
                     "mec": "black",
                     "mew": 1.6,
                 }
-                panel.plot(*one.at[:, None], transform=panel.transAxes, clip_on=False, zorder=5, **style)
-            panel.annotate(
+                self._moving += panel.plot(
+                    *one.at[:, None], transform=panel.transAxes, clip_on=False, zorder=5, **style
+                )
+            name = panel.annotate(
                 one.mark.name, (float(where[0]), float(where[1])), (0.0, offset * large), xycoords="axes fraction",
                 textcoords="offset points", ha="center", va="bottom", annotation_clip=False, fontsize=14 * large,
             )  # fmt: skip
+            self._moving.append(name)
 
     def _trace(
         self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray], close: Sequence[str] = ("",)
@@ -238,3 +255,11 @@ class Sheet:
         self.figure.text(0.02, 0.915, caption.whole, ha="left", va="center", fontsize=text)
         self.figure.text(0.02, 0.475, caption.support, ha="left", va="center", fontsize=text)
         self.figure.text(0.98, 0.02, caption.cadence, ha="right", va="center", fontsize=0.85 * text, color="#444444")
+
+
+def _paste(sheet: np.ndarray, panel: Axes, picture: np.ndarray) -> None:
+    """Put a picture on its place on the sheet, to the nearest pixel."""
+    height, width = picture.shape[:2]
+    corner = panel.get_window_extent()
+    left, top = round(corner.x0), len(sheet) - height - round(corner.y0)
+    sheet[top : top + height, left : left + width, :3] = picture

@@ -10,19 +10,18 @@ Source: Welch, IEEE Trans. Audio Electroacoust. 15 (1967); Percival and Walden, 
 from __future__ import annotations
 
 from dataclasses import dataclass
-from itertools import product
 
 import numpy as np
 import xarray as xr
 from scipy.signal import welch
 from scipy.stats import chi2
 
-from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, Signal, SignalError
+from gapbeam.postprocess.signals.record_columns import record_columns
+from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError
 
 WINDOWS = 16  # in the record where no resolution is given
 LEAST = 8  # values in a window
 CONFIDENCE = 0.95
-_UNEVEN = 1.0e-3
 
 
 @dataclass(frozen=True)
@@ -68,21 +67,13 @@ def power_density(history: xr.Dataset, record: str, resolution: float | None = N
     Raises:
         SignalError: Too short a record, for the resolution or at all; values that are not finite, or unevenly spaced.
     """
-    variable = history[record]
-    time, values = np.asarray(history["time"].values, dtype=float), variable.values.reshape(variable.shape[0], -1)
-    if time.size > 2 and abs(time[-1] - 2.0 * time[-2] + time[-3]) > _UNEVEN * (time[-2] - time[-3]):
-        time, values = time[:-1], values[:-1]
+    columns = record_columns(history, record)
     notes = []
     if record in INTERVAL_MEANS:
-        time, values = time[1:], values[1:]
         notes.append(f"{record} is the mean over a record interval h: it takes (sin(pi f h) / (pi f h))^2 of its power")
-    unit = str(variable.attrs.get("units", "1"))
-    labels = [" ".join(words) for words in product(*(map(str, variable[dim].values) for dim in variable.dims[1:]))]
-    columns = {
-        label: Signal(time, np.asarray(column, dtype=float), unit, f"{record} {label}".strip())
-        for label, column in zip(labels, values.T, strict=True)
-    }
-    interval = next(iter(columns.values())).interval
+    first = next(iter(columns.values()))
+    time, unit = first.time, first.unit
+    interval = first.interval
     size = _window_size(record, time.size, interval, resolution)
     moving = {label: one.values for label, one in columns.items() if np.ptp(one.values) > 0.0}
     if not moving:

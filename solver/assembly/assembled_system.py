@@ -27,7 +27,8 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import load_direction
-from gapbeam.solver.loads.places import PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.load_parts import patterned
+from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration
 from gapbeam.solver.loads.system_loads import make_loads
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Operators, RankOnes
@@ -49,12 +50,12 @@ def assembled_system(
         case: The case.
         operators: M and K of the beam alone.
         contact: G, H, w and g0.
-        patterns: Forces of each load of the case per unit factor, (n,), N, and after them the rows of
+        patterns: Forces of each part of the loads of the case per unit factor, (n,), N, and after them the rows of
             `attached_motions`.
         dimension: 2 or 3.
         rayleigh: c_M, 1/s, and c_K, s, of the beam.
     """
-    of_loads = patterns[: len(case.load)]
+    of_loads = patterns[: len(patterned(case.load))]
     loads = list(make_loads(case.load, of_loads, dimension))
     fixed = [*_of_loads(case, of_loads, dimension), *_of_sections(case, patterns, dimension)]
     if not fixed:
@@ -63,7 +64,7 @@ def assembled_system(
     mass, stiffness, damping = np.array([one.added for one in fixed]).T
     for number, load in enumerate(case.load):
         place = load.place
-        if not isinstance(place, PointForce | SupportWalls):
+        if isinstance(place, BodyForce | SupportAcceleration):
             driven = np.array([one.shaken if isinstance(place, SupportAcceleration) else one.weight for one in fixed])
             along = np.array([one.along @ load_direction(load, dimension) for one in fixed])
             loads[number] = replace(loads[number], pattern=loads[number].pattern + (driven * along) @ rows)
@@ -103,7 +104,7 @@ class _Fixed:
 
 
 def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
-    for load, row in zip(case.load, patterns, strict=True):
+    for load, row in zip(case.load, patterns, strict=False):
         if (added := _added(load)) is not None:
             numbers = (added.mass, added.stiffness, added.damping)
             yield _Fixed(row, load_direction(load, dimension), numbers, weight=0.0, shaken=added.mass)

@@ -12,12 +12,14 @@ from collections.abc import Sequence
 import numpy as np
 
 from gapbeam.solver.attachments.attached import Attached
-from gapbeam.solver.attachments.mean_motion import BENDING, IN_PLANE, OUT_OF_PLANE, SIDEWAYS, MeanMotion, MotionName
+from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, MeanMotion, MotionName
+from gapbeam.solver.case.beam_motions import section_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, FullModel
-from gapbeam.solver.case.symmetry import bends_in_two_planes, is_symmetric
+from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.loads.attachment import Attachment
-from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.loads.load_parts import patterned
+from gapbeam.solver.loads.places import LineForce, SupportWalls
 from gapbeam.solver.system.operators import Array, RankOnes
 
 HARD = 1.0e4  # times the stiffness of a section over its thickness
@@ -51,9 +53,9 @@ def roll_springs(case: Case) -> tuple[Attached, ...]:
 
 
 def model_motions(case: Case) -> tuple[MotionName, ...]:
-    """Return the motions of cross-sections that a model has: bending in one plane or two, all in the plane, or all."""
+    """Return the motions of cross-sections that a model has: those of a beam model, all in the plane, or all."""
     if isinstance(case.model, BeamModel):
-        return SIDEWAYS if bends_in_two_planes(case) else BENDING
+        return section_motions(case)
     if case.mesh.dimension == 2 or (not isinstance(case.model, FullModel) and is_symmetric(case)):
         return IN_PLANE
     return (*IN_PLANE, *OUT_OF_PLANE)
@@ -68,7 +70,7 @@ def attached_rows(case: Case, patterns: Sequence[Array]) -> list[tuple[Attached,
         case: The case.
         patterns: Forces of its loads, and after them the rows of `attached_motions`.
     """
-    return list(zip(attached_motions(case), patterns[len(case.load) :], strict=True))
+    return list(zip(attached_motions(case), patterns[len(patterned(case.load)) :], strict=True))
 
 
 def acting_rows(case: Case, patterns: Sequence[Array]) -> list[Array]:
@@ -78,7 +80,8 @@ def acting_rows(case: Case, patterns: Sequence[Array]) -> list[Array]:
         case: The case.
         patterns: As in `attached_rows`.
     """
-    of_loads = [row for load, row in zip(case.load, patterns, strict=False) if not isinstance(load.place, SupportWalls)]
+    parts = zip(patterned(case.load), patterns, strict=False)
+    of_loads = [row for (_, part), row in parts if not isinstance(part.place, SupportWalls | LineForce)]
     return [*of_loads, *(row for one, row in attached_rows(case, patterns) if not one.spread)]
 
 

@@ -17,7 +17,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.face_quadrature import FacePoints, PointRule, along_beam, face_points, gather_points
 from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, stress_rows, trace_bounds
-from gapbeam.solver.supports.support import Face, Support
+from gapbeam.solver.supports.support import Face, Support, along_faces
 from gapbeam.solver.system.operators import Array, Indices, Interface, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -45,7 +45,7 @@ def contact_operator(
     supported: Sequence[Face],
     width: float,
     rule: PointRule,
-    friction: bool = False,
+    follows: bool = False,
 ) -> ContactOperator:
     """Build G, w and g0: the gap is gap + u at a face below the beam, gap - u at one above it, gap - u_r in a hole.
 
@@ -55,7 +55,7 @@ def contact_operator(
         supported: These faces, with their sides and gaps.
         width: Factor of the weights in 2D, 1 in 3D, m.
         rule: Where the contact points of a facet lie.
-        friction: Whether T is needed: the interface then holds all components of the nodes on the faces.
+        follows: Whether T is needed: the interface then holds all components of the nodes on the faces.
 
     Collective.
     """
@@ -65,7 +65,7 @@ def contact_operator(
     numbers = points.merged.nodes * block
     touched = []
     for face, rows in zip(supported, points.rows, strict=True):
-        held = np.arange(0 if friction else 1 if face.around else axis, block)
+        held = np.arange(0 if follows else 1 if face.around else axis, block)
         touched.append((numbers[rows][used[rows]][:, None] + held).reshape(-1))
     interface, slots = dof_interface(space, touched, block)
     row, local = np.nonzero(used)
@@ -84,7 +84,7 @@ def contact_operator(
         return csr_matrix((np.concatenate(entries), (np.concatenate(places), np.concatenate(columns))), shape)
 
     operator = points.operator(interface, rows_of([points.opening]))
-    return replace(operator, tangents=rows_of(points.tangents())) if friction else operator
+    return replace(operator, tangents=rows_of(points.tangents())) if follows else operator
 
 
 def nitsche_operator(
@@ -128,16 +128,10 @@ class _Points:
 
     def tangents(self) -> list[Array]:
         """Return unit vectors along the faces, (m, dimension) each: along the beam and, in 3D, across or around it."""
-        count, dimension = self.opening.shape
-        along, across = np.zeros((count, dimension)), np.zeros((count, dimension))
-        along[:, 0] = 1.0
-        if dimension == 2:
-            return [along]
-        across[:, 1] = 1.0
+        around = np.zeros(len(self.opening), dtype=bool)
         for face, rows in zip(self.supported, self.rows, strict=True):
-            if face.around:
-                across[rows, 1], across[rows, 2] = -self.opening[rows, 2], self.opening[rows, 1]
-        return [along, across]
+            around[rows] = face.around
+        return along_faces(self.opening, around)
 
     def operator(
         self,

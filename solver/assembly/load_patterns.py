@@ -1,6 +1,7 @@
 """The forces of loads on a finite element space per unit factor, by where they act.
 
 * A force at a point: f = N(x_p)^T e.
+* Forces along the axis: the sum of such forces.
 * A uniform acceleration of all mass, such as gravity: f = M e, with the consistent mass matrix.
 * An acceleration of the support: the equations are solved in its frame, where f = -M e.
 * A motion of the walls of one support: no force but that of contact.
@@ -8,16 +9,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, assert_never
 
 import numpy as np
 
 from gapbeam.solver.assembly.attached_motions import attached_motions
+from gapbeam.solver.assembly.point_rows import PointRow
 from gapbeam.solver.assembly.section_rows import row_at, section_rows
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import load_direction
-from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.load_parts import LoadPart, patterned
+from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.system.operators import Array, Operators
 
 
@@ -29,19 +33,33 @@ def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, 
 
     Collective.
     """
+    rows: dict[float | tuple[float, ...], PointRow] = {}  # many parts of a load act at the same places
+
+    def row(point: float | tuple[float, ...], name: str) -> PointRow:
+        if point not in rows:
+            rows[point] = row_at(case, space, point, f"[[load]] {name}")
+        return rows[point]
+
     return (
-        *(_pattern(case, load, space, operators) for load in case.load),
+        *(_pattern(load, part, space, operators, row) for load, part in patterned(case.load)),
         *section_rows(case, space, operators.size, [one.motion for one in attached_motions(case)]),
     )
 
 
-def _pattern(case: Case, load: Load, space: Any, operators: Operators) -> Array:
-    """Return the forces of one load; `load_direction` has the sign of the inertia in a moving frame."""
+def _pattern(
+    load: Load, part: LoadPart, space: Any, operators: Operators, row: Callable[[Any, str], PointRow]
+) -> Array:
+    """Return the forces of a part of a load; `load_direction` has the sign of the inertia in a moving frame."""
     dimension = space.mesh.geometry.dim
     direction = load_direction(load, dimension)
-    match load.place:
+    match part.place:
         case PointForce(point):
-            return row_at(case, space, point, f"[[load]] {load.name}").force(direction, operators.size)
+            return row(point, load.name).force(direction, operators.size)
+        case LineForce(places, weights):
+            total = np.zeros(operators.size)
+            for place, weight in zip(places, weights, strict=True):
+                total += row(place, load.name).force(weight * direction, operators.size)
+            return total
         case BodyForce() | SupportAcceleration():
             return operators.apply_mass(np.tile(direction, operators.size // dimension))
         case SupportWalls():

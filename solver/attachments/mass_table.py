@@ -24,6 +24,9 @@ class PointMass(Table):
     rotary_inertia: NonNegative = Field(
         default=0.0, description="moment of inertia about the axes across the beam, kg m^2", examples=[1.0e-4]
     )
+    polar_inertia: NonNegative = Field(
+        default=0.0, description="moment of inertia about the axis of the beam (3D), kg m^2", examples=[2.0e-4]
+    )
 
     def attached(self) -> Iterator[Attached]:
         """Yield what it adds to the motions of its cross-section."""
@@ -32,3 +35,5 @@ class PointMass(Table):
         if self.rotary_inertia > 0.0:
             for name in ROTATIONS:
                 yield Attached(MeanMotion(self.point, name), Attachment(self.rotary_inertia, 0.0, 0.0))
+        if self.polar_inertia > 0.0:
+            yield Attached(MeanMotion(self.point, "twist"), Attachment(self.polar_inertia, 0.0, 0.0))

@@ -23,7 +23,7 @@ MotionName = Literal["axial", "vertical", "lateral", "rotation", "lateral_rotati
 IN_PLANE: tuple[MotionName, ...] = ("axial", "vertical", "rotation")
 OUT_OF_PLANE: tuple[MotionName, ...] = ("lateral", "lateral_rotation", "twist")
 BENDING: tuple[MotionName, ...] = ("vertical", "rotation")
-SIDEWAYS: tuple[MotionName, ...] = (*BENDING, "lateral", "lateral_rotation")
+SIDEWAYS: tuple[MotionName, ...] = ("lateral", "lateral_rotation")
 
 
 @dataclass(frozen=True)

@@ -6,44 +6,49 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from gapbeam.solver.attachments.mean_motion import BENDING, MotionName
+from gapbeam.solver.case.start_tables import StartMode, StartMotion
 from gapbeam.solver.table import Number, Positive, Table, Whole
 
 
-class StartMotion(Table):
-    """A rigid motion in the bending plane, added to the state at t = 0."""
-
-    lift: Number = Field(default=0.0, description="displacement along the bending direction, m", examples=[0.1e-3])
-    tilt: Number = Field(default=0.0, description="rotation that raises the far end, rad", examples=[1.0e-4])
-    velocity: Number = Field(default=0.0, description="velocity along the bending direction, m/s", examples=[-0.2])
-    spin: Number = Field(default=0.0, description="rotation rate that raises the far end, rad/s", examples=[1.0])
-    point: Number | None = Field(
-        default=None, description="x of the point that the rotation leaves in its place, m; default the middle"
-    )
-
-    def at(self, x: float, length: float) -> tuple[float, float]:
-        """Return displacement, m, and velocity, m/s, of the beam axis at x, for a beam of a length."""
-        arm = x - (0.5 * length if self.point is None else self.point)
-        return self.lift + arm * self.tilt, self.velocity + arm * self.spin
-
-
 class Transient(Table):
-    """A march from the seat, or from the undeformed pose, to time.end."""
+    """A march from the seat, the undeformed pose or the middle of the play, to time.end."""
 
     type: Literal["transient"] = Field(default="transient", description="kind of analysis")
-    start: Literal["seat", "undeformed"] = Field(
+    start: Literal["seat", "undeformed", "centered"] = Field(
         default="seat",
-        description="state at t = 0, at rest: the static seat, or the undeformed pose, flat on the base, from which "
-        "the static loads let it fall, as multibody programs start",
+        description="state at t = 0, at rest: the static seat; the undeformed pose, flat on the base, from which "
+        "the static loads let it fall, as multibody programs start; or the undeformed beam in the middle of the play "
+        "of its supports",
     )
 
     motion: StartMotion | None = Field(
         default=None, description="a rigid motion added to that state, a table; default none"
+    )
+    mode: StartMode | None = Field(
+        default=None, description="a vibration mode added to that state, a table; default none"
     )
 
     @property
     def needs_seat(self) -> bool:
         """Whether nothing can be computed without the static seat."""
         return self.start == "seat"
+
+    @property
+    def moves_aside(self) -> frozenset[MotionName]:
+        """The motions of the start that are not those of a beam in its bending plane."""
+        found = () if self.motion is None else (self.motion.pose(0.0), self.motion.rate(0.0))
+        return frozenset(name for one in found for name in one.names).difference(BENDING)
+
+    @property
+    def for_body(self) -> Transient:
+        """What a body depends on: the motions of the start that leave bending in the plane."""
+        if not self.moves_aside:
+            return Transient()
+        along, across, turned, twisted = (
+            float(name in self.moves_aside) for name in ("axial", "lateral", "lateral_rotation", "twist")
+        )
+        return Transient(motion=StartMotion(velocity=(along, across, 0.0), spin=(twisted, 0.0, turned)))
 
 
 class Continuation(Table):
@@ -97,6 +102,16 @@ class Periodic(Table):
     def needs_seat(self) -> bool:
         """Whether nothing can be computed without the static seat: marches before the search start there."""
         return True
+
+    @property
+    def moves_aside(self) -> frozenset[MotionName]:
+        """None: the search starts at rest."""
+        return frozenset()
+
+    @property
+    def for_body(self) -> Transient:
+        """A body does not depend on the search."""
+        return Transient()
 
 
 Analysis = Annotated[Transient | Periodic, Field(discriminator="type")]

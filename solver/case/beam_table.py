@@ -44,6 +44,11 @@ class Beam(Table):
         return self.section.height(self.thickness, self.width)
 
     @property
+    def centroid(self) -> tuple[float, float]:
+        """Place y and z of the centroid of the cross-section, from the axis, m."""
+        return self.section.centroid(self.thickness, self.width)
+
+    @property
     def rectangular(self) -> bool:
         """Whether the cross-section is a solid rectangle, which a slice in the bending plane stands for."""
         return self.section == RECTANGLE
@@ -75,6 +80,16 @@ class Beam(Table):
     def lateral_shear_coefficient(self, poisson_ratio: float) -> float:
         """Return the share kappa of the area that carries shear across the bending plane, no unit."""
         return self.section.lateral_shear_coefficient(self.thickness, self.width, poisson_ratio)
+
+    @property
+    def polar_moment(self) -> float:
+        """Polar second moment of area about the axis, m^4."""
+        return self.section.polar_moment(self.thickness, self.width)
+
+    @property
+    def torsion_constant(self) -> float | None:
+        """J of Saint-Venant's torsion, m^4; None: the section has no figure."""
+        return self.section.torsion_constant(self.thickness, self.width)
 
     def contains(self, y: float, z: float) -> bool:
         """Return whether a point of the plane of the section is in the material."""

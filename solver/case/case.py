@@ -25,6 +25,7 @@ from gapbeam.solver.case.model_table import FullModel, ModelTable
 from gapbeam.solver.case.segment_table import PlacedSegment
 from gapbeam.solver.case.solver_table import SolverTable
 from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.loads.load_choice import NO_LOADS, Load
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import SupportTables
@@ -167,6 +168,9 @@ class Case(Table):
         default=FullModel(), description="fidelity level: a name, or a table with the type and its keys"
     )
     contact: Contact = Contact()
+    wear: Wear | None = Field(
+        default=None, description="work rate and wear of the supports, a table; default none: not measured"
+    )
     load: tuple[Load, ...] = Field(default=NO_LOADS, description="loads acting together")
     probe: tuple[Probe, ...] = Field(default=(), description="points whose motion is recorded")
     time: Time
@@ -179,6 +183,11 @@ class Case(Table):
     def layout(self) -> Layout:
         """Where the supports are, and how much play they leave."""
         return Layout.of(self.support)
+
+    @property
+    def follows_faces(self) -> bool:
+        """Whether motion along the faces of supports is followed: for friction, or for the work of sliding."""
+        return self.contact.rubs is not None or self.wear is not None
 
     @property
     def profile(self) -> BeamProfile:

@@ -11,8 +11,9 @@ from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.contact_table import Friction
-from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.support_walls import interference
+from gapbeam.solver.supports.support_tables import OneSupport
 
 WANTED_RATIO = 0.01  # penetration over clearance
 IMPACT = 10.0  # times the static reaction: what impacts of a rattling beam press with
@@ -103,6 +104,8 @@ def support_reaction(case: Case) -> float:
                 added = load.static_force
                 force = load.peak + (abs(added.force) if added is not None else 0.0)
                 moment += force * layout.arm(float(x))
+            case LineForce(places):
+                moment += load.peak * layout.arm(0.5 * (places[0] + places[-1]))
             case BodyForce() | SupportAcceleration() | SupportWalls():
                 moment += mass * load.peak * lever
             case unknown:
@@ -202,18 +205,21 @@ def contact_patch(case: Case) -> Default:
     return Default("contact.patch", PATCH_SHARE * case.layout.length, "m", reason, consequence)
 
 
-def contact_damping(case: Case, stiffness: float) -> Default | None:
+def contact_damping(case: Case, stiffness: float, support: OneSupport | None = None) -> Default | None:
     """Return the damping that the law asks for in the place of contact.damping; None: it asks for none.
 
     It may follow from the mass of the supported part of the beam: density times thickness per area, or the whole mass
-    over the number of `contact.points`.
+    over the number of `contact.points`; with that of a support that gives way, from both.
 
     Args:
         case: The case.
         stiffness: K of the contact, Pa/m, or N/m of a point.
+        support: At which; None: at one that stands still.
     """
     contact, piece = case.contact, lightest_supported(case)
     mass, unit = piece.face_mass, "kg/m^2"
+    if support is not None:
+        mass = support.impact_mass(mass, piece.beam.width)
     if contact.points is not None:
         mass, unit = mass * piece.beam.width * case.layout.length / len(contact.points), "kg a point"
     units = (unit, contact.stiffness_unit)

@@ -1,4 +1,9 @@
-"""The JSON schema by which editors complete and check a case file as one types."""
+"""The JSON schema by which editors complete and check a case file as one types.
+
+A table of several types is checked by the keywords if and then, by its `type` alone: a validator then names the key
+that is wrong. By oneOf it could only say that none of the types fits. Editors that complete by `properties` find the
+keys of all types there.
+"""
 
 from __future__ import annotations
 
@@ -10,23 +15,64 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import tables
 from gapbeam.solver.table import models_in, named, type_name
 
+KEPT = ("title", "description", "default")
+
 
 def schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a case file."""
     document = _without_null(Case.model_json_schema())
     models: list[type[BaseModel]] = [Case, *(one.model for one in tables())]
+    definitions = document["$defs"]
+    names = {
+        (table.__name__, key): [type_name(one) for one in models_in(field.annotation)]
+        for table in models
+        for key, field in table.model_fields.items()
+        if BeforeValidator(named) in field.metadata  # takes a name or a table
+    }
     for table in models:
-        properties = (document if table is Case else document["$defs"][table.__name__])["properties"]
-        for key, field in table.model_fields.items():
-            if BeforeValidator(named) in field.metadata:  # takes a name or a table
-                by_type = {part: properties[key].pop(part) for part in ("oneOf", "discriminator")}
-                properties[key]["anyOf"] = [{"enum": [type_name(one) for one in models_in(field.annotation)]}, by_type]
+        properties = (document if table is Case else definitions[table.__name__])["properties"]
+        for key in table.model_fields:
+            properties[key] = _by_type(properties[key], definitions)
+            if (table.__name__, key) in names:
+                said = {one: properties[key].pop(one) for one in KEPT if one in properties[key]}
+                by_name = {"enum": names[table.__name__, key]}
+                properties[key] = {**said, "if": {"type": "string"}, "then": by_name, "else": properties[key]}
+    document["properties"]["support"] = _by_form(document["properties"]["support"])
     return {
         **document,
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": "gapbeam case file",
         "description": "A beam in a support with play. SI units throughout, frequencies in Hz.",
     }
+
+
+def _by_type(part: Any, definitions: dict[str, Any]) -> Any:
+    """Replace oneOf with a discriminator by a condition for each type."""
+    if isinstance(part, list):
+        return [_by_type(item, definitions) for item in part]
+    if not isinstance(part, dict):
+        return part
+    found = {key: _by_type(value, definitions) for key, value in part.items()}
+    if "discriminator" not in found:
+        return found
+    types = {name: place.rpartition("/")[2] for name, place in found.pop("discriminator")["mapping"].items()}
+    found.pop("oneOf")
+    keys = dict[str, Any]()
+    for table in types.values():
+        for key, described in definitions[table]["properties"].items():
+            keys.setdefault(key, {"description": described["description"]} if "description" in described else {})
+    keys["type"] = {"enum": list(types), "description": keys["type"]["description"]}
+    conditions = [
+        {"if": {"properties": {"type": {"const": name}}, "required": ["type"]}, "then": {"$ref": f"#/$defs/{table}"}}
+        for name, table in types.items()
+    ]
+    return {**found, "type": "object", "required": ["type"], "properties": keys, "allOf": conditions}
+
+
+def _by_form(support: dict[str, Any]) -> dict[str, Any]:
+    """Replace the two forms of supports, one table or an array of tables, by a condition."""
+    table, array = support.pop("oneOf")
+    return {**support, "type": ["object", "array"], "if": {"type": "array"}, "then": array, "else": table}
 
 
 def _without_null(part: Any) -> Any:

@@ -2,20 +2,96 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from collections.abc import Iterator
+from math import ceil
+from typing import Annotated, ClassVar, Literal, NamedTuple, Self
 
 from pydantic import Field
 
 from gapbeam.solver.table import Positive, Table, Whole
 
+STATIONS = 8
+RIGID_SHARE = 0.3  # of the first bending frequency, up to which a body may be rigid
+THICKNESS_OF_WAVE = 0.125  # thickness over the bending wavelength, up to which beam theory holds
+SPACING_OF_WAVE = 0.125  # distance of nodes over the bending wavelength
+ELEMENTS_IN_SUPPORT = 5
+MOST_ELEMENTS = 2000
+MODES_BEYOND = 2  # modes for each half wave along the beam: those across its plane, along it and in torsion, too
 
-class FullModel(Table):
+Wanted = Literal["motion", "forces", "pressures", "stresses"]
+
+
+class SceneFigures(NamedTuple):
+    """What models of a scene are judged by.
+
+    Attributes:
+        wanted: What the results are for.
+        driven: Highest frequency of loads and of contacts, Hz; infinite where the contact is as stiff as the mesh.
+        first_bending: First bending frequency, Hz.
+        highest: Highest frequency of interest, Hz.
+        length: Of the beam, m.
+        thickness: Of the beam where it is thickest, m.
+        wavelength: Of bending waves of the highest frequency, where they are shortest, m.
+        shortest_support: Length of the shortest support, m.
+    """
+
+    wanted: Wanted
+    driven: float
+    first_bending: float
+    highest: float
+    length: float
+    thickness: float
+    wavelength: float
+    shortest_support: float
+
+
+class _AnyModel(Table):
+    """What all models have in common.
+
+    Attributes:
+        decided: Whether this is a model, and not the wish to have one chosen.
+        reasons: Why it was chosen.
+    """
+
+    reasons: tuple[str, ...] = Field(
+        default=(), max_length=20, description='why it was chosen: written by the model "auto", without effect'
+    )
+
+    decided: ClassVar[bool] = True
+
+    @property
+    def gives(self) -> frozenset[Wanted]:
+        """What results of the model may be asked for."""
+        return frozenset({"motion"})
+
+    def fitted(self, scene: SceneFigures) -> Self:
+        """Return the model with as many DOFs as the frequencies of a scene ask for."""
+        del scene
+        return self
+
+    def doubts(self, scene: SceneFigures) -> Iterator[str]:
+        """Yield what in a scene is beyond the range of the model, besides the contradictions of a case."""
+        if scene.wanted not in self.gives:
+            yield f"it does not give {scene.wanted}"
+
+    @property
+    def rings(self) -> int | None:
+        """Rigid sections along each support around the beam; None: none, the surface is that of the mesh."""
+        return None
+
+
+class FullModel(_AnyModel):
     """All DOFs of the finite element mesh, condensed onto the contact points in each step: exact."""
 
     type: Literal["full"] = Field(default="full", description="name of the model")
 
+    @property
+    def gives(self) -> frozenset[Wanted]:
+        """All."""
+        return frozenset({"motion", "forces", "pressures", "stresses"})
 
-class ReducedModel(Table):
+
+class ReducedModel(_AnyModel):
     """The finite element mesh in a basis of vibration modes and of shapes that contact and loads give it."""
 
     type: Literal["reduced"] = Field(description="name of the model")
@@ -43,19 +119,97 @@ class ReducedModel(Table):
         description="contact points across the width for each place along it, four times as many where the motion is "
         "not symmetric about the bending plane (3D); all: those of the mesh",
     )
+    sections: Literal["deformable", "rigid"] = Field(
+        default="deformable",
+        description="sections of a round solid in holes, V-blocks and other supports around it; rigid: they keep their "
+        "shape and move as the surface does on average, which is faster and leaves out that tubes get oval",
+    )
+    stations: Whole | None = Field(
+        default=None,
+        ge=2,
+        le=20,
+        description=f"rigid sections along each support, at Gauss points; default {STATIONS} where sections are rigid",
+    )
+
+    @property
+    def rings(self) -> int | None:
+        """Rigid sections along each support around the beam; None: sections deform."""
+        return None if self.sections == "deformable" else self.stations or STATIONS
+
+    @property
+    def gives(self) -> frozenset[Wanted]:
+        """Pressures only where every interface DOF is kept: others are spread over shapes."""
+        spread: frozenset[Wanted] = frozenset({"motion", "forces", "stresses"})
+        return spread | {"pressures"} if self.contact == "all" else spread
+
+    def fitted(self, scene: SceneFigures) -> Self:
+        """Return the model with modes beyond the highest frequency of interest."""
+        half_waves = ceil(2.0 * scene.length / scene.wavelength)
+        return self.model_copy(update={"modes": min(max(self.modes, 2 * MODES_BEYOND * half_waves), 1000)})
 
 
-class BeamModel(Table):
-    """Timoshenko beam elements between the contact faces of the mesh: bending alone, in one plane or in two."""
+BeamMotion = Literal["bending", "lateral", "axial", "torsion"]
+
+
+class BeamModel(_AnyModel):
+    """Beam elements between the contact faces of the mesh, with the motions that a case asks for."""
 
     type: Literal["beam"] = Field(description="name of the model")
     elements: Whole = Field(default=102, ge=2, le=2000, description="number of elements along the beam")
+    motions: Literal["auto"] | tuple[BeamMotion, ...] = Field(
+        default="auto",
+        description="what the elements do: bending in the bending plane, lateral bending across it, axial stretching, "
+        "torsion; auto: what supports, loads, joints, masses and friction call for",
+        examples=[["bending", "axial", "torsion"]],
+    )
+
+    def fitted(self, scene: SceneFigures) -> Self:
+        """Return the model with elements as short as bending waves and supports ask for."""
+        in_supports = ELEMENTS_IN_SUPPORT * scene.length / scene.shortest_support
+        in_waves = scene.length / (SPACING_OF_WAVE * scene.wavelength)
+        wanted = max(self.elements, ceil(in_supports - 1e-9), ceil(in_waves))
+        return self.model_copy(update={"elements": min(wanted, MOST_ELEMENTS)})
+
+    def doubts(self, scene: SceneFigures) -> Iterator[str]:
+        """Yield results of the section, and waves that are not long beside the thickness."""
+        yield from super().doubts(scene)
+        share = scene.thickness / scene.wavelength
+        if share > THICKNESS_OF_WAVE:
+            yield (
+                f"at {scene.highest:.4g} Hz bending waves are {scene.wavelength:.3g} m long: the thickness is "
+                f"{share:.2g} of that, and beam theory holds up to {THICKNESS_OF_WAVE:g}"
+            )
 
 
-class RigidModel(Table):
+class RigidModel(_AnyModel):
     """The beam as a rigid body between the contact faces of the mesh: three motions in 2D, six in 3D."""
 
     type: Literal["rigid"] = Field(description="name of the model")
 
+    def doubts(self, scene: SceneFigures) -> Iterator[str]:
+        """Yield results of a body that deforms, and loads or contacts that make the beam bend."""
+        yield from super().doubts(scene)
+        if scene.driven > RIGID_SHARE * scene.first_bending:
+            driven = (
+                f"{scene.driven:.4g} Hz" if scene.driven < float("inf") else "a contact that is not a soft linear one"
+            )
+            yield (
+                f"{driven} bends a beam whose first bending frequency is {scene.first_bending:.4g} Hz; a rigid body "
+                f"goes up to {RIGID_SHARE:g} of it"
+            )
 
-ModelTable = Annotated[FullModel | ReducedModel | BeamModel | RigidModel, Field(discriminator="type")]
+
+class AutoModel(_AnyModel):
+    """The simplest model that gives what is wanted of the scene; chosen when the case is read."""
+
+    type: Literal["auto"] = Field(description="name of the model")
+    wanted: Literal["auto"] | Wanted = Field(
+        default="auto",
+        description="what the results are for: motion of the beam, contact forces, pressures on the contact faces, or "
+        "stresses; auto: stresses where probes or fields have them, else motion",
+    )
+
+    decided: ClassVar[bool] = False
+
+
+ModelTable = Annotated[FullModel | ReducedModel | BeamModel | RigidModel | AutoModel, Field(discriminator="type")]

@@ -37,8 +37,8 @@ class Peaks:
         self.impulse, self.force, self.friction = np.zeros(count), np.zeros(count), np.zeros(count)
         self.deepest = np.full(count, -np.inf)
 
-    def see(self, step: Step, operators: Operators) -> None:
-        """Take in an accepted step. Collective for Nitsche's method."""
+    def see(self, step: Step, operators: Operators) -> Array:
+        """Take in an accepted step; return the largest penetrations at its end, m. Collective for Nitsche's method."""
         contact, traction = self.contact, step.stage.traction
         forces = by_face(contact, contact.weights * step.stage.pressure)
         rubbing = np.zeros_like(forces)
@@ -51,6 +51,7 @@ class Peaks:
         ]
         self.impulse, self.force, self.friction, self.deepest = np.array(peaks).T.copy()
         self.iterations += step.iterations
+        return depths
 
     def _columns(self) -> Iterator[tuple[float, float, float, float]]:
         """Yield the peaks of each face."""

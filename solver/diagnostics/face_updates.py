@@ -39,6 +39,14 @@ class Peak(NamedTuple):
     depth: float
 
 
+class FaceTouches(NamedTuple):
+    """Time in contact of a face, s, and how often it closed, since t = 0; 1 where it is closed now, else 0."""
+
+    time: float
+    closings: float
+    closed: float
+
+
 @shared
 def after_look(
     before: Watched, closed: bool, created: float, energy: float, round_off: float
@@ -80,6 +88,20 @@ def after_contact(steps: int, impulse: float, pressed: bool, added: float) -> tu
     if pressed:
         return steps + 1, impulse + added, False, False
     return 0, 0.0, steps > 0, 0 < steps < RESOLVING_STEPS
+
+
+@shared
+def after_touch(before: FaceTouches, dt: float, closed: bool) -> FaceTouches:
+    """Return the contact times of a face after a step.
+
+    Args:
+        before: The times before.
+        dt: Size of the step, s.
+        closed: Whether the face is in contact at its end.
+    """
+    if not closed:
+        return FaceTouches(before.time, before.closings, 0.0)
+    return FaceTouches(before.time + dt, before.closings + 1.0 - before.closed, 1.0)
 
 
 @shared

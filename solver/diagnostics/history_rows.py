@@ -13,8 +13,10 @@ from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.record_table import COMPONENTS, TANGENTS
+from gapbeam.solver.supports.body_motions import BodyMotion, body_motions
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.reactions import Reactions
 from gapbeam.solver.system.semi_discrete import State
@@ -24,6 +26,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model
 
 Rows = dict[str, Array]
+BODY_ROWS = ("support_displacement", "support_velocity", "support_force")
 TOUCHED = 1.0e-9  # weight of a DOF in what a probe reads; less is round-off of shape functions
 
 
@@ -35,6 +38,7 @@ class Recorder:
         model: The model.
         watch: Sees the pose at every record; None: nothing does.
         gauges: Read the stress at probes; None: no probe asks for it.
+        statistics: Gathers what the statistics of a random motion are made of; None: nothing does.
         largest_restraint_energy: Largest energy in the restraint at a record so far, J.
         largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
     """
@@ -42,13 +46,14 @@ class Recorder:
     model: Model
     watch: PoseWatch | None = None
     gauges: Gauges | None = None
+    statistics: RunStatistics | None = None
     largest_restraint_energy: float = 0.0
     largest_energy: float = 0.0
     _last_time: float | None = None
     _last_place: Array | None = None
     _last_velocity: Array | None = None
 
-    @property
+    @cached_property
     def labels(self) -> dict[str, tuple[str, ...]]:
         """Names along the labeled dimensions of the history; tangents are there with friction only."""
         model = self.model
@@ -57,10 +62,13 @@ class Recorder:
             "probe": tuple(model.probes),
             "component": COMPONENTS[model.case.mesh.dimension],
             "face": model.system.contact.face_names,
+            "worn_face": model.system.contact.face_names if model.system.contact.measures_sliding else (),
             "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
             "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
             "moving": tuple(model.system.loads[one.load].name for one in model.system.contact.walls.motions),
+            "support_body": tuple(dict.fromkeys(one.support.name for one in self._bodies)),
+            "support_axis": tuple(sorted({one.axis_name for one in self._bodies})),
             "joint": tuple(joint.name for joint in model.case.joint),
             "translation": self._motions(turns=False),
             "turn": self._motions(turns=True),
@@ -86,6 +94,8 @@ class Recorder:
             "contact_area": instants.contact_area,
             "penetration": instants.penetration,
             "impulse": instants.impulse,
+            "contact_time": instants.contact_time,
+            "closings": instants.closings,
             "kinetic_energy": instants.kinetic,
             "restraint_energy": instants.restraint,
             "strain_energy": instants.strain - instants.restraint,
@@ -103,12 +113,16 @@ class Recorder:
         if tangents:
             still = np.zeros((count, len(self.labels["face"]), len(tangents)))
             found["friction_force"] = still if instants.friction_force is None else instants.friction_force
+        if instants.sliding_work is not None:
+            found["sliding_work"] = instants.sliding_work
         if self.model.probes:
             found |= self._probe_rows(instants)
         if self.labels["across"]:
             found["contact_resultant"] = instants.contact_resultant
         if self.labels["moving"]:
             found["wall_motion"] = self.model.system.contact.walls.places(instants.times)
+        if self._bodies:
+            found |= self._body_rows(instants)
         if self.gauges is not None:
             found["axial_stress"], found["von_mises_stress"] = self.gauges.stresses(instants.u)
         if self.model.system.reactions is not None:
@@ -119,6 +133,26 @@ class Recorder:
         self._last_time = float(instants.times[-1])
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
+        if self.statistics is not None:
+            self.statistics.see(found | {"approach_speeds": instants.approach})
+        return found
+
+    @cached_property
+    def _bodies(self) -> tuple[BodyMotion, ...]:
+        """The motions of support bodies, in the order of their DOFs, the last ones."""
+        return body_motions(self.model.case.layout, self.model.case.mesh.dimension)
+
+    def _body_rows(self, instants: Instants) -> Rows:
+        """Return motions of support bodies and the forces under them, 0 along axes on which a body does not move."""
+        names, axes = self.labels["support_body"], self.labels["support_axis"]
+        found: Rows = {name: np.zeros((len(instants.times), len(names), len(axes))) for name in BODY_ROWS}
+        first = instants.u.shape[1] - len(self._bodies)
+        for number, one in enumerate(self._bodies):
+            place, speed = instants.u[:, first + number], instants.v[:, first + number]
+            force = one.body.stiffness * place + one.body.damping * speed
+            at = names.index(one.support.name), axes.index(one.axis_name)
+            for name, values in zip(BODY_ROWS, (place, speed, force), strict=True):
+                found[name][(slice(None), *at)] = values
         return found
 
     def _motions(self, turns: bool) -> tuple[str, ...]:

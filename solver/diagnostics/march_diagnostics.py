@@ -8,8 +8,11 @@ from gapbeam.solver.case.case import Gates
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
+from gapbeam.solver.diagnostics.contact_times import ContactTimes
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
+from gapbeam.solver.diagnostics.impacts import Impacts
+from gapbeam.solver.diagnostics.sliding_work import SlidingWork
 from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State, Step
 
@@ -27,7 +30,10 @@ class Accounts:
         gates: Watches it.
         episodes: Contact episodes.
         peaks: Impulse and peaks of the faces.
+        times: How long and how often they were in contact.
+        impacts: Their impacts.
         tally: What the march cost.
+        sliding: The work of sliding.
         time: End of the last accepted step, s.
     """
 
@@ -37,7 +43,10 @@ class Accounts:
     gates: EnergyGates
     episodes: Episodes
     peaks: Peaks
+    times: ContactTimes
+    impacts: Impacts
     tally: Tally
+    sliding: SlidingWork
     time: float
 
     @classmethod
@@ -46,7 +55,15 @@ class Accounts:
     ) -> Accounts:
         """Return the accounts at the start of a march in steps of dt, s; by default no growth ends it. Collective."""
         contact, ledger = system.contact, open_ledger(system, law, start)
-        watch = EnergyGates(limits, contact), Episodes(contact), Peaks(contact), Tally(dt)
+        watch = (
+            EnergyGates(limits, contact),
+            Episodes(contact),
+            Peaks(contact),
+            ContactTimes.opened(contact, law, start),
+            Impacts.opened(system, law, start),
+            Tally(dt),
+            SlidingWork(contact),
+        )
         return cls(system, law, ledger, *watch, start.time)
 
     def take(self, step: Step, seconds: float = 0.0) -> None:
@@ -62,7 +79,10 @@ class Accounts:
         self.ledger = enter_step(self.system, self.law, self.ledger, step)
         if step.refreshed is not None:
             self.ledger = restate(self.system, self.law, self.ledger, step.refreshed)
-        self.peaks.see(step, self.system.operators)
+        depth, closed = self.peaks.see(step, self.system.operators), self.times.closed
         self.episodes.watch(step)
         self.tally.see(step, seconds)
+        self.times.see(step)
+        self.impacts.see(step, closed, self.times, depth, self.peaks.impulse)
+        self.sliding.see(step, self.system.operators)
         self.gates.check(step, self.ledger)

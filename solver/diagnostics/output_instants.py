@@ -27,8 +27,12 @@ class Instants(NamedTuple):
         active_points: (times, faces).
         penetration: (times, faces), m.
         impulse: (times, faces), N s.
+        contact_time: (times, faces), s.
+        closings: (times, faces).
+        approach: Sum of the approach speeds of all closings, (times, faces), m/s.
         friction_force: (times, faces, tangents), N; None: nothing has rubbed.
         joint_contact: What contact adds to the forces of joints, (times, r), N and N m; None: there are no joints.
+        sliding_work: (times, faces), J; None: not measured.
         kinetic: (times,), J, like the rest of the ledger.
         strain: With the restraint.
         restraint: Energy in the restraint.
@@ -52,8 +56,12 @@ class Instants(NamedTuple):
     active_points: Array
     penetration: Array
     impulse: Array
+    contact_time: Array
+    closings: Array
+    approach: Array
     friction_force: Array | None
     joint_contact: Array | None
+    sliding_work: Array | None
     kinetic: Array
     strain: Array
     restraint: Array
@@ -84,8 +92,12 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         active_points=by_face(contact, pressed.astype(float)),
         penetration=deepest_by_face(contact, state, accounts.system.operators),
         impulse=peaks.impulse,
+        contact_time=accounts.times.time,
+        closings=accounts.times.closings,
+        approach=accounts.impacts.approach.copy(),
         friction_force=None if state.traction is None else friction_by_face(contact, state.traction),
         joint_contact=_joint_contact(accounts, state, forces),
+        sliding_work=accounts.sliding.by_face,
         kinetic=np.asarray(ledger.kinetic),
         strain=np.asarray(ledger.strain),
         restraint=np.asarray(restraint_energy(accounts.system, state)),

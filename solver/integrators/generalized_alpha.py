@@ -54,7 +54,8 @@ class AlphaFamily(TimeScheme):
     Schemes whose weights dissipate little were caught at creating energy at impacts: gamma up to 0.6 of Newmark's rule,
     alpha up to 0.15 of HHT-alpha, rho_inf down to 0.6 of generalized-alpha. At the limits it is left to the gates.
 
-    Source: docs/stability.md.
+    Source: docs/benchmarks/stability.md for these limits; Chung and Hulbert (1993), J. Appl. Mech. 60, 371-375, eqs.
+    17, 20 and 25 for the weights.
     """
 
     carries_acceleration: ClassVar[bool] = True

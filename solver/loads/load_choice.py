@@ -12,6 +12,7 @@ from gapbeam.solver.loads.exciter import Exciter
 from gapbeam.solver.loads.gravity import Gravity
 from gapbeam.solver.loads.harmonic_force import HarmonicForce
 from gapbeam.solver.loads.harmonic_support_motion import HarmonicSupportMotion
+from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.recorded_force import RecordedForce
 from gapbeam.solver.loads.recorded_motion import RecordedMotion
@@ -24,6 +25,7 @@ Load = Annotated[
     | Exciter
     | BaseMotion
     | RandomLoad
+    | RandomLineLoad
     | SweptSineLoad
     | RecordedForce
     | RecordedMotion

@@ -12,6 +12,7 @@ from typing import Any, ClassVar, Self
 
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.attachment import Attachment, StaticForce
+from gapbeam.solver.loads.load_parts import LoadPart
 from gapbeam.solver.loads.places import BodyForce, Place
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import Table
@@ -26,11 +27,15 @@ class LoadTable(Table, ABC):
     Attributes:
         static: Whether it is constant and part of the seat; it then does not drive the motion.
         alone: Whether a case has at most one load of its type.
+        noise: Whether it is random for ever, so that a run is known by its statistics.
+        of_model: Keys that a model depends on, beside those that change the place.
         default_sense: Where it points along the bending axis without a direction: 1.0 up, -1.0 down.
     """
 
     static: ClassVar[bool] = False
     alone: ClassVar[bool] = False
+    noise: ClassVar[bool] = False
+    of_model: ClassVar[tuple[str, ...]] = OF_MODEL
     default_sense: ClassVar[float] = 1.0
 
     @property
@@ -75,6 +80,16 @@ class LoadTable(Table, ABC):
         """Return how fast it is and how steps, s, show that, in words; None for static loads."""
 
     @property
+    def extent(self) -> tuple[float, float] | None:
+        """Where a load along the beam begins and ends, x in m; None for others."""
+        return None
+
+    @property
+    def parts(self) -> tuple[LoadPart, ...]:
+        """What it consists of, at least one part: itself, for most loads."""
+        return (LoadPart(str(vars(self)["name"]), self.place, self.time_function),)
+
+    @property
     def derivative(self) -> int:
         """Which derivative of the given quantity is s."""
         return 0
@@ -117,7 +132,7 @@ class LoadTable(Table, ABC):
         bare = self
         for key, field in type(self).model_fields.items():
             neutral = field.examples[0] if field.is_required() and field.examples else field.get_default()
-            if key not in OF_MODEL and not (field.is_required() and not field.examples):
+            if key not in self.of_model and not (field.is_required() and not field.examples):
                 changed = bare.model_copy(update={key: neutral})
                 bare = changed if changed.place == self.place else bare
         return bare
@@ -158,6 +173,10 @@ class LoadTable(Table, ABC):
 
     def unusual_in_run(self, end: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
         """Yield what is probably not meant in a run with this end, s, in words as those of `unusual_values`."""
+        yield from ()
+
+    def unusual_waves(self, half_wave: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it
+        """Yield in what bending waves of the beam at its frequencies, of this half wave, m, are too short for it."""
         yield from ()
 
     def unusual_steps(self, step: float) -> Iterator[str]:  # noqa: ARG002 - for those that override it

@@ -20,6 +20,21 @@ class PointForce:
 
 
 @dataclass(frozen=True)
+class LineForce:
+    """Forces at places along the beam axis that act together: f = sum_i w_i N(x_i)^T e s(t), s in N/m.
+
+    Attributes:
+        places: x on the beam axis, m.
+        weights: w_i, m.
+    """
+
+    places: tuple[float, ...]
+    weights: tuple[float, ...]
+
+    point: ClassVar[None] = None
+
+
+@dataclass(frozen=True)
 class BodyForce:
     """A uniform acceleration of all mass: f = M e s(t), s in m/s^2."""
 
@@ -48,4 +63,4 @@ class SupportWalls:
     point: ClassVar[None] = None
 
 
-Place = PointForce | BodyForce | SupportAcceleration | SupportWalls
+Place = PointForce | LineForce | BodyForce | SupportAcceleration | SupportWalls

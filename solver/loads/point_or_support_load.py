@@ -3,18 +3,18 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Literal, Self
+from typing import Literal
 
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.support_motion import SupportMotion
-from gapbeam.solver.table import NonNegative, Number, Vector
+from gapbeam.solver.loads.unrepeated_load import UnrepeatedLoad
+from gapbeam.solver.table import Number, Vector
 
 
-class PointOrSupportLoad(LoadTable):
+class PointOrSupportLoad(UnrepeatedLoad):
     """A force at a point or an acceleration of the support, with a smooth start; it never repeats."""
 
     quantity: Literal["force", "acceleration"] = Field(
@@ -24,10 +24,6 @@ class PointOrSupportLoad(LoadTable):
         default=None,
         description="of a force: x on the beam axis, or all coordinates (0 on the axis), m",
         examples=[0.15],
-    )
-    ramp: NonNegative = Field(default=0.0, description="time over which it rises smoothly from 0, s")
-    direction: Vector | None = Field(
-        default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
     )
 
     @property
@@ -39,19 +35,6 @@ class PointOrSupportLoad(LoadTable):
     def unit(self) -> str:
         """Unit of the quantity."""
         return "N" if self.quantity == "force" else "m/s^2"
-
-    @property
-    def forcing_frequency(self) -> None:
-        """None: it never repeats."""
-
-    @property
-    def rise_time(self) -> float:
-        """Duration of the ramp, s."""
-        return self.ramp
-
-    def at_full_amplitude(self) -> Self:
-        """Return the load without its ramp."""
-        return self.model_copy(update={"ramp": 0.0})
 
     def faults(self, key: Key) -> Iterator[Fault]:
         """Yield a force at no point, and an acceleration at one."""
@@ -76,8 +59,3 @@ class PointOrSupportLoad(LoadTable):
         """Yield a motion that looks like another unit."""
         if self.quantity == "acceleration" and self.peak > SupportMotion.hardest:
             yield f"shakes the support with {self.peak:.3g} m/s^2, over 1000 g: are its values in m/s^2?"
-
-    def unusual_in_run(self, end: float) -> Iterator[str]:
-        """Yield a smooth start that is longer than the run."""
-        if self.ramp > end:
-            yield f"ramp = {self.ramp:g} is longer than the run, {end:g} s"

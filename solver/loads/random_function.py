@@ -39,7 +39,8 @@ IN_BAND, BELOW_LOWEST, IN_GAP = 256.0, 16.0, 4.0
 LEAST_LENGTH, MOST_LENGTH = 2**10, 2**20  # of a filter
 SMOOTHING = np.hanning(11)[1:-1] / np.sum(np.hanning(11))
 SUPPORT = 4  # samples that a cubic B-spline reaches
-BLOCKS_KEPT = 6
+BLOCKS_KEPT = 3  # of each signal
+SIGNALS_KEPT = 128  # such as the patterns of a load along the beam
 
 
 @dataclass(frozen=True)
@@ -92,7 +93,7 @@ class RandomSignal:
         values = np.empty(len(times))
         for block in np.unique(blocks):
             here = blocks == block
-            window = _with_following(self.spectrum, key, int(block))
+            window = _blocks_of(self.spectrum, key).with_following(int(block))
             values[here] = _spline(window, numbers[here] - block * length, u[here])
         return values
 
@@ -142,16 +143,25 @@ def filter_response(spectrum: PowerSpectrum) -> Array:
     return np.asarray(np.fft.rfft(taps, 2 * length))
 
 
-@lru_cache(maxsize=BLOCKS_KEPT)
-def _samples(spectrum: PowerSpectrum, key: int, block: int) -> Array:
-    """Return a block of c, as long as the filter; always computed from the same numbers in the same way."""
-    length = filter_length(spectrum)
-    white = np.concatenate([normal_block(key, block - 1, length), normal_block(key, block, length)])
-    return np.asarray(np.fft.irfft(np.fft.rfft(white) * filter_response(spectrum), 2 * length)[length:])
+class _Blocks:
+    """The last blocks of the noise of one load, which steps in their order ask for again and again."""
+
+    def __init__(self, spectrum: PowerSpectrum, key: int) -> None:
+        self._spectrum, self._key = spectrum, key
+        self._kept = lru_cache(maxsize=BLOCKS_KEPT)(self._samples)
+        self.with_following = lru_cache(maxsize=BLOCKS_KEPT)(self._with_following)
+
+    def _samples(self, block: int) -> Array:
+        """Return a block of c, as long as the filter; always computed from the same numbers in the same way."""
+        length = filter_length(self._spectrum)
+        white = np.concatenate([normal_block(self._key, number, length) for number in (block - 1, block)])
+        return np.asarray(np.fft.irfft(np.fft.rfft(white) * filter_response(self._spectrum), 2 * length)[length:])
+
+    def _with_following(self, block: int) -> Array:
+        """Return a block of c and the samples behind it that its last splines reach."""
+        return np.concatenate([self._kept(block), self._kept(block + 1)[: SUPPORT - 1]])
 
 
-@lru_cache(maxsize=BLOCKS_KEPT)
-def _with_following(spectrum: PowerSpectrum, key: int, block: int) -> Array:
-    """Return a block of c and the samples behind it that its last splines reach."""
-    following = _samples(spectrum, key, block + 1)[: SUPPORT - 1]
-    return np.concatenate([_samples(spectrum, key, block), following])
+@lru_cache(maxsize=SIGNALS_KEPT)
+def _blocks_of(spectrum: PowerSpectrum, key: int) -> _Blocks:
+    return _Blocks(spectrum, key)

@@ -13,6 +13,7 @@ import numpy as np
 
 from gapbeam.solver.loads.load_choice import Load as CaseLoad
 from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.load_parts import LoadPart, patterned
 from gapbeam.solver.loads.places import SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.time_function import constant
 from gapbeam.solver.system.operators import Array
@@ -24,23 +25,24 @@ def make_loads(loads: Sequence[CaseLoad], patterns: Sequence[Array], dimension: 
 
     Args:
         loads: Those of a case.
-        patterns: Forces of each load per unit factor, (n,), N.
+        patterns: Forces of each part of `load_parts.patterned` per unit factor, (n,), N.
         dimension: 2 or 3.
     """
-    made = [_make(load, pattern, dimension) for load, pattern in zip(loads, patterns, strict=True)]
-    for load, pattern in zip(loads, patterns, strict=True):
+    parts = patterned(loads)
+    made = [_make(load, part, pattern, dimension) for (load, part), pattern in zip(parts, patterns, strict=True)]
+    for load, pattern in zip(loads, patterns, strict=False):
         if (added := load.static_force) is not None:
             made.append(Load(added.name, pattern, constant(added.force).value, static=True, of_arrays=True))
     return tuple(made)
 
 
-def _make(load: CaseLoad, pattern: Array, dimension: int) -> Load:
-    """Return one load; that of moving supports with the motion of their frame, that of one support without force."""
-    s = constant(0.0) if isinstance(load.place, SupportWalls) else load.time_function()
-    if not isinstance(load.place, SupportAcceleration):
-        return Load(load.name, pattern, s.value, static=load.static, of_arrays=True)
+def _make(load: CaseLoad, part: LoadPart, pattern: Array, dimension: int) -> Load:
+    """Return a part of a load; of moving supports with the motion of their frame, of one support without force."""
+    s = constant(0.0) if isinstance(part.place, SupportWalls) else part.time_function()
+    if not isinstance(part.place, SupportAcceleration):
+        return Load(part.name, pattern, s.value, static=load.static, of_arrays=True)
     return Load(
-        load.name,
+        part.name,
         pattern,
         s.value,
         static=load.static,

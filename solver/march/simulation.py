@@ -18,8 +18,8 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.models.reduction.mesh_check import refuse_other_faces
-from gapbeam.solver.seat.start_state import start_of_case
 from gapbeam.solver.seat.static_seat import Seat, find_seat
+from gapbeam.solver.start.start_state import start_of_case
 from gapbeam.solver.system.semi_discrete import VALUE, State, Step
 
 if TYPE_CHECKING:
@@ -96,9 +96,7 @@ class Simulation:
 
     def start(self, seat: Seat | NotConverged) -> State:
         """Return the state at t = 0 that the case asks for; errors as in `start_of_case`. Collective."""
-        return start_of_case(
-            self.case, self.model.body, self.model.system, seat.state if isinstance(seat, Seat) else None
-        )
+        return start_of_case(self.model, seat.state if isinstance(seat, Seat) else None)
 
     def march(self, start: State | Seat | None = None, steps: int | None = None) -> Iterator[Step]:
         """Yield the accepted steps one by one; the loop may be left at any of them.

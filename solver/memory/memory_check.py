@@ -13,7 +13,7 @@ from gapbeam.meshes.sizing.expected_size import expected_nodes
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
-from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel, RigidModel
+from gapbeam.solver.case.model_table import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.memory.free_memory import free_memory
 from gapbeam.solver.memory.memory_estimate import memory_needs
@@ -47,7 +47,7 @@ def memory_of(case: Case, dofs: float) -> dict[str, float]:
     parts["matrices"] = needs.matrices - parts["mesh"]
     if isinstance(case.model, RigidModel):
         return parts
-    if not isinstance(case.model, FullModel | ReducedModel):
+    if not isinstance(case.model, FullModel | ReducedModel | AutoModel):  # auto: as the largest that it may become
         assert_never(case.model)
     needed = factor_needed(case.model, case.contact, case.time, case.analysis)
     if case.solver.effective == "factor" or needed is not None:

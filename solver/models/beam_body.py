@@ -1,12 +1,7 @@
-"""A beam between the contact faces of a mesh, of elements that bend in one plane, or in two.
+"""A beam between the contact faces of a mesh: elements that bend, lengthen and twist as their case asks for.
 
-Sections are symmetric about both axes, so bending in the plane and across it do not couple but by contact, loads and
-joints: the beam in space is two plane beams with the displacement
-
-    u_x = -z theta - y psi,    u_y = v,    u_z = w
-
-It bends across its plane where something can move it there: a hole, or a load beside the bending axis. Contact acts at
-the points of the mesh's contact faces, on v and w there: the section keeps its shape.
+What moves is decided by `case.beam_motions`. Contact acts at the points of the mesh's contact faces, on the motion of
+these points with their sections, and so does friction, which acts at the surface and turns the section.
 """
 
 from __future__ import annotations
@@ -23,118 +18,140 @@ from scipy.sparse import csr_matrix, hstack
 from gapbeam.solver.assembly.attached_motions import attached_motions, roll_springs
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.attachments.mean_motion import MeanMotion
+from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.model_table import BeamModel
-from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.case.model_table import BeamModel, BeamMotion
+from gapbeam.solver.case.rigid_motion import NAMES
 from gapbeam.solver.loads.load_directions import axis_point, load_direction
-from gapbeam.solver.loads.places import BodyForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.loads.load_parts import patterned
+from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.models.beam_parts import AxialPart, BeamPart, BendingPart, TorsionPart
 from gapbeam.solver.models.body import Body, MeshedBeam, gathered, point_rule
+from gapbeam.solver.models.elastic_rod import ElasticRod
 from gapbeam.solver.models.reduction.held_motions import held
 from gapbeam.solver.models.reduction.holds import FloatingBody
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import DenseRow, projected
 from gapbeam.solver.models.stepped_beam import SteppedBeam
+from gapbeam.solver.supports.support import along_faces
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 
 @dataclass(frozen=True)
-class BeamInPlanes:
-    """The plane beams that a beam is made of, their DOFs one after the other.
+class BeamOfParts:
+    """The motions of a beam, their DOFs one after the other.
 
     Attributes:
-        beams: That of the bending plane, and perhaps that across it.
-        axes: Component of displacement of each: the last one, and 1.
+        bending: In the bending plane.
+        others: What else the case asks for.
+        motions: The names of all.
         dimension: Of displacements, 2 or 3.
     """
 
-    beams: tuple[SteppedBeam, ...]
-    axes: tuple[int, ...]
+    bending: BendingPart
+    others: tuple[BeamPart, ...]
+    motions: tuple[BeamMotion, ...]
     dimension: int
 
     @classmethod
-    def of_case(cls, case: Case, elements: int) -> BeamInPlanes:
+    def of_case(cls, case: Case, elements: int) -> BeamOfParts:
         """Return the beam of a case."""
-        dimension = case.mesh.dimension
-        vertical = SteppedBeam.of_case(case, elements)
-        if not bends_in_two_planes(case):
-            return cls((vertical,), (dimension - 1,), dimension)
-        return cls((vertical, SteppedBeam.of_case(case, elements, lateral=True)), (dimension - 1, 1), dimension)
+        dimension, motions = case.mesh.dimension, tuple(beam_motions(case))
+        upright = SteppedBeam.of_case(case, elements)
+        bending = BendingPart(upright, dimension - 1, dimension, ("vertical", "rotation"))
+
+        def part(name: BeamMotion) -> BeamPart:
+            match name:
+                case "bending":
+                    return bending
+                case "lateral":
+                    across = SteppedBeam.of_case(case, elements, lateral=True)
+                    return BendingPart(across, 1, dimension, ("lateral", "lateral_rotation"))
+                case "axial":
+                    return AxialPart(ElasticRod.of_case(case, upright.places, twists=False), dimension)
+                case "torsion":
+                    return TorsionPart(ElasticRod.of_case(case, upright.places, twists=True))
+                case unknown:
+                    assert_never(unknown)
+
+        return cls(bending, tuple(part(name) for name in motions if name != "bending"), motions, dimension)
+
+    @property
+    def parts(self) -> tuple[BeamPart, ...]:
+        """All motions."""
+        return (self.bending, *self.others)
 
     @property
     def size(self) -> int:
         """Number of DOFs."""
-        return sum(beam.size for beam in self.beams)
+        return sum(part.size for part in self.parts)
 
     def operators(self) -> DenseOperators:
         """Return M and K."""
-        parts = [beam.operators() for beam in self.beams]
+        parts = [part.operators() for part in self.parts]
         if len(parts) == 1:
             return parts[0]
         return DenseOperators(*(block_diag(*(getattr(part, name) for part in parts)) for name in ("mass", "stiffness")))
 
-    def across(self, x: Array, directions: Array) -> csr_matrix:
-        """Return the motions of the axis along directions at places, (k, n).
+    def along(self, places: Array, directions: Array) -> csr_matrix:
+        """Return the motions of points of the beam along directions, (k, n).
 
         Args:
-            x: Places, (k,), m.
-            directions: (k, dimension); their component along the beam is left out.
+            places: The points, (k, 3), m.
+            directions: (k, dimension).
         """
-        pairs = zip(self.beams, self.axes, strict=True)
-        return csr_matrix(hstack([beam.rows(x)[0].multiply(directions[:, axis, None]) for beam, axis in pairs]))
+        return csr_matrix(hstack([part.along(places, directions) for part in self.parts]))
 
     def displacement(self, places: Array) -> csr_matrix:
         """Return what gives the displacement at places (k, 3), (k dimension, n)."""
-        return csr_matrix(hstack([self._motion(number, places) for number in range(len(self.beams))]))
+        return csr_matrix(hstack([part.displacement(places) for part in self.parts]))
 
     def mean_motion(self, motion: MeanMotion) -> Array:
         """Return the row of a motion of a cross-section, (n,)."""
-        lateral = motion.name.startswith("lateral")
-        found = [np.zeros(beam.size) for beam in self.beams]
-        w, theta = self.beams[int(lateral)].rows(np.array([motion.x]))
-        found[int(lateral)] = (theta if motion.turns else w).toarray()[0]
-        return np.concatenate(found)
+        found = [part.section_motion(motion.x, motion.name) for part in self.parts]
+        pairs = zip(self.parts, found, strict=True)
+        return np.concatenate([np.zeros(part.size) if row is None else row for part, row in pairs])
 
-    def heave_and_pitch(self) -> Array:
-        """Return both rigid motions in the bending plane, (2, n)."""
-        motions = self.beams[0].heave_and_pitch()
-        return np.pad(motions, ((0, 0), (0, self.size - motions.shape[1])))
+    def rigid_motions(self) -> Array:
+        """Return the six rigid motions, (6, n); those that the beam has not are 0."""
+        found, first = np.zeros((len(NAMES), self.size)), 0
+        for part in self.parts:
+            for name, row in part.rigid_motions().items():
+                found[NAMES.index(name), first : first + part.size] = row
+                if name == "axial":  # of the centroid, in a rotation about the axis
+                    found[NAMES.index("rotation"), first : first + part.size] = -self.bending.beam.neutral * row
+            first += part.size
+        return found
 
     def uniform(self, direction: Array) -> Array:
         """Return the motion of all sections along a direction, (n,)."""
-        parts = [
-            np.tile([direction[axis], 0.0], beam.elements + 1) for beam, axis in zip(self.beams, self.axes, strict=True)
-        ]
-        return np.concatenate(parts)
-
-    def _motion(self, number: int, places: Array) -> csr_matrix:
-        """Return the displacement at places by one of the plane beams, (k dimension, its size)."""
-        beam, axis = self.beams[number], self.axes[number]
-        w, theta = beam.rows(places[:, 0])
-        along, bending = w.tocoo(), csr_matrix(theta.multiply(-places[:, axis, None])).tocoo()
-        rows = np.concatenate([self.dimension * along.row + axis, self.dimension * bending.row])
-        entries = np.concatenate([along.data, bending.data]), (rows, np.concatenate([along.col, bending.col]))
-        return csr_matrix(entries, (self.dimension * len(places), beam.size))
+        return np.concatenate([part.uniform(direction) for part in self.parts])
 
 
 def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     """Return the body of a case as a beam, whose mesh gives the contact faces and the fields. Collective."""
     started = time.perf_counter()
-    beam = BeamInPlanes.of_case(case, settings.elements)
+    beam = BeamOfParts.of_case(case, settings.elements)
     dimension = case.mesh.dimension
     contact = contact_operator(meshed.space, meshed.faces, case.layout.faces, meshed.width, point_rule(case))
     operators = _restrained(case, beam, contact)
     contact, patch = gathered(case, _on_beam(contact, beam))
-    contact = gathered_points(case, contact, True, 1, meshed.facet_length)
+    contact = gathered_points(case, contact, "torsion" not in beam.motions, 1, meshed.facet_length)
+    if case.follows_faces:
+        contact = replace(contact, tangents=_tangents(contact, beam), frictionless=case.contact.rubs is None)
     patterns = []
-    for load in case.load:
+    for load, part in patterned(case.load):
         along = load_direction(load, dimension)
-        match load.place:
+        match part.place:
             case PointForce(point):
-                patterns.append(beam.across(axis_point(point)[:1], along[None]).toarray()[0])
+                patterns.append(beam.along(axis_point(point)[None], along[None]).toarray()[0])
+            case LineForce(places, weights):
+                rows = beam.along(np.array([axis_point(x) for x in places]), np.tile(along, (len(places), 1)))
+                patterns.append(np.asarray(rows.T @ np.array(weights)))
             case BodyForce() | SupportAcceleration():
                 patterns.append(operators.apply_mass(beam.uniform(along)))
             case SupportWalls():
@@ -150,7 +167,7 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
         contact,
         tuple(patterns),
         {probe.name: DenseRow(beam.displacement(axis_point(probe.point)[None]).toarray()) for probe in case.probe},
-        np.stack([operators.apply_mass(motion) for motion in beam.heave_and_pitch()]),
+        np.stack([operators.apply_mass(motion) for motion in beam.rigid_motions()]),
         patch=patch,
         expansion=beam.displacement(places),
         seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started},
@@ -164,20 +181,33 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     return replace(projected(body, contact, basis), holding=holding)
 
 
-def _restrained(case: Case, beam: BeamInPlanes, contact: ContactOperator) -> DenseOperators:
-    """Return M and K, with the lateral restraint over flat faces where the beam bends across its plane."""
-    operators = beam.operators()
-    if len(beam.beams) == 1 or roll_springs(case):
-        return operators
-    sideways = np.tile(np.identity(beam.dimension)[1], (contact.size, 1))
-    rows = beam.across(contact.positions[:, 0], sideways)
-    spread = case.restraint.lateral / contact.area * contact.weights
-    return DenseOperators(operators.mass, operators.stiffness, (rows.T @ rows.multiply(spread[:, None])).toarray())
+def _restrained(case: Case, beam: BeamOfParts, contact: ContactOperator) -> DenseOperators:
+    """Return M and K, with the restraint of those motions along the faces that the beam has."""
+    operators, restraint = beam.operators(), case.restraint
+    sideways = not roll_springs(case) and bool({"lateral", "torsion"} & set(beam.motions))
+    springs = {0: restraint.axial if "axial" in beam.motions else 0.0, 1: restraint.lateral if sideways else 0.0}
+    held = []
+    for axis, spring in springs.items():
+        if spring > 0.0:
+            along = np.tile(np.identity(beam.dimension)[axis], (contact.size, 1))
+            rows = beam.along(contact.positions, along)
+            spread = spring / contact.area * contact.weights
+            held.append((rows.T @ rows.multiply(spread[:, None])).toarray())
+    return DenseOperators(operators.mass, operators.stiffness, sum(held[1:], held[0])) if held else operators
 
 
-def _on_beam(contact: ContactOperator, beam: BeamInPlanes) -> ContactOperator:
+def _on_beam(contact: ContactOperator, beam: BeamOfParts) -> ContactOperator:
     """Return the operator at the same points of the faces, on the DOFs of the beam."""
     opening = contact.support.opening(contact.faces, contact.positions[:, : beam.dimension])
     everywhere = np.arange(beam.size)
-    gap = beam.across(contact.positions[:, 0], opening)
+    gap = beam.along(contact.positions, opening)
     return replace(contact, interface=Interface(beam.size, everywhere, everywhere), gap_matrix=gap)
+
+
+def _tangents(contact: ContactOperator, beam: BeamOfParts) -> csr_matrix:
+    """Return T at the contact points: the motion of the surface along the faces, point by point, (m k, n)."""
+    opening = contact.support.opening(contact.faces, contact.positions[:, : beam.dimension])
+    around = np.array([face.around for face in contact.support.faces])[contact.faces]
+    directions = np.stack(along_faces(opening, around), axis=1)
+    places = np.repeat(contact.positions, directions.shape[1], axis=0)
+    return beam.along(places, directions.reshape(-1, beam.dimension))

@@ -29,10 +29,12 @@ from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
 from gapbeam.solver.assembly.nitsche_terms import Nitsche
 from gapbeam.solver.assembly.section_rows import row_at
+from gapbeam.solver.attachments.mean_motion import IN_PLANE
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
 from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.case.rigid_motion import unit_motions
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
@@ -85,7 +87,8 @@ class Body:
         contact: G, H, w and g0 with the clearance of that case.
         patterns: Forces of each load per unit factor, (n,), N, and after them the rows of `attached_motions`.
         probes: What evaluates the probes, by name.
-        rigid: M times heave, and M times pitch about x = 0 that raises the far end, (2, n).
+        rigid: M times the six `gapbeam.solver.case.rigid_motion.unit_motions`, (6, n), N s^2 of each; 0 of those that
+            the model has not.
         gamma: Nitsche's parameter at each point, (m,), Pa/m; None for other formulations.
         patch: Size of the patches of `contact.points` with its reason; None without.
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
@@ -188,22 +191,25 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         contact,
         patterns,
         {probe.name: row_at(case, space, probe.point, f"[[probe]] {probe.name}") for probe in case.probe},
-        np.stack([operators.apply_mass(motion) for motion in _heave_and_pitch(space)]),
+        np.stack([operators.apply_mass(motion) for motion in _rigid_motions(space)]),
         gamma,
         patch,
     )
     return replace(body, seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started})
 
 
-def _heave_and_pitch(space: fem.FunctionSpace) -> Iterator[Array]:
-    """Yield both rigid motions in the bending plane on the DOFs of this rank, (n,)."""
+def _rigid_motions(space: fem.FunctionSpace) -> Iterator[Array]:
+    """Yield the six rigid motions on the DOFs of this rank, (n,); those out of the plane of a slice are 0."""
     dimension = space.mesh.geometry.dim
     places = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    for slope in (0.0, 1.0):
-        motion = np.zeros((len(places), dimension))
-        motion[:, -1] = slope * places[:, 0] if slope else 1.0
-        motion[:, 0] = -slope * places[:, dimension - 1]
-        yield motion.reshape(-1)
+    axes = [0, 1, 2] if dimension == 3 else [0, 2]
+    for motion in unit_motions():
+        inside = np.zeros((len(places), 3))
+        inside[:, axes] = places[:, :dimension]
+        if dimension == 3 or motion.names <= set(IN_PLANE):
+            yield motion.at(inside)[:, axes].reshape(-1)
+        else:
+            yield np.zeros(len(places) * dimension)
 
 
 def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:
@@ -232,4 +238,5 @@ def _contact(case: Case, meshed: MeshedBeam) -> tuple[ContactOperator, Array | N
         settings = Nitsche(terms.theta, terms.factor, lame(material, plane_stress), width)
         nitsche = nitsche_operator(space, faces, supported, width, rule, settings)
         return nitsche.operator, nitsche.gamma, nitsche.correction
-    return contact_operator(space, faces, supported, width, rule, case.contact.rubs is not None), None, None
+    contact = contact_operator(space, faces, supported, width, rule, case.follows_faces)
+    return replace(contact, frictionless=case.contact.rubs is None), None, None

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case, Damping, Gates, Output
 from gapbeam.solver.case.contact_table import Contact, Friction
 from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.supports.support_tables import without_play
 
 
@@ -13,7 +13,7 @@ def body_key(case: Case) -> Case:
     """Return a case with everything taken out that a body does not depend on; equal for cases that share a body.
 
     Clearance, law, stiffness and damping of the contact, structural damping, all of a load but its place and direction,
-    time, analysis, gates and output are cheap to change.
+    time, analysis, gates and output are cheap to change, as long as the start stays in the bending plane or leaves it.
     """
     return case.model_copy(
         update={
@@ -21,9 +21,11 @@ def body_key(case: Case) -> Case:
             "damping": Damping(),
             "support": without_play(case.support),
             "contact": _contact(case.contact),
+            "wear": None if case.wear is None else Wear(),
             "load": tuple(load.without_cheap_keys() for load in case.load),
             "time": _time(case.time),
-            "analysis": Transient(),
+            "analysis": case.analysis.for_body,
+            "model": case.model.model_copy(update={"reasons": ()}),
             "gates": Gates(),
             "output": Output(),
         }

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -63,24 +63,26 @@ def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], lis
     """Return K and c of each face, and the values that were computed or that supports bring themselves."""
     usual = contact_stiffness(case, body.meshed.facet_length, face)
     stiffness = [usual.value if own is None else own for own in case.layout.own("stiffness")]
-    computed = {value: contact_damping(case, value) for value in stiffness}
+    owners = [one for one in case.layout.supports for _ in one.faces]
+    asked = [contact_damping(case, value, one) for value, one in zip(stiffness, owners, strict=True)]
     damping = []
-    for value, own in zip(stiffness, case.layout.own("damping"), strict=True):
-        asked = computed[value]
-        damping.append(own if own is not None else case.contact.damping if asked is None else asked.value)
-    shared = (usual, computed.get(usual.value)) if None in case.layout.own("stiffness") else ()
-    brought = [default for one in case.layout.supports for default in _own(case, one, computed)]
-    return stiffness, damping, (*(default for default in shared if default is not None), *brought)
+    for computed, own in zip(asked, case.layout.own("damping"), strict=True):
+        damping.append(own if own is not None else case.contact.damping if computed is None else computed.value)
+    of_supports = {one.name: computed for one, computed in zip(owners, asked, strict=True)}
+    shared = [usual] if None in case.layout.own("stiffness") else []
+    plain = [of_supports[one.name] for one in owners if one.stiffness is None and one.body is None]
+    shared += [computed for computed in plain[:1] if computed is not None]
+    brought = [default for one in case.layout.supports for default in _own(case, one, of_supports[one.name])]
+    return stiffness, damping, (*shared, *brought)
 
 
-def _own(case: Case, support: OneSupport, computed: Mapping[float, Default | None]) -> Iterator[Default]:
-    """Yield the stiffness that a support brings, and the damping that is computed from it."""
-    if support.stiffness is None:
-        return
+def _own(case: Case, support: OneSupport, damping: Default | None) -> Iterator[Default]:
+    """Yield the stiffness that a support brings, and the damping that is computed for its stiffness or its body."""
     key = f"support.{support.name}"
-    yield Default(f"{key}.stiffness", support.stiffness, case.contact.stiffness_unit, "given in the case")
-    damping = computed[support.stiffness]
-    if damping is not None and support.damping is None:
+    if support.stiffness is not None:
+        yield Default(f"{key}.stiffness", support.stiffness, case.contact.stiffness_unit, "given in the case")
+    alone = support.stiffness is not None or support.body is not None
+    if alone and damping is not None and support.damping is None:
         yield replace(damping, key=f"{key}.damping")
 
 

@@ -17,6 +17,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.attached_motions import hold_stiffness, model_motions
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.holding_shapes import HoldingShapes
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -40,7 +41,7 @@ def reactions_of(case: Case, body: Body, system: SemiDiscreteSystem) -> Reaction
     dimension = body.meshed.space.mesh.geometry.dim
     held = None if body.holding is None else _held(case, body, body.holding, system, dimension)
     nothing = Reactions(*(np.zeros(length) for length in _lengths(system)))
-    rows, taken = iter(body.patterns[len(case.load) :]), 0
+    rows, taken = iter(body.patterns[len(patterned(case.load)) :]), 0
     for joint in case.joint:
         found = {one.motion.name: one for one in joint.attached()}
         for name in motions:

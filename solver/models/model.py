@@ -15,6 +15,7 @@ from gapbeam.meshes.section_figures import Section
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.solver.assembly.assembled_system import assembled_system
 from gapbeam.solver.assembly.face_quadrature import PointRule
+from gapbeam.solver.case.beam_motions import motions_in_words
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import (
     Default,
@@ -24,9 +25,10 @@ from gapbeam.solver.case.computed_defaults import (
     tangent_stiffness,
     touch_depth,
 )
-from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel, RigidModel
+from gapbeam.solver.case.model_table import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
@@ -38,6 +40,7 @@ from gapbeam.solver.models.explicit_step import with_stable_step
 from gapbeam.solver.models.joint_reactions import reactions_of
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.reduction.rigid_body import rigid_body
+from gapbeam.solver.models.support_bodies import with_support_bodies
 from gapbeam.solver.models.time_step import with_time_step
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.operators import Array
@@ -123,8 +126,9 @@ class Model:
         return point_rule(self.case)
 
     def expand(self, x: Array) -> Array:
-        """Return the DOFs of the mesh that this rank owns, from those marched."""
-        return x if self.body.expansion is None else np.asarray(self.body.expansion @ x)
+        """Return the DOFs of the mesh that this rank owns, from those marched, of which the beam's come first."""
+        expansion = self.body.expansion
+        return x if expansion is None else np.asarray(expansion @ x[: expansion.shape[1]])
 
 
 def build_model(case: Case, comm: MPI.Comm) -> Model:
@@ -150,6 +154,8 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
         LOG.info("%s", _filled(case, meshed.section))
         refuse_too_large(case, mesh_dofs(meshed), comm)
     if isinstance(case.model, BeamModel):
+        for name, why in motions_in_words(case):
+            LOG.info("beam motion beside bending: %s (%s)", name, why)
         return beam_body(case, meshed, case.model)
     body = finite_elements(case, meshed)
     LOG.info("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
@@ -162,6 +168,8 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
             body = reduced_body(body, case.model)
             LOG.info("%s; reduced in %.2g s", basis_words(body), body.seconds["reduction"])
             return body
+        case AutoModel():
+            raise UserError('the model "auto" is chosen when a case is read; found a case that was not read')
         case _:
             assert_never(case.model)
 
@@ -181,10 +189,16 @@ def basis_words(body: Body) -> str:
     basis = body.basis
     assert basis is not None
     dropped = f"; {basis.left_out} antisymmetric modes dropped (load and mesh are symmetric)" if basis.left_out else ""
+    error = f"basis error: {100 * basis.neglected:.2g} % of the contact faces' static flexibility "
+    smooth = f"{100 * basis.neglected_smooth:.2g} % for smooth pressure"
+    if basis.section_flexibility is not None:
+        smooth = (
+            f"{100 * basis.neglected_smooth:.2g} % for pressure on half of a section, which is rigid here and would "
+            f"deform by {basis.section_flexibility:.2g} m/N"
+        )
     return (
         f"basis of {basis.size} DOFs: {basis.modes} modes up to {basis.highest_mode:.4g} Hz, {basis.contact_shapes} "
-        f"shapes from contact and {basis.load_shapes} from loads{dropped}; basis error: {100 * basis.neglected:.2g} % "
-        f"of the contact faces' static flexibility ({100 * basis.neglected_smooth:.2g} % for smooth pressure)"
+        f"shapes from contact and {basis.load_shapes} from loads{dropped}; {error}({smooth})"
     )
 
 
@@ -206,7 +220,7 @@ def model_of(case: Case, body: Body) -> Model:
     support = contact.support.with_stiffness(setting.face_stiffness)
     dimension = body.meshed.space.mesh.geometry.dim
     walls = walls_of(case.load, case.layout, contact, dimension)
-    contact = replace(contact, support=support, walls=walls)
+    contact = replace(contact, support=support, walls=walls, measures_sliding=case.wear is not None)
     asked, (case, computed) = case, with_time_step(case, support.stiffness_per_area)
     law = make_law(
         case.contact.law,
@@ -228,6 +242,7 @@ def model_of(case: Case, body: Body) -> Model:
     if case.time.scheme.explicit:
         case, computed = with_stable_step(asked, case, computed, stable_step(system, law))
     system = replace(system, reactions=reactions_of(case, body, system))
+    system = with_support_bodies(case, system, dimension)
     springs = support.per_face_area(tangent_stiffness(case, setting.face_stiffness))
     return Model(
         case,

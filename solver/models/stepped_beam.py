@@ -25,10 +25,12 @@ class SteppedBeam:
     Attributes:
         parts: The prismatic beams; the last node of each is the first one of the next.
         starts: Where they begin, m.
+        neutral: How far above the axis the centroid is, where bending gives no axial strain, m.
     """
 
     parts: tuple[TimoshenkoBeam, ...]
     starts: tuple[float, ...]
+    neutral: float = 0.0
 
     @classmethod
     def of_case(cls, case: Case, elements: int, lateral: bool = False) -> SteppedBeam:
@@ -46,7 +48,8 @@ class SteppedBeam:
             TimoshenkoBeam.of_piece(case, piece, piece.end - piece.start, count, lateral)
             for piece, count in zip(pieces, counts, strict=True)
         ]
-        return cls(tuple(parts), tuple(piece.start for piece in pieces))
+        neutral = pieces[0].beam.centroid[0 if lateral else 1]
+        return cls(tuple(parts), tuple(piece.start for piece in pieces), neutral)
 
     @property
     def elements(self) -> int:
@@ -57,6 +60,12 @@ class SteppedBeam:
     def size(self) -> int:
         """Number of DOFs."""
         return 2 * (self.elements + 1)
+
+    @property
+    def places(self) -> Array:
+        """Places of the nodes, (elements + 1,), m."""
+        places = [start + part.places for part, start in zip(self.parts, self.starts, strict=True)]
+        return np.concatenate([*(one[:-1] for one in places), places[-1][-1:]])
 
     def rows(self, x: Array) -> tuple[csr_matrix, csr_matrix]:
         """Return what gives w and theta at places, (k, n) each."""
@@ -74,8 +83,7 @@ class SteppedBeam:
 
     def heave_and_pitch(self) -> Array:
         """Return both rigid motions, (2, n): w = 1, and w = x with theta = 1."""
-        places = [start + part.places for part, start in zip(self.parts, self.starts, strict=True)]
-        return heave_and_pitch_at(np.concatenate([*(one[:-1] for one in places), places[-1][-1:]]))
+        return heave_and_pitch_at(self.places)
 
     def operators(self) -> DenseOperators:
         """Return M and K."""

@@ -31,7 +31,8 @@ def frequency_of_interest(case: Case) -> tuple[float, str]:
     `time.frequency`, or the largest of those of the loads (5 times the forcing frequency, or the frequency below which
     99 % of the power of a record lie), the second bending frequency of the overhang clamped at the support, and the
     frequency of a quarter of the beam, with the mass of an exciter, on its spring: the mass of a bending mode of a
-    cantilever at its tip.
+    cantilever at its tip. That of a support body on its spring counts where it is below `RIGID_RATIO` times all of
+    these: a stiffer one is rigid.
     """
     if case.time.frequency is not None:
         return case.time.frequency, "time.frequency"
@@ -41,7 +42,9 @@ def frequency_of_interest(case: Case) -> tuple[float, str]:
             origin = f"a quarter of the beam on the spring of the load {load.name}"
             candidates.append((_attached_frequency(case, added), origin))
     candidates += [found for load in case.load if (found := load.frequency_of_interest) is not None]
-    return max(candidates, key=itemgetter(0))
+    highest = max(candidates, key=itemgetter(0))
+    bodies = [(one.body.frequency, f"the support {one.name} on its spring") for one in case.layout.supports if one.body]
+    return max([highest, *(one for one in bodies if one[0] < RIGID_RATIO * highest[0])], key=itemgetter(0))
 
 
 def _attached_frequency(case: Case, added: Attachment) -> float:

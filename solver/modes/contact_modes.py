@@ -109,6 +109,25 @@ def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldMode
     return seated, free, closed
 
 
+def free_bending_modes(model: Model, count: int) -> HeldModes:
+    """Return the modes of a beam free of contact, at least `count` bending modes; 1 and 2 of a free beam are rigid.
+
+    Raises:
+        UserError: The model has fewer bending modes.
+        RunError: The modes could not be found.
+
+    Collective.
+    """
+    sections = Sections(model)
+    most = most_bending_modes(model, sections) + RIGID
+    if count > most:
+        raise UserError(
+            f"bending mode {count} was asked for; expected 1 to {most}: half a wave of a higher one would be shorter "
+            "than two distances between the nodes of the mesh or than the thickness of the beam; refine the mesh"
+        )
+    return _modes(model, sections, FREE, np.zeros(model.system.contact.size), count)
+
+
 def most_bending_modes(model: Model, sections: Sections) -> int:
     """Return how many bending modes a mesh shows, and a beam has: half waves of two slices and of a thickness."""
     case = model.case
@@ -123,7 +142,7 @@ def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: in
     wanted = KINDS_PER_BENDING[dimension] * count + BESIDES
     while True:
         frequencies, shapes = _lowest(model, springs, wanted)
-        motions = tuple(sections.motion(model.expand(shape)) for shape in shapes.T)
+        motions = tuple(sections.motion(shape) for shape in shapes.T)
         found = sum(motion.kind == "bending" for motion in motions)
         if found >= count:
             kept = _of_basis(model, frequencies, motions, count)

@@ -21,6 +21,7 @@ from gapbeam.solver.system.operators import Array
 
 KINDS = {2: ("axial", "bending"), 3: ("axial", "lateral", "bending", "torsional")}
 MIXED = "mixed"
+OF_SUPPORT = "support"
 MOST_SLICES = 96
 HELD = 0.5  # of the kinetic energy, for a name
 
@@ -30,7 +31,8 @@ class SectionMotion:
     """The motion of the sections in one mode.
 
     Attributes:
-        kind: "axial", "bending", "lateral", "torsional", or "mixed" where no share is above one half.
+        kind: "axial", "bending", "lateral", "torsional", or "mixed" where no share is above one half; "support" where
+            that of the bodies of supports is.
         share: Of the kinetic energy that the motion of that kind holds.
         bending: Mean motion in the bending direction, (slices,), as the shape is scaled.
     """
@@ -74,8 +76,23 @@ class Sections:
         """Return the motion of the sections.
 
         Args:
-            shape: Displacement on the nodes of the mesh that this rank owns, (n,).
+            shape: Marched DOFs that this rank owns, (n,).
         """
+        of_bodies = self._of_bodies(shape)
+        if of_bodies > HELD:
+            return SectionMotion(OF_SUPPORT, of_bodies, np.zeros(int(np.sum(self._filled))))
+        return self._of_beam(self._model.expand(shape))
+
+    def _of_bodies(self, shape: Array) -> float:
+        """Return the share of the kinetic energy that the bodies of supports have."""
+        size = self._model.body.operators.size
+        if len(shape) == size:
+            return 0.0
+        weighted = self._model.system.operators.apply_mass(shape)
+        return float(shape[size:] @ weighted[size:] / (shape @ weighted))
+
+    def _of_beam(self, shape: Array) -> SectionMotion:
+        """Return the motion of the sections where the nodes of this rank move so, (n,)."""
         u = shape.reshape(-1, self._components).T
         components = self._components
         bending = components - 1

@@ -9,6 +9,8 @@ from typing import Any
 from mpi4py import MPI
 
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
+from gapbeam.solver.diagnostics.impact_figures import impact_figures
+from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.recorded_content import recorded_content
 from gapbeam.solver.run.run_consumers import RunConsumers
@@ -20,6 +22,7 @@ from gapbeam.solver.run.verdict import (
     remarks,
     resolution_remarks,
 )
+from gapbeam.solver.run.wear_figures import wear_figures, wear_words
 
 LOG = logging.getLogger("gapbeam")
 
@@ -31,12 +34,22 @@ def describe_march(
     accounts = consumers.accounts
     summary |= figures(model, consumers.recorder, accounts)
     summary["contact_episodes"] = accounts.episodes.figures()
+    summary["impacts"] = impact_figures(accounts.impacts, model.case.layout, accounts.tally.steps * model.step)
     summary["convergence"] = accounts.tally.convergence()
     summary["wall_time"] |= accounts.tally.seconds()
     summary["checkpoints"] = consumers.costs()
     end = min(model.case.time.end, accounts.tally.steps * model.step)
     if generated := [found for load in model.case.load if (found := load.generated(end)) is not None]:
         summary["random_loads"] = generated
+    statistics, rule = consumers.recorder.statistics, consumers.rule
+    if statistics is not None:
+        summary["statistics"] = statistics.describe()
+        if rule is not None:
+            summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met)
+        LOG.info("%s", in_words(summary["statistics"]))
+    if (worn := wear_figures(model, accounts, summary.get("statistics"))) is not None:
+        summary["wear"] = worn
+        LOG.info("%s", wear_words(worn))
     findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))
     summary["assumptions"] = [finding.as_data() for finding in findings]
     noted = [*remarks(model, accounts, findings), *resolution_remarks(model, accounts.tally)]

@@ -45,6 +45,7 @@ from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, clear
 from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
+from gapbeam.solver.run.stop_rule import StopRule, met_words, refuse_not_met
 from gapbeam.solver.run.verdict import balance_words, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
 
@@ -52,7 +53,14 @@ LOG = logging.getLogger("gapbeam")
 MARCHED = "the model was marched"
 
 
-def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, resume: bool = False) -> Outcome:
+def run_case(
+    case: Case,
+    folder: Path,
+    comm: MPI.Comm,
+    overwrite: bool = False,
+    resume: bool = False,
+    rule: StopRule | None = None,
+) -> Outcome:
     """Run a case into a results folder, or go on with a run that was left there.
 
     Args:
@@ -61,6 +69,7 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
         comm: The ranks that share the work.
         overwrite: Replace the results of an earlier run.
         resume: Continue from its last checkpoint; from the start where it has none yet.
+        rule: When the run may end before `time.end`; None: it does not.
 
     Returns:
         The outcome; its exit status is not zero when the run created energy, did not converge or was
@@ -78,7 +87,7 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
     ends, case = comm.Dup(), with_checksums(case)
     with Signals(case.output.wall_time) as signals:
         try:
-            outcome = _run_case(case, folder, comm, ends, overwrite, resume, signals)
+            outcome = _run_case(case, folder, comm, ends, overwrite, resume, rule, signals)
         except Interrupted as stopped:
             signals.over()
             if comm.size > 1 and not all_there(ends):  # the others wait for this rank
@@ -90,10 +99,13 @@ def run_case(case: Case, folder: Path, comm: MPI.Comm, overwrite: bool = False, 
 
 
 def _run_case(
-    case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, signals: Signals
-) -> Outcome:
+    case: Case, folder: Path, comm: MPI.Comm, ends: MPI.Comm, overwrite: bool, resume: bool, rule: StopRule | None,
+    signals: Signals,
+) -> Outcome:  # fmt: skip
     """Run a case; where it is interrupted before anything is in the folder, that is raised."""
     on_rank_zero(comm, lambda: check_folder(folder, overwrite or resume, overwrite))
+    if rule is not None:
+        rule.refuse_misfit(case)
     if resume:
         refuse_to_resume(case)
     with out_of_memory_reported("the model was made"):
@@ -112,14 +124,16 @@ def _run_case(
             on_rank_zero(comm, lambda: prepare_folder(folder))
         else:
             model = left.model
-            consumers = RunConsumers(model, folder, comm, left)  # or a refusal, before anything in the folder changes
+            consumers = RunConsumers(
+                model, folder, comm, left, rule
+            )  # or a refusal, before anything in the folder changes
         with log_file(folder, comm):
             summary = _opening(model)
             together = cache(lambda: comm.size == 1 or all_there(ends))
             try:
                 _write_opening(model, folder, comm, summary)
                 with out_of_memory_reported(MARCHED):
-                    _run(model, folder, comm, summary, left, consumers, signals, together)
+                    _run(model, folder, comm, summary, left, consumers, rule, signals, together)
             except RunError as error:
                 if not together():  # the others wait for this rank
                     raise
@@ -197,6 +211,8 @@ def _opening(model: Model) -> dict[str, Any]:
         summary["model"]["ranks"],
         threads_a_rank(),
     )
+    for reason in case.model.reasons:
+        LOG.info("model auto: %s", reason)
     for default in model.defaults:
         LOG.info("%s = %.4g %s: %s", default.key, default.value, default.unit, default.reason)
     return summary
@@ -209,6 +225,7 @@ def _run(
     summary: dict[str, Any],
     left: Left | None,
     consumers: RunConsumers | None,
+    rule: StopRule | None,
     signals: Signals,
     together: Callable[[], bool],
 ) -> None:
@@ -241,7 +258,7 @@ def _run(
         clock = time.perf_counter()
         CompiledLoop.compile_ahead(plan, start if left is None else left.paused, signals.check)
         summary["wall_time"]["compilation"] = time.perf_counter() - clock
-    consumers = consumers or RunConsumers(model, folder, comm, start)
+    consumers = consumers or RunConsumers(model, folder, comm, start, rule)
     signals.march_begins()
     try:
         with out_of_memory_reported(MARCHED), consumers:
@@ -257,16 +274,17 @@ def _run(
     accounts = consumers.accounts
     judge_run(model, accounts, findings)
     judge_curve(summary.get("periodic", {}).get("curve"))
+    refuse_not_met(summary.get("statistics", {}).get("until"))
     summary["status"], summary["exit_status"] = "completed", 0
-    summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}"
+    summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}{met_words(summary)}"
 
 
 def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat | NotConverged:
-    clock = time.perf_counter()
+    clock, start = time.perf_counter(), simulation.case.analysis.start
     seat = simulation.seat_or_failure()
     if isinstance(seat, NotConverged):
         summary["seat"] = {}
-        summary["warnings"].append("no static seat was found, and none is needed: the run starts undeformed")
+        summary["warnings"].append(f"no static seat was found, and none is needed: the run starts {start}")
         LOG.warning("%s", summary["warnings"][-1])
         return seat
     summary["seat"] = summaries.describe_seat(seat, simulation.model)

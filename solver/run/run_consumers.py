@@ -25,7 +25,10 @@ from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.progress import ProgressLine
+from gapbeam.solver.run.output.progress_file import ProgressFile
+from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State, Step
 
@@ -49,21 +52,29 @@ class RunConsumers:
         folder: Results folder. Where a march goes on, nothing in it changes before `follow`.
         comm: Its ranks.
         start: Where the march starts, or where it was left.
+        rule: When it may end early; None: at its end only.
 
     Attributes:
         recorder: Makes records.
         accounts: Ledger, gates, episodes, peaks and counts.
         fields: Where fields go.
+        rule: As given.
+        met: Whether the interval that the rule asks for is narrow enough.
 
     Raises:
         UserError: The histories to go on after are not there.
         NotWritten: The files cannot be written.
     """
 
-    def __init__(self, model: Model, folder: Path, comm: MPI.Comm, start: State | Left) -> None:
-        self.model, self.comm = model, comm
+    def __init__(
+        self, model: Model, folder: Path, comm: MPI.Comm, start: State | Left, rule: StopRule | None = None
+    ) -> None:
+        self.model, self.comm, self.rule, self.met = model, comm, rule, False
+        self._folder = folder
         self._checkpoints: Checkpoints | None = None
-        self.recorder = Recorder(model, watch_of(model), gauges_of(model))
+        self.recorder = Recorder(
+            model, watch_of(model), gauges_of(model), statistics_of(model, steps_between(model)["history_interval"])
+        )
         left = start if isinstance(start, Left) else None
         self._start = start.paused if isinstance(start, Left) else start
         begin = self._start if isinstance(self._start, State) else self._start.state
@@ -71,10 +82,12 @@ class RunConsumers:
         if left is not None:
             left.restore(self.accounts, self.recorder)
         self._trouble: NotWritten | None = None
+        self._looked = 0.0  # last time at which the rule could have ended the march, s
         self._passed = (0, 0.0)  # looks and penetration that were let pass
         self._history: HistoryWriter | None = None
         kept = None if left is None else int(left.header["records"])
         on_rank_zero(comm, lambda: self._open_history(folder, kept))
+        self._progress = ProgressFile(folder, model.case.time.end, quiet=comm.rank != 0)
         self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
 
     def follow(
@@ -110,6 +123,8 @@ class RunConsumers:
             blocks_of_steps = marched(plan, self._start, self.accounts, self.recorder, wanted, self.comm)
         else:
             blocks_of_steps = step_blocks_of(steps, plan.steps, self.accounts, self.recorder, wanted)
+        begun = 0 if isinstance(self._start, State) else self._start.done
+        self._looked = begun // fields_every * fields_every * self.model.step
         clock, before = time.perf_counter(), self.accounts.tally.march
         progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0, begin=self.accounts.time)
         try:
@@ -117,16 +132,21 @@ class RunConsumers:
                 for step_block in blocks_of_steps:
                     shown = step_block.done % fields_every == 0 or step_block.done == plan.steps
                     self._record(step_block.rows, step_block.end if shown else None)
-                    progress.advance(step_block.time, step_block.steps, self._contact_words(step_block.pressure))
+                    closed = self._closed_faces(step_block.pressure)
+                    progress.advance(step_block.time, step_block.steps, f"contact: {' and '.join(closed) or 'none'}")
+                    self._progress.report(self.accounts, step_block.steps, closed)
                     wish = interruption.agreed(self._wish())
                     if wish == Wish.GIVE_UP:
                         self._give_up()
                     self._let_pass()
+                    if shown and self._may_end(step_block, plan.steps):
+                        break
                     if step_block.done < plan.steps and wish != Wish.NONE:
                         self.accounts.tally.march = before + time.perf_counter() - clock
                         self._pause(step_block, wish)
         finally:
             self.accounts.tally.march = before + time.perf_counter() - clock
+            self._progress.remove()
 
     def __enter__(self) -> RunConsumers:
         """Keep the files open."""
@@ -164,6 +184,7 @@ class RunConsumers:
         except NotWritten:
             self._history.abandon()
             raise
+        write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts)
 
     def costs(self) -> Mapping[str, float]:
         """Return what the checkpoints cost: how many, and their wall time, s."""
@@ -197,6 +218,16 @@ class RunConsumers:
         self._passed = watch.looks, float(np.max(accounts.peaks.deepest))
         let_pass([*of_pose(watch, self.model.case), *of_contact(self.model.case, accounts.peaks, accounts.episodes)])
 
+    def _may_end(self, step_block: StepBlock, last: int) -> bool:
+        """Return whether the interval at which the run is to end is narrow enough. Collective."""
+        rule, statistics = self.rule, self.recorder.statistics
+        if rule is None or statistics is None:
+            return False
+        looks, self._looked = rule.looks_between(self._looked, step_block.time), step_block.time
+        if looks or step_block.done == last:
+            self.met = on_rank_zero(self.comm, lambda: rule.met(statistics))
+        return self.met
+
     def _wish(self) -> Wish:
         if self._trouble is not None:
             return Wish.GIVE_UP
@@ -225,8 +256,7 @@ class RunConsumers:
                 wish.exit_status,
             )
 
-    def _contact_words(self, pressure: Array) -> str:
+    def _closed_faces(self, pressure: Array) -> list[str]:
         contact = self.model.system.contact
         pressed = pressure > 0.0
-        closed = [name for face, name in enumerate(contact.face_names) if np.any(pressed[contact.faces == face])]
-        return "contact: " + (" and ".join(closed) or "none")
+        return [name for face, name in enumerate(contact.face_names) if np.any(pressed[contact.faces == face])]

@@ -1,1 +1,1 @@
-"""The static seat, and the start of a run."""
+"""The static seat."""

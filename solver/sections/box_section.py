@@ -10,6 +10,7 @@ from pydantic import Field
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.sections.section_table import SectionTable, thin_enough, thin_walled_shear, wall_cells
+from gapbeam.solver.sections.warping_function import torsion_of_blocks
 from gapbeam.solver.table import Positive
 
 
@@ -36,6 +37,11 @@ class BoxSection(SectionTable):
         n = (width - self.wall) / (thickness - self.wall)
         more = 10.0 * n**2 * ((3.0 + poisson_ratio) * n + 3.0 * n**2)
         return thin_walled_shear(n, more, poisson_ratio)
+
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return J by finite elements, for walls of any thickness; Bredt's 4 A_m^2 t / s is that of thin ones."""
+        outer = 0.5 * width, 0.5 * thickness
+        return torsion_of_blocks((outer[0] - self.wall, outer[1] - self.wall), outer, ((False, True), (True, True)))
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
         """Return four corners and four walls."""

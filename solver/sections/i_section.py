@@ -10,6 +10,7 @@ from pydantic import Field
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.sections.section_table import SectionTable, solid_shear, thin_enough, thin_walled_shear, wall_cells
+from gapbeam.solver.sections.warping_function import torsion_of_blocks
 from gapbeam.solver.table import Positive
 
 
@@ -47,6 +48,11 @@ class ISection(SectionTable):
         """Return the kappa of a rectangle over both flanges, which carry the shear."""
         share = 2.0 * width * self.flange / self.area(thickness, width)
         return share * solid_shear(poisson_ratio)
+
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return J by finite elements; warping is free, as in all torsion here."""
+        outer = 0.5 * width, 0.5 * thickness
+        return torsion_of_blocks((0.5 * self.web, outer[1] - self.flange), outer, ((True, True), (False, True)))
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
         """Return three patches in each flange, and the web."""

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
-from math import sqrt
+from math import pi, sqrt, tanh
 from typing import Literal
 
 from pydantic import Field
 
 from gapbeam.solver.sections.section_table import SectionTable, solid_shear
+
+TERMS = 400  # n up to which the series of the torsion constant is summed; what is left out is 1e-11 of it
 
 
 class RectangularSection(SectionTable):
@@ -37,6 +39,15 @@ class RectangularSection(SectionTable):
     def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:  # noqa: ARG002
         """Return 10 (1 + nu) / (12 + 11 nu)."""
         return solid_shear(poisson_ratio)
+
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return a b^3 / 3 (1 - 192 b / (pi^5 a) sum tanh(n pi a / (2 b)) / n^5), n = 1, 3, ..., with a >= b.
+
+        Source: Timoshenko and Goodier (1970), Theory of Elasticity, 3rd ed., sec. 109.
+        """
+        long, short = max(thickness, width), min(thickness, width)
+        series = sum(tanh(0.5 * n * pi * long / short) / n**5 for n in range(1, TERMS, 2))
+        return long * short**3 / 3.0 * (1.0 - 192.0 * short / (pi**5 * long) * series)
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> None:  # noqa: ARG002
         """Return None: layers follow the points of loads and probes."""

@@ -40,6 +40,10 @@ class RoundSection(SectionTable):
         """Return 6 (1 + nu) / (7 + 6 nu)."""
         return 6.0 * (1.0 + poisson_ratio) / (7.0 + 6.0 * poisson_ratio)
 
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return pi d^4 / 32."""
+        return self.polar_moment(thickness, width)
+
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:  # noqa: ARG002
         """Return a square of cells and four patches around it."""
         quarter = quarter_cells(through, across)

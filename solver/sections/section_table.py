@@ -1,10 +1,11 @@
-"""What all cross-sections have in common. They are upright and symmetric about both of their axes."""
+"""What all cross-sections have in common. All but polygons are upright and symmetric about both of their axes."""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from math import pi, sqrt
+from typing import Literal
 
 from gapbeam.meshes.sections.section_patches import SectionPatches
 from gapbeam.solver.faults import Fault
@@ -12,6 +13,9 @@ from gapbeam.solver.table import Table
 
 KEY = ("beam", "section")
 WALL_SHARE = 4  # cells through the thickness that make one cell through a wall
+
+Lattice = Literal["rectangles", "rings", "own"]
+"""What the cells of a section lie on: lines along y and z, circles, or nothing that another section shares."""
 
 
 class SectionTable(Table, ABC):
@@ -31,6 +35,16 @@ class SectionTable(Table, ABC):
     def round(self) -> bool:
         """Whether its lower and upper faces are curved."""
         return False
+
+    @property
+    def mirrored(self) -> bool:
+        """Whether it is symmetric about the bending plane, and its mesh as well."""
+        return True
+
+    @property
+    def lattice(self) -> Lattice:
+        """What its cells lie on: sections of one beam share their cells."""
+        return "rings" if self.round else "rectangles"
 
     def gyration_radius(self, thickness: float, width: float) -> float:
         """Return sqrt(I / A), m."""
@@ -52,6 +66,17 @@ class SectionTable(Table, ABC):
         """Return the share of the area that carries shear across the bending plane, no unit."""
         return self.shear_coefficient(width, thickness, poisson_ratio)
 
+    def polar_moment(self, thickness: float, width: float) -> float:
+        """Return the polar second moment of area about the axis, int y^2 + z^2 dA, m^4."""
+        return self.second_moment(thickness, width) + self.lateral_moment(thickness, width)
+
+    def torsion_constant(self, thickness: float, width: float) -> float | None:  # noqa: ARG002
+        """Return J of Saint-Venant's torsion, the twist T / (G J) under a torque T, m^4; None: no figure is known.
+
+        The section twists about the axis of the beam, which is its shear center: it is symmetric about both axes.
+        """
+        return None
+
     @abstractmethod
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches | None:
         """Return the patches of its mesh; None: layers through thickness and width.
@@ -66,6 +91,22 @@ class SectionTable(Table, ABC):
     @abstractmethod
     def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
         """Return whether a point of the plane of the section is in the material."""
+
+    def centroid(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
+        """Return y and z of the centroid, from the axis in the middle of thickness and width, m."""
+        return 0.0, 0.0
+
+    def flat(self, above: bool) -> bool:  # noqa: ARG002
+        """Return whether a flat support above, or below, touches more than a corner of the section."""
+        return True
+
+    def coupling(self, in_space: bool) -> str:  # noqa: ARG002
+        """Return why bending goes with twist, or with bending in the other plane, in words; "" where it does not.
+
+        Args:
+            in_space: Whether the beam bends across its bending plane or twists, too.
+        """
+        return ""
 
     def hollow(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
         """Return the sizes of what is hollow inside, as thickness and width, m; 0 where nothing is."""

@@ -50,6 +50,10 @@ class TubeSection(SectionTable):
         whole = (1.0 + square) ** 2
         return 6.0 * (1.0 + nu) * whole / ((7.0 + 6.0 * nu) * whole + (20.0 + 12.0 * nu) * square)
 
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return pi (d^4 - d_i^4) / 32."""
+        return self.polar_moment(thickness, width)
+
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:  # noqa: ARG002
         """Return four quarters."""
         radius, quarter = 0.5 * thickness, quarter_cells(through, across)

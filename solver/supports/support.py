@@ -59,6 +59,17 @@ class Face:
         """The smallest gap of the undeformed beam in the middle of the support, m."""
         return self.gap
 
+    def room(self, x: float, lateral: float, height: float) -> float:
+        """Return the smallest gap at x that is left to an undeformed beam whose axis is moved there, m.
+
+        Args:
+            x: Place along the beam, m.
+            lateral: How far the axis is moved toward +y, m.
+            height: How far the axis is moved along the bending direction, m.
+        """
+        del lateral
+        return self.gap + self.side * (height - self.tilt * (x - self.middle))
+
     def rise(self, positions: Array) -> Array:
         """Return by how much the face stands higher than in its middle, t (x - x_m), (m,), m."""
         return np.asarray(self.tilt * (positions[:, 0] - self.middle))
@@ -87,6 +98,23 @@ class Face:
     def growth(self, old: Face, positions: Array) -> Array:
         """Return by how much the gaps of contact points are larger than those of the same face as it was, (m,), m."""
         return self.gap - old.gap - self.side * (self.rise(positions) - old.rise(positions))
+
+
+def along_faces(opening: Array, around: NDArray[np.bool_]) -> list[Array]:
+    """Return unit vectors along faces, (m, dimension) each: along the beam and, in 3D, across or around it.
+
+    Args:
+        opening: Unit vectors that open the gaps, (m, dimension).
+        around: Whether the point is met all around the beam, (m,).
+    """
+    count, dimension = opening.shape
+    along, across = np.zeros((count, dimension)), np.zeros((count, dimension))
+    along[:, 0] = 1.0
+    if dimension == 2:
+        return [along]
+    across[:, 1] = 1.0
+    across[around, 1], across[around, 2] = -opening[around, 2], opening[around, 1]
+    return [along, across]
 
 
 @dataclass(frozen=True)

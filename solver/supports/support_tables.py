@@ -11,12 +11,13 @@ from gapbeam.solver.supports.regions.region import Placement, Region
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.support import Face
+from gapbeam.solver.supports.support_body import SupportBody
 from gapbeam.solver.table import FORMS, AlongBeam, Name, NonNegative, Number, Positive, Table, named, placed_along
 
 PLAY = ("clearance", "offset", "lateral", "tilt")
 """Keys of a [[support]] that change its gaps alone."""
-OWN_CONTACT = ("stiffness", "damping", "friction")
-"""Keys of a [[support]] that stand in the place of those of [contact]."""
+OWN_CONTACT = ("stiffness", "damping", "friction", "wear")
+"""Keys of a [[support]] that stand in the place of those of [contact] and [wear]."""
 
 
 class BaseAndGland(Table):
@@ -37,6 +38,8 @@ class BaseAndGland(Table):
     stiffness: ClassVar[None] = None
     damping: ClassVar[None] = None
     friction: ClassVar[None] = None
+    wear: ClassVar[None] = None
+    body: ClassVar[None] = None
 
     @property
     def end(self) -> float:
@@ -56,6 +59,10 @@ class BaseAndGland(Table):
     def faces_at(self, placed: Placement) -> tuple[Face, ...]:
         """Return base and gland at another place."""
         return Face("base", 1.0, 0.0 - placed.offset), Face("gland", -1.0, placed.clearance + placed.offset)
+
+    def impact_mass(self, beam: float, _width: float) -> float:
+        """Return the mass of an impact per area, kg/m^2: that of the beam there."""
+        return beam
 
     def without_play(self) -> BaseAndGland:
         """Return the support with everything taken out that changes its gaps and its contact law alone."""
@@ -100,6 +107,13 @@ class _OneOfSeveral(AlongBeam):
         le=100,
         description="coefficient of friction mu of this support, in the place of contact.friction.coefficient, no unit",
     )
+    wear: NonNegative | None = Field(
+        default=None,
+        description="Archard's coefficient of this support, in the place of wear.coefficient, 1/Pa",
+    )
+    body: SupportBody | None = Field(
+        default=None, description="mass, spring and damper of a support that gives way, a table; default none: rigid"
+    )
 
     @property
     def sides(self) -> tuple[float, ...]:
@@ -121,9 +135,21 @@ class _OneOfSeveral(AlongBeam):
         """Return the faces at another place."""
         return self.region.faces(self.name, placed)
 
+    def impact_mass(self, beam: float, width: float) -> float:
+        """Return the mass of an impact per area, kg/m^2: a b / (a + b) of beam and body, that of the beam without one.
+
+        Args:
+            beam: Mass of the beam per area of the face, a, kg/m^2.
+            width: Of the beam, m.
+        """
+        if self.body is None:
+            return beam
+        body = self.body.mass / (self.length * width)
+        return beam * body / (beam + body)
+
     def without_play(self) -> _OneOfSeveral:
-        """Return the support with everything taken out that changes its gaps and its contact law alone."""
-        return self.model_copy(update={**dict.fromkeys(PLAY, 0.0), **dict.fromkeys(OWN_CONTACT)})
+        """Return the support with everything taken out that changes its gaps, its contact law and its body alone."""
+        return self.model_copy(update={**dict.fromkeys(PLAY, 0.0), **dict.fromkeys(OWN_CONTACT), "body": None})
 
 
 PlacedSupport = placed_along(
@@ -153,5 +179,5 @@ AnySupports = BaseAndGland | tuple[_OneOfSeveral, ...] | Mapping[int, _OneOfSeve
 
 
 def without_play(support: BaseAndGland | tuple[_OneOfSeveral, ...]) -> BaseAndGland | tuple[_OneOfSeveral, ...]:
-    """Return the supports of a case with everything taken out that changes their gaps and their contact law alone."""
+    """Return the supports of a case with all taken out that changes their gaps, contact laws and bodies alone."""
     return support.without_play() if isinstance(support, BaseAndGland) else tuple(one.without_play() for one in support)

@@ -9,13 +9,14 @@ without contact is then a handful of products per DOF.
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, RankOnes
 from gapbeam.solver.system.ordered_products import row_product
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 
 
 @dataclass(frozen=True)
@@ -50,6 +51,14 @@ class ModalSystem:
         """C, (n, n), 1/s."""
         return np.asarray(np.diag(self.damping) + self.dashpots.matrix)
 
+    @cached_property
+    def tangents(self) -> Array:
+        """T X, the motion of the contact points along the faces, (m, k, n); for operators with tangents."""
+        contact = self.system.contact
+        assert contact.tangents is not None
+        moved = contact.tangents @ traced_on(contact, self.shapes)
+        return np.ascontiguousarray(moved.reshape(contact.size, -1, len(self.squares)))
+
     def coordinates(self, x: Array) -> Array:
         """Return q = X^T M x, (n,), of DOFs x, (n,)."""
         return np.asarray(self.shapes.T @ self.system.operators.apply_mass(x))
@@ -65,16 +74,21 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
     if not isinstance(operators, DenseOperators) or np.any(operators.massless) or not contact.symmetric:
         return None
     squares, shapes = operators.modes
-    interface = contact.interface
     dashpots = system.dashpots or RankOnes(np.zeros((0, operators.size)), np.zeros(0))
-    traced = np.zeros((interface.size, operators.size))
-    traced[interface.slots] = shapes[interface.owned]
     return ModalSystem(
         system,
         shapes,
         np.maximum(squares, 0.0),
-        np.ascontiguousarray(contact.gap_matrix @ traced),
+        np.ascontiguousarray(contact.gap_matrix @ traced_on(contact, shapes)),
         np.array([load.pattern @ shapes for load in system.loads]).reshape(len(system.loads), operators.size),
         RankOnes(np.ascontiguousarray(dashpots.patterns @ shapes), dashpots.coefficients),
         shapes.T @ operators.restraint @ shapes,
     )
+
+
+def traced_on(contact: ContactOperator, shapes: Array) -> Array:
+    """Return shapes, (n, r), on the interface DOFs of a dense system, (interface.size, r)."""
+    interface = contact.interface
+    traced = np.zeros((interface.size, shapes.shape[1]))
+    traced[interface.slots] = shapes[interface.owned]
+    return traced

@@ -41,8 +41,10 @@ class ContactOperator:
         positions: Coordinates of the points, (m, 3), m.
         force_matrix: H on the interface DOFs, (m, interface.size); None: H = G.
         geometry_matrix: G without the stress of Nitsche's method, (m, interface.size); None: G.
-        tangents: T on the interface DOFs, (m k, interface.size): motion along x and (k = 2) across; None: frictionless.
+        tangents: T on the interface DOFs, (m k, interface.size): motion along x and (k = 2) across; None: not needed.
         walls: The motion of walls, of gaps since t = 0.
+        frictionless: Whether T only measures motion, and no force acts along it.
+        measures_sliding: Whether the work of sliding is measured.
     """
 
     interface: Interface
@@ -56,11 +58,18 @@ class ContactOperator:
     geometry_matrix: csr_matrix | None = None
     tangents: csr_matrix | None = None
     walls: Walls = NO_WALLS
+    frictionless: bool = False
+    measures_sliding: bool = False
 
     @property
     def symmetric(self) -> bool:
         """Whether H = G."""
         return self.force_matrix is None
+
+    @property
+    def rubbed(self) -> csr_matrix | None:
+        """T where friction acts along it, (m k, interface.size); None: frictionless."""
+        return None if self.frictionless else self.tangents
 
     @property
     def size(self) -> int:
@@ -137,7 +146,7 @@ class ContactOperator:
     @cached_property
     def friction_resultants(self) -> csr_matrix:
         """T^T on the interface DOFs, (interface.size, m k); without columns where there is no friction."""
-        return csr_matrix((self.interface.size, 0) if self.tangents is None else self.tangents.T)
+        return csr_matrix((self.interface.size, 0) if self.rubbed is None else self.rubbed.T)
 
     def closing(self, old: State, new: State, operators: Operators) -> Array:
         """Return -(H (u1 - u0) + W1 - W0), (m,), m: what point forces do work on. Collective where H is not G."""

@@ -88,6 +88,8 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
     found.append(Companion(HALF_STEP, shared | own | {"model": usual, "time.step": 0.5 * step}))
     if stiffness is not None and computed:
         found.append(Companion(STIFFER, shared | own | {"model": usual, "contact.stiffness": 2.0 * stiffness}))
+    if case.model.rings:
+        left_out.append('the deformation of the sections, which sections = "rigid" leaves out')
     if case.mesh.file is not None:
         left_out.append("the mesh, which is given by a file")
     else:

@@ -105,7 +105,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         found, beyond = estimate(case, run, summary, outcome.body), beyond_resolution(summary)
         found = without_accelerations(found) if beyond else found
         errors |= describe(found)
-        warnings += [*doubts(found, case.time.end), *beyond]
+        warnings += [*doubts(found, run.end), *beyond]
         summary["message"] += f"; {last_line(found)}"
     except (EstimateError, ResultsError) as failed:
         errors |= {"status": "not estimated", "reason": str(failed)}

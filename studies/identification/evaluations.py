@@ -17,10 +17,11 @@ from gapbeam.solver.case.reading.known_keys import flat
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.wording.short_words import printable
-from gapbeam.studies.identification.experiment_trial import Piece, Record, TrialJob, compute
+from gapbeam.studies.engine.study_engine import Engine
+from gapbeam.studies.identification.experiment_trial import LOST, Piece, Record, TrialJob, compute, lost_pieces
 from gapbeam.studies.identification.identification_problem import Problem, Values
 from gapbeam.studies.stored_records import REMEDY, StoredPiece, checked, differing, refuse_links
-from gapbeam.studies.trials.worker_processes import SideBySide
+from gapbeam.studies.study_folder import study_written
 
 LOG_FILE, PLAN_FILE, CASE_FILE = "evaluations.jsonl", "plan.json", "case.toml"
 RESULT_FILES = ("identification.json", "identified.toml", "identified-case.toml", "evaluations.csv")
@@ -28,7 +29,7 @@ FORMAT = 1
 
 
 class Evaluations:
-    """The evaluations in a folder, and the processes that add to them.
+    """The evaluations in a folder, and the engine that adds to them.
 
     Attributes:
         problem: The identification.
@@ -38,15 +39,15 @@ class Evaluations:
     Args:
         problem: The identification.
         folder: A folder that `prepare` has made.
-        processes: Side by side.
+        engine: Where they are computed.
         reported: Called after every piece that was computed.
     """
 
     def __init__(
-        self, problem: Problem, folder: Path, processes: SideBySide, difference: Callable[[], None] = lambda: None
+        self, problem: Problem, folder: Path, engine: Engine, difference: Callable[[], None] = lambda: None
     ) -> None:
         self.problem, self.folder, self.computed = problem, folder, 0
-        self._processes, self._report = processes, difference
+        self._engine, self._report = engine, difference
         self._records = _read_log(folder / LOG_FILE, problem)
 
     @property
@@ -65,12 +66,13 @@ class Evaluations:
     def _compute(self, missing: Sequence[Piece]) -> None:
         """Compute pieces and put them on disk one by one, in whatever order they end."""
         case = self.folder / CASE_FILE
-        jobs = [TrialJob(self.problem, case, pieces) for pieces in _shares(missing, self._processes.jobs)]
-        with (self.folder / LOG_FILE).open("a", encoding="utf-8") as log:
-            for _, records in self._processes.done(compute, jobs):
+        jobs = [TrialJob(self.problem, case, pieces) for pieces in _shares(missing, self._engine.count)]
+        with study_written(self.folder / LOG_FILE), (self.folder / LOG_FILE).open("a", encoding="utf-8") as log:
+            for _, records in self._engine.done(compute, jobs, lost=lost_pieces):
                 for record in records:
                     self._records[_piece(record)] = record
-                    log.write(json.dumps(record, allow_nan=False) + "\n")
+                    if record["verdict"] != LOST:  # computed again when the search is called again
+                        log.write(json.dumps(record, allow_nan=False) + "\n")
                     self.computed += 1
                 log.flush()
                 self._report()

@@ -11,7 +11,7 @@ from gapbeam.postprocess.signals.period_windows import settled_windows
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.errors import RunError
+from gapbeam.solver.errors import OutOfMemory, RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.run_summary import finite
@@ -30,7 +30,7 @@ from gapbeam.studies.trials.starts import Start, kicked, seated
 
 BODY = KeptBody()  # of this process
 CYCLE_TOLERANCE = 0.01  # of the range: a response that repeats within it is called periodic
-PASSED, NO_FIGURES = "passed", "no figures"
+PASSED, NO_FIGURES, LOST = "passed", "no figures", "lost"
 NOT_CONVERGED = 4
 KICK_SEED = 0  # a kick is identified by its number
 
@@ -64,10 +64,15 @@ def compute(job: TrialJob) -> list[Record]:
     return [finite(_record(job, piece)) for piece in job.pieces]
 
 
-def _record(job: TrialJob, piece: Piece) -> Record:
-    clock, problem = time.perf_counter(), job.problem
-    experiment = problem.experiments[piece.experiment]
-    record: Record = {
+def lost_pieces(job: TrialJob, words: str) -> list[Record]:
+    """Return records of pieces whose workers were lost, with what happened in words."""
+    what = {"verdict": LOST, "exit_status": OutOfMemory.exit_status, "message": f"its worker was lost: {words}"}
+    return [_blank(piece) | what for piece in job.pieces]
+
+
+def _blank(piece: Piece) -> Record:
+    """Return the record of a piece of which nothing is known yet."""
+    return {
         "values": list(piece.values),
         "experiment": piece.experiment,
         "start": piece.start,
@@ -76,6 +81,12 @@ def _record(job: TrialJob, piece: Piece) -> Record:
         "exit_status": 0,
         "message": "",
     }
+
+
+def _record(job: TrialJob, piece: Piece) -> Record:
+    clock, problem = time.perf_counter(), job.problem
+    experiment = problem.experiments[piece.experiment]
+    record = _blank(piece)
     marched = tuple(figure for figure in experiment.figures if not isinstance(figure, FrequencyFigure))
     begin: Start | None = None
     try:

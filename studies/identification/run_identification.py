@@ -12,6 +12,9 @@ from rich.table import Table
 
 from gapbeam.postprocess.study_figures.identification_figures import draw_identification
 from gapbeam.solver.case.model_table import FullModel
+from gapbeam.studies.engine.study_engine import Engine
+from gapbeam.studies.engine.worker_memory import worker_memory
+from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.conclusion import Conclusion, conclude
 from gapbeam.studies.identification.evaluations import Evaluations, prepare
 from gapbeam.studies.identification.experiment_trial import Record
@@ -22,7 +25,6 @@ from gapbeam.studies.identification.parameter_search import search
 from gapbeam.studies.identification.printed_tables import sentences, tables
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
-from gapbeam.studies.trials.worker_processes import SideBySide
 
 NOT_PASSED, MISSED = 4, 5
 SHOWN_FAILURES = 10
@@ -107,7 +109,7 @@ def run_identification(
     problem: Problem,
     folder: Path,
     leave_one_out: bool = False,
-    processes: int | None = None,
+    workers: Workers | None = None,
     overwrite: bool = False,
     progress: Progress | None = None,
 ) -> IdentificationResult:
@@ -117,7 +119,7 @@ def run_identification(
         problem: The identification, as `identification_file.read_identification` reads it.
         folder: Where it goes.
         leave_one_out: Predict each fitted measurement from the others too.
-        processes: Side by side; by default one a core.
+        workers: Where; by default one a core of this machine.
         overwrite: Begin anew.
         progress: Called with what is done, how many sets of values were tried, and how many may be; None: unknown.
 
@@ -135,8 +137,8 @@ def run_identification(
 
     with study_folder(folder):
         prepare(problem, folder, overwrite)
-        with SideBySide(processes) as workers:
-            evaluations = Evaluations(problem, folder, workers, lambda: report("search", settings.budget))
+        with Engine(workers, memory=worker_memory([problem.base]), folder=folder) as engine:
+            evaluations = Evaluations(problem, folder, engine, lambda: report("search", settings.budget))
             misfit = Misfit(problem, evaluations)
             if evaluations.records:
                 LOG.info("%d experiments are on disk already", len(evaluations.records))

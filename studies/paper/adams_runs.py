@@ -16,11 +16,11 @@ from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.system.operators import Array
+from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.paper.printed_figures import printed
 from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import seated
-from gapbeam.studies.trials.worker_processes import SideBySide
 
 G = 9.81  # m/s^2, what the paper's accelerations are given in
 STARTING = 4  # forcing periods: the start of a run
@@ -180,8 +180,8 @@ _BODIES: dict[str, KeptBody] = {}
 def run_all(asked: Sequence[Asked]) -> dict[Asked, RunFigures]:
     """Run many cases side by side, each once."""
     each = sorted(set(asked), key=lambda one: (one.elastic, one.model, one.place, one.suspended))
-    with SideBySide() as processes:
-        return {run.asked: run for _, run in processes.done(run_one, each)}
+    with Engine(points=len(each)) as engine:
+        return {run.asked: run for _, run in engine.done(run_one, each)}
 
 
 def geometric_mean(values: Sequence[float] | Array) -> float:

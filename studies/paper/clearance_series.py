@@ -18,12 +18,12 @@ from gapbeam.postprocess.signals.smoothing import RATE, smooth
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.record_table import STANDARD_GRAVITY as G
+from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.paper.printed_figures import printed
 from gapbeam.studies.sweep.sweep_point import span
 from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import seated
-from gapbeam.studies.trials.worker_processes import side_by_side
 
 SAMPLING = 1.0e-4  # s, between records
 HARMONICS = 8
@@ -100,7 +100,8 @@ def motions(case: Path, clearances: Sequence[float], settings: Mapping[str, obje
         RunError: One of them did not pass.
     """
     jobs = [_Job(case, {**settings, "support.clearance": float(value)}) for value in clearances]
-    found = dict(side_by_side(_march, jobs))
+    with Engine(points=len(jobs)) as engine:
+        found = dict(engine.done(_march, jobs))
     return [_motion(value, found[place]) for place, value in enumerate(clearances)]
 
 

@@ -13,8 +13,10 @@ from rich.table import Table
 from rich.text import Text
 
 from gapbeam.solver.assembly.attached_motions import roll_springs
-from gapbeam.solver.case.analysis_table import Periodic
+from gapbeam.solver.case.analysis_table import Periodic, Transient
+from gapbeam.solver.case.beam_motions import motions_in_words
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.centered_pose import centered_pose
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
 from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
@@ -146,6 +148,8 @@ def _model_rows(model: Model) -> list[Row]:
             if model.dofs == model.mesh_dofs
             else [("marched", f"{model.dofs} DOFs", f"model {model.case.model.type}")]
         ),
+        *(("model auto", "", reason) for reason in model.case.model.reasons),
+        *(("beam motion", name, why) for name, why in motions_in_words(model.case)),
         ("contact points", f"{contact.size}", f"on {contact.interface.size} interface DOFs; {faces}"),
     ]
 
@@ -173,6 +177,11 @@ def _dynamics_rows(model: Model) -> list[Row]:
             "that passes in contacts of fewer than 10 steps",
         )
     )
+    for one in case.layout.supports:
+        if one.body is not None:
+            rows.append(
+                (f"support {one.name}", f"{one.body.frequency:.4g} Hz", "its body on its spring, without the beam")
+            )
     for load in case.load:
         if (words := load.frequency_words(model.step)) is not None:
             rows.append((load.name, *words))
@@ -186,8 +195,30 @@ def restraint_frequency(case: Case, stiffness: float) -> float:
 
 def _analysis_rows(case: Case) -> list[Row]:
     if not isinstance(case.analysis, Periodic):
-        return []
+        return _start_rows(case, case.analysis)
     return [("analysis", "periodic", "predicted is a march to time.end; the search from there is not")]
+
+
+def _start_rows(case: Case, analysis: Transient) -> list[Row]:
+    """Return how the run starts, where it does not start at rest on the seat."""
+    words = list[str]()
+    if analysis.start == "centered":
+        ends = [centered_pose(case.support).section(x) for x in (0.0, case.beam.length)]
+        places = " and ".join(f"({end['lateral']:.3g}, {end['vertical']:.3g}) m" for end in ends)
+        words.append(f"both ends of the axis moved by {places} sideways and upward")
+    if analysis.motion is not None:
+        pose, rate = analysis.motion.pose(case.beam.length), analysis.motion.rate(case.beam.length)
+        parts = (
+            *(f"position {name}" for name in sorted(pose.names)),
+            *(f"velocity {name}" for name in sorted(rate.names)),
+        )
+        words.append("a rigid motion: " + (", ".join(parts) or "none"))
+    if analysis.mode is not None:
+        mode = analysis.mode
+        words.append(
+            f"bending mode {mode.number} with {mode.amplitude:g} m at {mode.probe}, phase {mode.phase:g} degrees"
+        )
+    return [("start", analysis.start, "; ".join(words))] if words else []
 
 
 def _adaptive_rows(model: Model) -> list[Row]:

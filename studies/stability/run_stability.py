@@ -12,12 +12,14 @@ from typing import Any
 
 from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_stability_map
 from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 from gapbeam.studies.trials.axes import Axis
 from gapbeam.studies.trials.grid import run_grid, table
 
 SCHEME = "time.scheme"
+JOURNAL = "trials.jsonl"  # while the study is under way
 
 
 @dataclass(frozen=True, repr=False)
@@ -61,25 +63,26 @@ def run_stability(
     axes: Sequence[Axis],
     folder: Path,
     fixed: Sequence[str] = (),
-    jobs: int | None = None,
+    workers: Workers | None = None,
     progress: Callable[[int, int], None] | None = None,
 ) -> StabilityResult:
-    """Try a case at every point of a grid, and write tables and maps.
+    """Try a case at every point of a grid, and write tables and maps; goes on where it was interrupted.
 
     Args:
         case: Path of the case file.
         axes: What varies; "time.scheme" must be among the keys.
         folder: Where the files go.
         fixed: Overrides of every point, KEY=VALUE.
-        jobs: Processes; by default one a core.
+        workers: Where; by default one a core of this machine.
         progress: Called with the number of trials that are done, and of all.
 
     Raises:
         CaseError: The case has faults at every point; those of the first are reported.
         UserError: The grid is too large, or the folder cannot be written.
+        NotWritten: A trial could not be written.
     """
     with study_folder(folder):
-        records = table(run_grid(case, fixed, axes, jobs, progress), axes)
+        records = table(run_grid(case, fixed, axes, workers, progress, folder / JOURNAL), axes)
         write_beside(folder / "stability.json", json.dumps(records, indent=1) + "\n")
         _write_csv(folder / "stability.csv", records)
         pictures = [folder / f"stability-{name}.png" for name in QUANTITIES]

@@ -14,12 +14,23 @@ from rich.table import Table
 from gapbeam.postprocess.results.damaged_files import as_written
 from gapbeam.postprocess.study_figures.response_census import SweepPoint, census, census_words
 from gapbeam.solver.case.case import Case
+from gapbeam.studies.engine.study_engine import Engine
+from gapbeam.studies.engine.worker_memory import worker_memory
+from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
-from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, finished, prepare, read_points
-from gapbeam.studies.sweep.sweep_point import run_chain
+from gapbeam.studies.sweep.sweep_plan import (
+    Chain,
+    Sweep,
+    chains_of,
+    finished,
+    point_file,
+    prepare,
+    read_points,
+    written_responses,
+)
+from gapbeam.studies.sweep.sweep_point import lost_chain, run_chain
 from gapbeam.studies.sweep.sweep_tables import census_table, write_tables
-from gapbeam.studies.trials.worker_processes import side_by_side
 
 LOG = logging.getLogger("gapbeam")
 Progress = Callable[[int, int], None]
@@ -67,7 +78,11 @@ class SweepResult(PrintedResult):
 
 
 def run_sweep(
-    wanted: Sweep, folder: Path, overwrite: bool = False, jobs: int | None = None, progress: Progress | None = None
+    wanted: Sweep,
+    folder: Path,
+    overwrite: bool = False,
+    workers: Workers | None = None,
+    progress: Progress | None = None,
 ) -> SweepResult:
     """Run a sweep, or go on with the one in the folder.
 
@@ -75,7 +90,7 @@ def run_sweep(
         wanted: The sweep.
         folder: Where it goes.
         overwrite: Begin anew.
-        jobs: Processes; by default one a core.
+        workers: Where; by default one a core of this machine.
         progress: Called with the number of responses that are done, and of all.
 
     Returns:
@@ -86,6 +101,7 @@ def run_sweep(
         UserError: The case is no march, a state cannot be carried along the last key, or the folder holds another
             sweep or cannot be written.
         ResultsError: What an earlier sweep left cannot be read.
+        NotWritten: A response could not be written.
     """
     cases = [entry for entry in read_points(wanted).values() if isinstance(entry, Case)]
     with study_folder(folder):
@@ -97,12 +113,20 @@ def run_sweep(
 
         def tick() -> None:
             if progress is not None:
-                progress(len(finished(folder)), total)
+                progress(written_responses(folder), total)
 
         tick()
-        for _ in side_by_side(run_chain, chains, jobs, tick):
-            tick()
+        missing = [chain for chain in chains if not all(point_file(folder, task).exists() for task in chain.tasks)]
+        lost: dict[int, dict[str, Any]] = {}
+
+        def give_up(chain: Chain, words: str) -> int:
+            lost.update(lost_chain(chain, words))
+            return 0
+
+        with Engine(workers, len(missing), worker_memory(cases), folder) as engine:
+            for _ in engine.done(run_chain, missing, tick, give_up):
+                tick()
         with as_written(folder):
-            records = [record for _, record in sorted(finished(folder).items())]
+            records = [record for _, record in sorted((lost | finished(folder)).items())]
             points = census(records, wanted.tolerance)
             return SweepResult(folder, records, points, write_tables(folder, records, points))

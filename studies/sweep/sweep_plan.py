@@ -6,7 +6,7 @@ import json
 import re
 import shutil
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -97,7 +97,10 @@ class Chain(NamedTuple):
 
 def chains_of(sweep: Sweep, folder: Path) -> list[Chain]:
     """Return the chains of a sweep, in an order that does not depend on what is done already."""
-    points = sweep.points()
+    points, folder = sweep.points(), folder.absolute()
+    carried = replace(
+        sweep, case=sweep.case.absolute(), axes=tuple(Axis(axis.key, ()) for axis in sweep.axes)
+    )  # what a worker needs: thousands of values a chain would be sent with each of thousands of chains
     chains: list[list[tuple[tuple[str, ...], str, int]]] = []
     if sweep.carry:
         length = len(points) if sweep.zipped else len(sweep.axes[-1].values)
@@ -112,7 +115,7 @@ def chains_of(sweep: Sweep, folder: Path) -> list[Chain]:
     for chain in chains:
         tasks = tuple(Task(number + place, *task) for place, task in enumerate(chain))
         number += len(chain)
-        numbered.append(Chain(sweep, folder, tasks))
+        numbered.append(Chain(carried, folder, tasks))
     return numbered
 
 
@@ -207,6 +210,11 @@ def finished(folder: Path) -> dict[int, dict[str, Any]]:
     """
     paths = sorted(path for path in (folder / POINTS).glob("*.json") if _NUMBERED.fullmatch(path.name))
     return {int(path.stem): checked(read_object(path, remedy=REMEDY), StoredResponse, path) for path in paths}
+
+
+def written_responses(folder: Path) -> int:
+    """Return how many responses are on disk, by the names of their files."""
+    return sum(_NUMBERED.fullmatch(path.name) is not None for path in (folder / POINTS).iterdir())
 
 
 def _check_responses(sweep: Sweep, folder: Path) -> None:

@@ -22,13 +22,14 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
-from gapbeam.solver.errors import RunError
+from gapbeam.solver.errors import OutOfMemory, RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.run_summary import finite
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
+from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
 from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
@@ -40,7 +41,11 @@ BODY = KeptBody()  # of this process
 
 
 def run_chain(chain: Chain) -> int:
-    """Compute the responses of a chain that are not on disk yet, and return how many there were."""
+    """Compute the responses of a chain that are not on disk yet, put them there, and return how many there were.
+
+    Raises:
+        NotWritten: The disk is full, or the like.
+    """
     first = next((place for place, task in enumerate(chain.tasks) if not point_file(chain.folder, task).exists()), None)
     if first is None:
         return 0
@@ -50,15 +55,29 @@ def run_chain(chain: Chain) -> int:
         first = 0 if before is None else first
     for task in chain.tasks[first:]:
         record, before = _response(chain, task, before)
-        write_beside(point_file(chain.folder, task), json.dumps(finite(record), indent=1, allow_nan=False) + "\n")
+        text = json.dumps(finite(record), indent=1, allow_nan=False) + "\n"
+        with study_written(point_file(chain.folder, task)):
+            write_beside(point_file(chain.folder, task), text)
     return len(chain.tasks) - first
 
 
-def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, Any], _End | None]:
-    """Return the record of a response, and its case and end for the next one."""
-    sweep, clock = chain.sweep, time.perf_counter()
-    record: dict[str, Any] = {
-        "values": dict(zip((axis.key for axis in sweep.axes), task.values, strict=True)),
+def lost_chain(chain: Chain, words: str) -> dict[int, dict[str, Any]]:
+    """Return records of the responses that a chain has not written, as its workers were lost.
+
+    They are not put on disk: a sweep that is called again tries them again.
+    """
+    left = [task for task in chain.tasks if not point_file(chain.folder, task).exists()]
+    return {
+        task.number: _blank(chain, task)
+        | {"verdict": "lost", "exit_status": OutOfMemory.exit_status, "message": f"its worker was lost: {words}"}
+        for task in left
+    }
+
+
+def _blank(chain: Chain, task: Task) -> dict[str, Any]:
+    """Return the record of a response of which nothing is known yet."""
+    return {
+        "values": dict(zip((axis.key for axis in chain.sweep.axes), task.values, strict=True)),
         "direction": task.direction,
         "start": "",
         "verdict": "passed",
@@ -66,6 +85,12 @@ def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, 
         "message": "",
         "notes": [],
     }
+
+
+def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, Any], _End | None]:
+    """Return the record of a response, and its case and end for the next one."""
+    sweep, clock = chain.sweep, time.perf_counter()
+    record = _blank(chain, task)
     try:
         case = read_case(sweep.case, sweep.overrides(task.values))
         model = BODY.model(case)
@@ -191,8 +216,9 @@ def _keep(chain: Chain, task: Task, end: State) -> None:
     path, data = point_file(chain.folder, task, "npz"), io.BytesIO()
     np.savez(data, time=end.time, u=end.u[0], v=end.v[0], depth=end.depth, pressure=end.pressure)
     part = path.with_name(path.name + ".part")
-    part.write_bytes(data.getvalue())
-    part.replace(path)
+    with study_written(path):
+        part.write_bytes(data.getvalue())
+        part.replace(path)
 
 
 def _kept(chain: Chain, task: Task) -> _End | None:

@@ -97,6 +97,12 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
             f"contact.formulation = {case.contact.formulation.type}: the trade-off marches reduced models, which take "
             "contact stiffness; expected penalty"
         )
+    bodies = [one.name for one in case.layout.supports if one.body is not None]
+    if bodies:
+        raise UserError(
+            f"support.{bodies[0]}.body: the trade-off compares with a full model, whose supports stand still; expected "
+            "supports without body"
+        )
     beam = KeptBody().model(case.model_copy(update={"model": BeamModel(type="beam")}))
     fixed, notes = _fixed(case, beam)
     step, dimension = beam.step, case.mesh.dimension

@@ -14,6 +14,7 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.studies.engine.fresh_process import in_fresh_process
 from gapbeam.studies.tradeoff.fidelity_levels import FINEST, REFINEMENT, Level, LevelPlan, plan_levels
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,
@@ -26,7 +27,6 @@ from gapbeam.studies.tradeoff.level_errors import (
 )
 from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
 from gapbeam.studies.tradeoff.promise import WHOLE, Grounds, choice, doubts, nearest, percent
-from gapbeam.studies.trials.worker_processes import side_by_side
 
 FOLLOWED = 8  # forcing periods after the ramp over which it is asked how long a motion can be predicted
 CYCLES, TRANSIENT = 60, 24  # forcing periods of the long marches
@@ -128,8 +128,8 @@ def run_study(case: Path, fixed: dict[str, Any], tolerance: float, minutes: floa
             changes, cycles = {**fixed, **plan.fixed, **level.changes}, CYCLES if long(level) else 0
             return LevelJob(case, changes, periods, cycles, ramp + TRANSIENT, STARTS, span=0.0 if level.full else span)
 
-        ((_, results),) = side_by_side(measure, [[job(level) for level in levels]], 1)
-        return results
+        # alone on the machine, as far as this study goes: what is measured is time and memory
+        return in_fresh_process(measure, [job(level) for level in levels])
 
     # the coarsest of the reference first: what it cost says what the finest will
     coarsest = plan.meshes[1]

@@ -2,15 +2,24 @@
 
 from __future__ import annotations
 
+import hashlib
+import json
 from collections.abc import Callable, Sequence
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.faults import CaseError
+from gapbeam.studies.engine.study_engine import Engine
+from gapbeam.studies.engine.study_journal import StudyJournal
+from gapbeam.studies.engine.worker_memory import worker_memory
+from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
 from gapbeam.studies.trials.trial import Trial, try_case
-from gapbeam.studies.trials.worker_processes import side_by_side
+
+LOST = "lost"
 
 
 class GridRow(NamedTuple):
@@ -24,17 +33,19 @@ def run_grid(
     case: Path,
     fixed: Sequence[str],
     axes: Sequence[Axis],
-    jobs: int | None = None,
+    workers: Workers | None = None,
     progress: Callable[[int, int], None] | None = None,
+    journal: Path | None = None,
 ) -> list[GridRow]:
-    """Try a case at every point of a grid, in several processes.
+    """Try a case at every point of a grid.
 
     Args:
         case: Path of the case file.
         fixed: Overrides of every point, KEY=VALUE.
         axes: What varies.
-        jobs: Processes; by default one a core.
+        workers: Where; by default one a core of this machine.
         progress: Called with the number of points done and all.
+        journal: File of the trials that are done, with which a killed grid goes on; it goes when all are. None: none.
 
     Returns:
         One row a point, in the order of the product of the axes; a point whose case has faults has the verdict
@@ -43,18 +54,54 @@ def run_grid(
     Raises:
         CaseError: The case has faults at every point; those of the first are reported.
         UserError: The grid is too large.
+        NotWritten: The journal cannot be written.
     """
     points = points_of(axes)
-    works = [(case, overrides_of(axes, point, fixed)) for point in points]
-    rows: list[GridRow | None] = [None] * len(points)
-    for done, (place, trial) in enumerate(side_by_side(_try_point, works, jobs), 1):
-        rows[place] = GridRow(points[place], trial)
-        if progress is not None:
-            progress(done, len(points))
-    finished = [row for row in rows if row is not None]
-    if all(row.trial.verdict == "refused" for row in finished):
+    works = [(case.absolute(), overrides_of(axes, point, fixed)) for point in points]
+    cases = [_read(work) for work in works]
+    if all(isinstance(one, CaseError) for one in cases):
         read_case(*works[0])
-    return finished
+    sound = [one for one in cases if isinstance(one, Case)]
+    kept = None if journal is None else StudyJournal(journal, _plan(axes, sound))
+    done = {} if kept is None else {place: Trial(**record) for place, record in kept.kept.items()}
+    missing = [place for place in range(len(works)) if place not in done]
+
+    def tick() -> None:
+        if progress is not None:
+            progress(len(done), len(points))
+
+    tick()
+    folder = None if journal is None else journal.parent
+    with Engine(workers, len(missing), worker_memory(sound), folder) as engine:
+        for number, trial in engine.done(_try_point, [works[place] for place in missing], tick, _lost):
+            done[missing[number]] = trial
+            if kept is not None and trial.verdict != LOST:
+                kept.write(missing[number], trial.as_dict())
+            tick()
+    if kept is not None and all(trial.verdict != LOST for trial in done.values()):
+        kept.close()
+    return [GridRow(point, done[place]) for place, point in enumerate(points)]
+
+
+def _read(work: tuple[Path, list[str]]) -> Case | CaseError:
+    try:
+        return read_case(*work)
+    except CaseError as error:
+        return error
+
+
+def _plan(axes: Sequence[Axis], cases: Sequence[Case]) -> dict[str, Any]:
+    """Return what trials depend on."""
+    tables = [case.model_dump(mode="json") for case in cases]
+    return {
+        "gapbeam": version("gapbeam"),
+        "axes": [[axis.key, *axis.values] for axis in axes],
+        "cases": hashlib.sha256(json.dumps(tables, sort_keys=True).encode()).hexdigest(),
+    }
+
+
+def _lost(_work: tuple[Path, list[str]], words: str) -> Trial:
+    return Trial(verdict=LOST, message=f"its worker was lost: {words}")
 
 
 def _try_point(work: tuple[Path, list[str]]) -> Trial:

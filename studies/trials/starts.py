@@ -31,7 +31,7 @@ class Start:
 
     Attributes:
         state: The state.
-        word: "seat", "undeformed", "kick 3" or "carried".
+        word: "seat", "undeformed", "centered", "kick 3" or "carried".
         notes: What was changed to carry it, and what does not fit.
     """
 
@@ -41,7 +41,7 @@ class Start:
 
 
 def seated(model: Model) -> Start:
-    """Return the static seat at t = 0; the undeformed pose where the case asks for it.
+    """Return the static seat at t = 0; the undeformed or centered pose where the case asks for it.
 
     Raises:
         NotConverged: Nothing holds the beam.
@@ -50,7 +50,7 @@ def seated(model: Model) -> Start:
     """
     simulation = Simulation(model)
     begin = simulation.start(simulation.seat_or_failure())
-    return Start(begin, "seat" if model.case.analysis.needs_seat else "undeformed")
+    return Start(begin, "seat" if model.case.analysis.needs_seat else model.case.analysis.start)
 
 
 def kicked(model: Model, number: int, seed: int) -> Start:

@@ -19,7 +19,7 @@ class Trial:
     """Result of a run.
 
     Attributes:
-        verdict: "passed", "energy created", "not converged", "not finite", "refused" or "failed".
+        verdict: "passed", "energy created", "not converged", "not finite", "refused", "failed" or "lost".
         message: The error, where there was one.
         reached: Time up to which it went, s.
         created: Energy created relative to the energy exchanged; round-off counts as none.

@@ -16,7 +16,11 @@ DOCS = PROJECT / "docs"
 KINDS = ("tutorials", "how-to", "reference", "explanation", "benchmarks")
 ROOT_PAGES = [PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
 PAGES = sorted(DOCS.rglob("*.md"))
-KIND_PAGES = [page for page in PAGES if page != DOCS / "index.md"]
+TESTS = {path.name for path in (PROJECT / "tests").rglob("test_*.py")}
+SOURCES = [
+    path for room in ("solver", "studies", "meshes", "postprocess") for path in sorted((PROJECT / room).rglob("*.py"))
+]
+KIND_PAGES = [page for page in PAGES if page.parent != DOCS]
 
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
 CODE = re.compile(r"^```.*?^```|^(?: {4}.*\n)+|`[^`\n]*`", re.MULTILINE | re.DOTALL)
@@ -59,11 +63,32 @@ def test_named_files_exist(page: Path) -> None:
     assert sorted(path for path in named if not (PROJECT / path).exists()) == []
 
 
+@pytest.mark.parametrize("page", [*ROOT_PAGES[:2], *PAGES], ids=name)
+def test_named_tests_exist(page: Path) -> None:
+    """A test file that a page names without its folder is there."""
+    named = set(re.findall(r"(?<![\w/])test_\w+\.py", page.read_text(encoding="utf-8")))
+    assert sorted(named - TESTS) == []
+
+
+def test_files_named_in_docstrings_exist() -> None:
+    """A page or program that a docstring or a comment names is there."""
+    missing = []
+    for source in SOURCES:
+        for path in re.findall(
+            r"(?<![\w./-])(?:docs|tests|cases|benchmarks|environment)/[\w./-]+\.(?:md|py|toml)",
+            source.read_text("utf-8"),
+        ):
+            if not (PROJECT / path).exists():
+                missing.append(f"{name(source)}: {path}")
+    assert missing == []
+
+
 def test_every_page_is_in_the_index() -> None:
-    """The index links to every page, and every page is of one of the five kinds."""
+    """The index links to every page, and every page but the index and the gallery is of one of the five kinds."""
     index = DOCS / "index.md"
     linked = {(DOCS / target.partition("#")[0]).resolve() for target in LINK.findall(index.read_text(encoding="utf-8"))}
-    assert [name(page) for page in KIND_PAGES if page not in linked] == []
+    assert [name(page) for page in PAGES if page not in linked | {index}] == []
+    assert {page for page in PAGES if page.parent == DOCS} <= {index, DOCS / "gallery.md"}
     assert {page.parent.name for page in KIND_PAGES} == set(KINDS)
     assert all(page.parent.parent == DOCS for page in KIND_PAGES)
 

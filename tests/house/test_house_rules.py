@@ -36,8 +36,14 @@ RECORDS = "gapbeam.solver.record_table"  # the one module that postprocess reads
 LONGEST = 320  # lines
 # DOLFINx and what it stands on come from the environment, not from PyPI.
 OF_ENVIRONMENT = {"dolfinx", "ufl", "basix", "petsc4py", "slepc4py", "mpi4py"}
-IMPORTED_AS = {"vtkmodules": "vtk", "PIL": "pillow", "markdown_it": "markdown-it-py", "mpl_toolkits": "matplotlib"}
-OPTIONAL = {"imageio_ffmpeg"}
+IMPORTED_AS = {
+    "dask_jobqueue": "dask-jobqueue",
+    "vtkmodules": "vtk",
+    "PIL": "pillow",
+    "markdown_it": "markdown-it-py",
+    "mpl_toolkits": "matplotlib",
+}
+OPTIONAL = {"imageio_ffmpeg", "pyarrow", "dask"}  # the last comes with distributed
 BY_NAME = {"h5netcdf"}  # asked for by its name, as the engine of xarray
 
 MODULE_NAMES = {"util", "utils", "helper", "helpers", "manager", "managers", "handler", "handlers", "common", "misc"}
@@ -120,7 +126,8 @@ def test_import_arrows() -> None:
 # The rooms of solver/ from the bottom up: a module imports from its own room and from rooms below.
 ROOMS = (
     "wording", "sections", "supports", "system", "loads", "attachments", "contact", "integrators", "case", "assembly",
-    "memory", "linear_algebra", "models", "seat", "diagnostics", "march", "modes", "beam_theory", "periodic", "run",
+    "memory", "linear_algebra", "models", "seat", "modes", "start", "diagnostics", "march", "beam_theory", "periodic",
+    "run",
 )  # fmt: skip
 
 
@@ -319,7 +326,8 @@ def test_folders_are_packages_of_gapbeam() -> None:
 
 def test_third_party_imports_are_declared() -> None:
     """Whatever is imported is a dependency in pyproject.toml, comes with one, or is DOLFINx's company."""
-    declared = {re.split(r"[^\w-]", need)[0] for need in ABOUT["project"]["dependencies"]}
+    needs = [*ABOUT["project"]["dependencies"], *ABOUT["project"]["optional-dependencies"]["workers"]]
+    declared = {re.split(r"[^\w-]", need)[0] for need in needs}
     ours = {*PACKAGES, *sys.stdlib_module_names}
     used: dict[str, str] = {}
     for path in FILES:

@@ -16,7 +16,8 @@ FILES = sorted(
     path for room in ("gapbeam", "postprocess", "solver", "studies") for path in (PROJECT / room).glob("**/*.py")
 )
 COMMAND = re.compile(
-    r"\bgapbeam (run|check|render|plot|film|export|report|compare|sweep|modes|stability|identify|tradeoff|paper)\b"
+    r"\bgapbeam (new|view|watch|run|check|"
+    r"render|plot|film|export|report|compare|sweep|modes|stability|identify|tradeoff|paper)\b"
 )
 
 

@@ -41,6 +41,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_two_ranks_go_on_to_the_same_bits(folder: Path) -> None:
     """Stopped and resumed on two ranks: histories, fields and figures of the uninterrupted run on two."""
     assert differing(folder / "full" / "whole", folder / "full" / "parts") == []

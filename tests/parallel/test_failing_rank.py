@@ -88,6 +88,7 @@ def text(tmp_path_factory: pytest.TempPathFactory) -> tuple[Path, Printed]:
     return folder, json.loads(done.stdout)
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_nan_of_one_rank_is_reported_by_all(text: tuple[Path, Printed]) -> None:
     """A NaN in the state of rank 1 alone: all ranks stop with status 4, reported once; earlier results are on disk."""
     folder, ranks = text

@@ -134,6 +134,7 @@ def results(request: pytest.FixtureRequest, all_results: dict[str, list[Results]
     return all_results[request.param]
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_both_faces_open_and_close(results: list[Results]) -> None:
     """The comparison means something: on one rank, base and gland are both left and met again."""
     closed = results[0].history["active_points"].values > 0.0

@@ -27,6 +27,7 @@ KEYS = (
 )
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_segments_on_two_ranks(tmp_path: Path) -> None:
     """Histories agree as those of a prismatic beam do; both report the same stress over the yield stress there."""
     results = on_one_and_two(DEMO, KEYS, tmp_path)

@@ -50,6 +50,7 @@ def check_stress_fields(results: list[Results]) -> None:
         check_fields(results, CLOSE, name)
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_three_supports_on_two_ranks(tmp_path: Path) -> None:
     """Every face of every support closes, and histories agree as those of base and gland do."""
     results = on_one_and_two(DEMO, KEYS, tmp_path)
@@ -75,6 +76,7 @@ HOLES = (
 )
 
 
+@pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize(("case", "direction"), [(TUBE, "[0, 1, 0.3]"), (BLOCKS, "[0, 0.3, -1]")])
 def test_a_round_beam_in_supports_around_it_on_two_ranks(case: Path, direction: str, tmp_path: Path) -> None:
     """Curved cells, mean motions of hollow sections, contact all around: the histories of a struck beam agree."""
@@ -84,3 +86,24 @@ def test_a_round_beam_in_supports_around_it_on_two_ranks(case: Path, direction: 
     assert np.all(forces.max(axis=0) > 3.0 * forces[0])
     assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}
     check_stress_fields(results)
+
+
+RINGS = (
+    *HOLES[1:5],
+    "model.type=reduced",
+    "model.sections=rigid",
+    "model.modes=12",
+    "load.shaker.ramp=0.0",
+    "time.end=0.003",
+    "output.errors=none",
+)
+
+
+def test_rigid_sections_on_two_ranks(tmp_path: Path) -> None:
+    """The mean motions of the surface are sums over both ranks: a shaken tube moves alike, in a basis found anew."""
+    results = on_one_and_two(TUBE, RINGS, tmp_path)
+    assert results[0].history["contact_force"].values.max() > 5.0
+    apart = disagreements(results)
+    assert apart["displacement"] <= 1e-5
+    assert apart["contact_force"] <= 1e-3
+    assert results[0].summary["model"]["basis"]["section_flexibility"] > 0.0

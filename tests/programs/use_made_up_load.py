@@ -76,7 +76,7 @@ if __name__ == "__main__":
         "periodic": checked("analysis.type=periodic"),
         "gate": said("run", case, "--set", "time.scheme=newmark", "--set", "gates.total_growth=1e-6",
                      "--set", "gates.impact_growth=1e-6", "--output", str(results / "gate")),
-        "sweep": said("sweep", case, "load.pulse.amplitude=30,60", "--jobs", "1",
+        "sweep": said("sweep", case, "load.pulse.amplitude=30,60", "--workers", "1",
                       "--output", str(results / "sweep")),
         "report": said("report", str(results / "beam"), "--no-pdf"),
     }  # fmt: skip

@@ -61,7 +61,7 @@ if __name__ == "__main__":
         "newmark": run_of("newmark", "time.scheme=newmark"),
         "cautious": run_of("cautious", "time.scheme=cautious-midpoint"),
         "discrete-gradient": run_of("discrete-gradient", "time.scheme=discrete-gradient"),
-        "sweep": said("sweep", case, "time.scheme.alpha=0.2,0.3", "--set", "time.scheme.type=bossak", "--jobs", "1",
+        "sweep": said("sweep", case, "time.scheme.alpha=0.2,0.3", "--set", "time.scheme.type=bossak", "--workers", "1",
                       "--output", str(results / "sweep")),
     }  # fmt: skip
     print(json.dumps(words))

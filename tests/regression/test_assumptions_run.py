@@ -177,6 +177,7 @@ def test_a_beam_model_beyond_its_frequencies(tmp_path: Path) -> None:
     assert any("waves through the thickness" in text for text in summary["warnings"])
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_ranks_find_the_same(tmp_path: Path) -> None:
     """Two ranks watch a full model and find what one finds."""
     overrides = settings("time.end=0.01", "mesh.size=0.06", "output.fields_interval=0.01", *("load.shaker.ramp=0.0",))

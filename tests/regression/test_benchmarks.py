@@ -12,7 +12,16 @@ import numpy as np
 import pytest
 from mpi4py import MPI
 
-from benchmarks import contact_points, getfem_peer, iterative_solvers, section_modes, size, solves, textbook
+from benchmarks import (
+    contact_points,
+    getfem_peer,
+    iterative_solvers,
+    section_modes,
+    section_shear,
+    size,
+    solves,
+    textbook,
+)
 from benchmarks.apart import exponent
 from benchmarks.table import Table, seconds
 from benchmarks.textbook_newton import TextbookBeam
@@ -206,3 +215,12 @@ def test_iterative_solvers_are_compared_to_the_same_accuracy() -> None:
     assert same[5] == pytest.approx(ours[5], rel=0.15)
     errors = [found.figures[f"{way}: error"] for way in (iterative_solvers.OURS, iterative_solvers.SLEPC)]
     assert all(isinstance(error, float) and 0.0 < error < 1e-6 for error in errors)
+
+
+def test_thick_walls_carry_more_shear_than_the_formulas_for_thin_ones_say() -> None:
+    """One row of the table: a box and an I section with walls of 6 mm."""
+    ((name, *both),) = section_shear.rows((0.006,))
+    assert name == "6 mm"
+    for cell in both:
+        polygon, formula = map(float, str(cell).split(", "))
+        assert 1.1 < polygon / formula < 1.25

@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import re
 import runpy
+from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -96,9 +97,59 @@ def test_the_schema_accepts_the_shipped_cases_and_refuses_bad_ones() -> None:
     assert not accepts(spoiled('type = "gravity"', 'type = "gravitation"'))
 
 
+def misspelled(tables: dict[str, Any]) -> Iterator[tuple[str, dict[str, Any]]]:
+    """Yield each key of a case, misspelled, with the case that has it so."""
+    for key, value in tables.items():
+        if key != "type":
+            changed = {f"{name}_x" if name == key else name: one for name, one in tables.items()}
+            yield f"{key}_x", changed
+        parts = value if isinstance(value, list) else [value]
+        for number, part in enumerate(parts):
+            for word, inner in misspelled(part) if isinstance(part, dict) else ():
+                kept = [*parts[:number], inner, *parts[number + 1 :]]
+                yield word, {**tables, key: kept if isinstance(value, list) else inner}
+
+
+@pytest.mark.parametrize("path", CASES, ids=NAMES)
+def test_a_validator_names_every_misspelled_key(path: Path) -> None:
+    """A message of jsonschema has the key itself, also in tables of several types; none says that nothing fits."""
+    jsonschema = pytest.importorskip("jsonschema")
+    import tomllib
+
+    check = jsonschema.Draft202012Validator(schema())
+    cases = list(misspelled(tomllib.loads(path.read_text(encoding="utf-8"))))
+    assert len(cases) > 20
+    for word, tables_so in cases:
+        messages = [one.message for one in check.iter_errors(tables_so)]
+        assert any(f"'{word}'" in message for message in messages), (word, messages)
+        assert not any("under any" in message or "oneOf" in message for message in messages), messages
+
+
+def test_a_validator_names_types_and_forms() -> None:
+    """A mistyped name of a scheme, of a load and of a region: where it stands, and which names there are."""
+    jsonschema = pytest.importorskip("jsonschema")
+    import tomllib
+
+    check = jsonschema.Draft202012Validator(schema())
+
+    def said(text: str) -> list[tuple[str, str]]:
+        return [(one.json_path, one.message) for one in check.iter_errors(tomllib.loads(text))]
+
+    [(place, message)] = said(spoiled('"discrete-gradient"', '"newmrk"'))
+    assert place == "$.time.scheme"
+    assert "'newmark'" in message
+    [(place, message)] = said(spoiled('type = "gravity"', 'type = "gravitation"'))
+    assert place.endswith(".type")
+    assert "'gravity'" in message
+    text = (ROOT / "cases/tube-holes.toml").read_text(encoding="utf-8")
+    [(place, message)] = said(text.replace('region = "hole"', 'region = "whole"', 1))
+    assert place == "$.support[0].region"
+    assert "'hole'" in message
+
+
 def test_every_description_ends_with_a_unit_or_names_none() -> None:
     names = r"m|s|N|GB|Hz|Pa|Pa/m|Pa s/m|N/m|N s/m|1/s|m/s|kg|kg/m|N s/m\^2|kg m\^2|N m/rad|N m s/rad|kg/m\^3|m/s\^2"
-    names += r"|m/s\^2, m/s or m|N or m/s\^2|N\^2/Hz or \(m/s\^2\)\^2/Hz|no unit|degrees|rad|rad/s"
+    names += r"|m/s\^2, m/s or m|N or m/s\^2|N\^2/Hz or \(m/s\^2\)\^2/Hz|no unit|degrees|rad|rad/s|m\^2|1/Pa"
     units = re.compile(f", ({names}|in the unit of the key)(;|$)")
     for table in tables():
         for key, field in table.model.model_fields.items():

@@ -110,6 +110,7 @@ def check_is_part_of(history: xr.Dataset, expected: xr.Dataset) -> None:
         assert variable.equals(first.variable), name
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_killed_run_goes_on(whole: Path, tmp_path: Path) -> None:
     """Three kills at random moments: everything on disk can be read after each, the end is the same to the last bit."""
     kill_and_resume(tmp_path / "out", LONGER, whole, 3, 1)

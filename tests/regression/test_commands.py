@@ -15,7 +15,7 @@ from tests.shared.command import DEMO, RATTLE, alone, called, called_in_turn
 
 pytestmark = alone
 
-COMMANDS = ("run", "check", "schema", "plot", "render")
+COMMANDS = ("new", "view", "run", "watch", "check", "schema", "plot", "render")
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +66,9 @@ def test_help_names_every_command() -> None:
 def test_help_of_every_command() -> None:
     """Exit status 0, and every option and argument by name."""
     options = {
+        "new": ("--template", "--list", "--yes", "CASE"),
+        "view": ("--set", "--output", "--size", "CASE"),
+        "watch": ("--once", "--interval", "RESULTS"),
         "run": ("--set", "--output", "--overwrite", "CASE"),
         "check": ("--set", "CASE"),
         "schema": ("--help",),
@@ -178,6 +181,7 @@ def test_wrong_options_of_drawing_are_refused(folder: Path, tmp_path: Path) -> N
     assert not output.exists()
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_plot_draws_figures_and_tables(folder: Path, drawn: Drawn) -> None:
     """Every figure of a run is a picture with something on it; tables and data name the forcing; all are listed."""
     done = drawn["figures"]

@@ -98,6 +98,42 @@ def test_the_march_uses_what_was_compiled(scheme: str, tmp_path: Path) -> None:
     assert len(kernels(tmp_path)) == 1
 
 
+@pytest.mark.slow(minutes=3)
+def test_runs_find_what_was_compiled_ahead(tmp_path: Path) -> None:
+    """After `gapbeam compile` neither a beam between faces, nor one in holes, nor shooting compiles anything."""
+    environment = {**process_environment(), "NUMBA_CACHE_DIR": str(tmp_path / "cache")}
+
+    def called(*words: str) -> str:
+        done = subprocess.run([*GAPBEAM, *words], cwd=PROJECT, env=environment, capture_output=True, text=True)
+        assert done.returncode == 0, done.stderr
+        return done.stderr + done.stdout
+
+    assert called("compile").count(" s\n") == 5
+    before = sorted((tmp_path / "cache").rglob("*.nbc"))
+    for number, words in enumerate(
+        (
+            (str(DEMO), *REDUCED),
+            ("cases/tube-holes.toml", *settings("model.type=beam", "time.end=0.02")),
+            ("cases/periodic.toml",),
+        )
+    ):
+        assert "compiled, which takes" not in called("run", *words, "--output", str(tmp_path / str(number)))
+    march = "march_kernel", "tangent_kernel"
+    after = sorted((tmp_path / "cache").rglob("*.nbc"))
+    assert [path for path in after if path.name.startswith(march)] == [
+        path for path in before if path.name.startswith(march)
+    ]
+
+
+def test_a_cache_that_cannot_be_written_is_reported(tmp_path: Path) -> None:
+    (tmp_path / "file").write_text("")
+    environment = {**process_environment(), "NUMBA_CACHE_DIR": str(tmp_path / "file" / "cache")}
+    done = subprocess.run([*GAPBEAM, "compile"], cwd=PROJECT, env=environment, capture_output=True, text=True)
+    assert done.returncode == 6
+    assert "XDG_CACHE_HOME" in done.stderr
+    assert "Traceback" not in done.stderr
+
+
 def children_of(process: int) -> list[int]:
     """Return the numbers of the children of a process."""
     return [int(number) for number in Path(f"/proc/{process}/task/{process}/children").read_text().split()]

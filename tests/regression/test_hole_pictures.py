@@ -85,6 +85,7 @@ def test_resultants_push_the_tube_back(folder: Path) -> None:
     assert np.all(np.sum(aside * resultant.values[:, 0], axis=1)[pressed] < 0.0)
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_orbits_and_pictures_are_drawn(folder: Path, tmp_path: Path) -> None:
     """The figure of the orbits, and pictures that are not blank."""
     names = [path.name for path in gapbeam.plot(folder, output=tmp_path / "figures")]

@@ -147,6 +147,7 @@ def test_states_that_are_none(name: str, rubbing: Stopped, tmp_path: Path) -> No
         rubbing.last(folder)
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_whole_checkpoints_pass(rubbing: Stopped, reduced: Stopped, tmp_path: Path) -> None:
     """What nobody spoiled is gone on with, also when it was packed anew."""
     for number, run in enumerate((rubbing, reduced)):

@@ -139,13 +139,13 @@ def done(files: dict[str, Path]) -> dict[str, Done]:
     names = ("known", "together", "free", "heavy", "twice")
     folders = {name: files["folder"] / f"out-{name}" for name in names}
     words: list[list[str | Path]] = [
-        ["identify", files[name], "--output", folders[name], "--processes", "1", *options.get(name, ())]
-        for name in names
+        ["identify", files[name], "--output", folders[name], "--workers", "1", *options.get(name, ())] for name in names
     ]
     calls = called_in_turn(*words)
     return {name: Done(call, folders[name]) for name, call in zip(names, calls, strict=True)}
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_known_values_are_found_again(done: dict[str, Done]) -> None:
     """Stiffness, force and damping lie within their intervals, the held-out figure is predicted, files and pictures."""
@@ -207,6 +207,7 @@ def test_free_frequencies_reports_stiffness_over_mass_and_no_more(done: dict[str
     assert untold in ("material.young_modulus^1 material.density^1", "material.density^1 material.young_modulus^1")
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_going_on_and_processes_make_no_difference(done: dict[str, Done], files: dict[str, Path]) -> None:
     """One process, two processes, and a log that was cut off in the middle of a line: the same files to the bit."""
@@ -219,8 +220,8 @@ def test_going_on_and_processes_make_no_difference(done: dict[str, Done], files:
     (cut / "evaluations.jsonl").write_text("".join(lines[: len(lines) // 2]) + lines[-1][:40], encoding="utf-8")
     (cut / "plan.json").write_bytes((one / "plan.json").read_bytes())
     beside, again, refused, changed = called_in_turn(
-        ["identify", files["twice"], "--output", two, "--processes", "2"],
-        ["identify", files["twice"], "--output", cut, "--processes", "1"],
+        ["identify", files["twice"], "--output", two, "--workers", "2"],
+        ["identify", files["twice"], "--output", cut, "--workers", "1"],
         ["identify", files["other"], "--output", two],
         ["identify", files["twice"], "--output", two, "--set", "probe.test.point=0.36"],
     )

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from gapbeam.solver.contact.laws import law_choice
 from tests.regression.test_made_up_schemes import CASE
@@ -36,6 +37,7 @@ def listed() -> str:
     return text
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_a_made_up_law_is_checked_marched_and_judged(tmp_path: Path) -> None:
     """Two files are enough. Machine code is not taken from the cache of the package, which does not know the law."""

@@ -9,6 +9,7 @@ import sys
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from gapbeam.solver.loads import load_choice
 from tests.regression.test_made_up_schemes import CASE as SHAKEN
@@ -42,6 +43,7 @@ def listed() -> str:
     return text.replace("    | ClearanceChange,", "    | ClearanceChange\n    | HalfSineForce,", 1)
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_a_made_up_load_is_checked_run_judged_swept_and_reported(tmp_path: Path) -> None:
     """Two files: a pulse, whose motions are those under a record of the same pulse."""

@@ -82,6 +82,7 @@ from gapbeam.solver.integrators.made_up_schemes import Bossak, CautiousMidpoint
 from gapbeam.solver.integrators.midpoint"""
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_made_up_schemes_are_checked_run_judged_and_swept(tmp_path: Path) -> None:
     """Two files: one scheme that a kernel marches, and one that is marched step by step, which the summary says.

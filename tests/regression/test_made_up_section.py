@@ -84,6 +84,7 @@ def listed() -> str:
     return text.replace(" RoundSection | TubeSection", " RoundSection | TubeSection | CrossSection", 1)
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_a_made_up_section_is_meshed_run_and_checked(tmp_path: Path) -> None:
     """Two files: beam elements and solid hang as deep as beam theory says, w L^4 / (8 E I) + w L^2 / (2 kappa G A)."""

@@ -39,6 +39,7 @@ def extended(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_a_study_takes_two_files(extended: Path, tmp_path: Path) -> None:
     """The command computes, and `gapbeam report` shows the folder that it wrote."""

@@ -156,6 +156,7 @@ def test_what_has_no_modes_is_refused() -> None:
         held_modes(beam_model({"model": {"type": "beam", "elements": 3}}), 9)
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_the_command_reports_and_writes(tmp_path: Path) -> None:
     """Tables, a picture, and the same frequencies on two ranks."""
@@ -183,6 +184,7 @@ def test_the_command_reports_and_writes(tmp_path: Path) -> None:
         assert ours == pytest.approx(theirs, rel=1e-8, abs=1e-3)
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_the_command_refuses_bad_input(tmp_path: Path) -> None:
     """Exit status 2 and what to try; 5 where no springs reproduce what was measured."""

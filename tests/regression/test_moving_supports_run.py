@@ -119,6 +119,7 @@ def test_kicks_beside_supports_that_move(tmp_path: Path) -> None:
     assert max(energies) <= 2.0 * 0.5 * MASS * float(np.sum(fastest**2)) * (1.0 + 1e-5)
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_two_ranks_move_the_same_walls(tmp_path: Path) -> None:
     """The mesh on two ranks, walls on each: histories agree."""
@@ -136,7 +137,7 @@ def test_a_sweep_over_a_motion(tmp_path: Path) -> None:
     case = written(tmp_path, "rigid")
     cases = [gapbeam.read_case(case, [f"load.quake.amplitude={value}"]) for value in (1.0e-4, 1.0e-3)]
     assert body_key(cases[0]) == body_key(cases[1])
-    swept = gapbeam.sweep(case, {"load.quake.amplitude": [1.0e-4, 1.0e-3]}, output=tmp_path / "swept", jobs=1)
+    swept = gapbeam.sweep(case, {"load.quake.amplitude": [1.0e-4, 1.0e-3]}, output=tmp_path / "swept", workers=1)
     assert swept.exit_status == 0, swept.message
     rows = list(csv.DictReader((tmp_path / "swept" / "sweep.csv").read_text().splitlines()))
     for row, one in zip(rows, cases, strict=True):

@@ -58,6 +58,7 @@ def test_pads_less_the_beam_are_the_clearances():
     assert ranges == pytest.approx(experiment["peak_to_peak_g"], abs=1.1e-3)
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_the_case_of_the_experiment_gives_table_4(moved: list[ClearanceResponse]):
     """Within 15 % rms, growing monotonically with the sharpest relative rise at the smallest clearance."""
     here = np.array([motion.peak_to_peak(motion.smoothed()) for motion in moved])

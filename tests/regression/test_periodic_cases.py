@@ -114,6 +114,7 @@ def test_multipliers_of_too_few_harmonics_are_not_known(tmp_path: Path) -> None:
     assert not any("unstable" in warning for warning in outcome.summary["warnings"])
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_full_model_agrees_with_a_reduced_one(tmp_path: Path) -> None:
     """Newton-Krylov on the finite elements and Newton on their reduced model find the same orbit within 0.2 %."""
     both = [
@@ -131,7 +132,7 @@ def test_results_of_one_period(shot: Outcome) -> None:
     """The folder holds the records of a run over one period: first and last state are the same, the load does work."""
     results = open_results(shot.folder)
     history = results.history
-    seldom = {"tangent", "gauge", "across", "moving", "joint"}
+    seldom = {"tangent", "gauge", "across", "moving", "joint", "support_body", "worn_face"}
     always = {one.name for one in HISTORY if one.name != "friction_dissipation" and not seldom & set(one.dims)}
     assert always <= set(history.variables)
     time = history["time"].values
@@ -166,6 +167,7 @@ def test_failure_has_status_4(tmp_path: Path) -> None:
     assert "periodic" not in outcome.summary
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_curve_of_a_beam(tmp_path: Path) -> None:
     """A curve in the damping of the contact passes period doublings, and only there its stability changes.
 

@@ -77,6 +77,7 @@ def test_model_seats_and_marches_as_a_run_does(done: Any) -> None:
         assert len(repr(shown)) < 300
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_results_are_drawn_compared_and_reported(done: Any, tmp_path: Path) -> None:
     """Outcomes and folders serve alike; what comes back are files that are there."""
@@ -93,11 +94,12 @@ def test_results_are_drawn_compared_and_reported(done: Any, tmp_path: Path) -> N
         gapbeam.report(done, output=page, pdf=False)
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_studies_of_a_dict(tmp_path: Path) -> None:
     """A sweep of a case without a file: two points, a table in a notebook, and arguments out of range refused."""
     case = gapbeam.read_case(DEMO, FEW).model_dump(mode="json")
-    swept = gapbeam.sweep(case, {"support.clearance": [0.0, 1e-4]}, output=tmp_path / "sweep", jobs=1)
+    swept = gapbeam.sweep(case, {"support.clearance": [0.0, 1e-4]}, output=tmp_path / "sweep", workers=1)
     assert [record["values"]["support.clearance"] for record in swept.records] == ["0.0", "0.0001"]
     assert f"{2 - len(swept.failed)} of 2 responses passed" in repr(swept)
     assert "support.clearance" in swept._repr_html_()
@@ -107,7 +109,7 @@ def test_studies_of_a_dict(tmp_path: Path) -> None:
     with pytest.raises(gapbeam.UserError, match=r"`starts=`: found 0"):
         gapbeam.sweep(case, {"support.clearance": [0.0]}, starts=0, output=tmp_path / "none")
     tried = gapbeam.stability(
-        case, [1e9], [1e-4], "discrete-gradient", output=tmp_path / "stability", jobs=1
+        case, [1e9], [1e-4], "discrete-gradient", output=tmp_path / "stability", workers=1
     )  # fmt: skip
     assert [record["verdict"] for record in tried.records] == ["passed"]
     assert "1 of 1 trials passed" in repr(tried)
@@ -152,6 +154,7 @@ def test_import_is_light_and_every_name_is_there() -> None:
         gapbeam.swep  # noqa: B018
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_model_and_run_on_two_ranks(tmp_path: Path) -> None:
     """Both are collective."""

@@ -54,6 +54,7 @@ def run_that_waits(folder: Path, what: str, *keys: str) -> Callable[[], int]:
     return work
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_reader_beside_a_run(tmp_path: Path) -> None:
     """A reader that looks all the time sees finite records and fields that only become more, or none at all."""
     folder, text = tmp_path / "out", tmp_path / "messages"
@@ -158,6 +159,7 @@ def test_fields_that_a_resume_takes_back(tmp_path: Path) -> None:
         assert [frame.time for frame in fields] == pytest.approx([0.0, 0.002, 0.004, 0.006])
 
 
+@pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize("race", ["gathered", "there again"])
 def test_history_that_changes_while_it_is_read(race: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Pieces that go, or go and come, between being found and being read: the history is read anew."""

@@ -36,7 +36,7 @@ from tests.shared.processes import LONGEST, until
 
 pytestmark = alone
 
-FILES = {"case.toml", "fields.h5", "fields.xdmf", "history.h5", "run.log", "summary.json"}
+FILES = {"case.toml", "fields.h5", "fields.xdmf", "history.h5", "impacts.csv", "run.log", "summary.json"}
 STEP, END, FIELDS_INTERVAL = 1e-4, 0.02, 2.5e-3
 SHORT = (*RATTLE, f"time.end={END}", f"output.fields_interval={FIELDS_INTERVAL}")
 BRIEF = (*RATTLE, "time.end=1e-3", "output.fields_interval=5e-4")
@@ -202,7 +202,7 @@ def test_history_is_labeled(history: xr.Dataset) -> None:
     """
     assert "friction_force" not in history
     for record in HISTORY:
-        if {"tangent", "gauge", "across", "moving", "joint"} & set(record.dims):
+        if {"tangent", "gauge", "across", "moving", "joint", "support_body", "worn_face"} & set(record.dims):
             continue
         assert history[record.name].attrs["units"] == record.unit
         assert history[record.name].attrs["long_name"] == record.meaning
@@ -398,6 +398,7 @@ def test_check_reports_what_a_run_will_be(tmp_path: Path) -> None:
     assert list(tmp_path.iterdir()) == []
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_check_warns_of_a_restraint_that_is_not_weak() -> None:
     """A restraint of 1e8 N/m puts the rigid beam at 1.6 kHz, above the 20 Hz of the shaker; the default does not."""
     stiff, weak = called_in_turn(["check", DEMO, *settings("restraint.axial=1e8")], ["check", DEMO])
@@ -449,6 +450,7 @@ def test_base_motion_in_three_quantities(tmp_path: Path) -> None:
             np.testing.assert_allclose(history[name], first[name], rtol=0.0, atol=1e-8 * size)
 
 
+@pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize(
     ("count", "number"),
     [(1, signal.SIGINT), (1, signal.SIGTERM), (2, signal.SIGINT)],

@@ -12,6 +12,7 @@ from PIL import Image
 from gapbeam.postprocess.study_figures.stability_map import QUANTITIES, draw_stability_map
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import CaseError
+from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.trials.axes import Axis, read_axis
 from gapbeam.studies.trials.grid import run_grid, table
 from gapbeam.studies.trials.trial import try_case
@@ -37,6 +38,7 @@ def test_faulty_axes_are_explained(text: str) -> None:
         read_axis(text)
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_the_default_scheme_passes_where_newmark_creates_energy() -> None:
     """Stiff contact under hard shaking: the discrete gradient closes its balance to 1e-6, Newmark is caught.
 
@@ -59,11 +61,11 @@ def test_the_default_scheme_passes_where_newmark_creates_energy() -> None:
 def test_a_point_with_faults_is_refused_and_all_refused_is_a_fault() -> None:
     """A step over half the forcing period is refused at its point; when no point is left, the faults are reported."""
     axes = [read_axis("time.step=1e-4,1.2e-2")]
-    rows = run_grid(CASE, SHORT, axes, jobs=1)
+    rows = run_grid(CASE, SHORT, axes, Workers(1))
     assert [row.trial.verdict for row in rows] == ["passed", "refused"]
     assert "time.step" in rows[1].trial.message
     with pytest.raises(CaseError):
-        run_grid(CASE, SHORT, [read_axis("time.step=1.2e-2,1.3e-2")], jobs=1)
+        run_grid(CASE, SHORT, [read_axis("time.step=1.2e-2,1.3e-2")], Workers(1))
 
 
 def test_a_trial_that_cannot_converge_is_a_result() -> None:
@@ -79,6 +81,7 @@ def test_a_trial_that_cannot_converge_is_a_result() -> None:
     assert "Try" in trial.message
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_the_command_writes_map_and_tables(tmp_path: Path) -> None:
     """`gapbeam stability` ends with 0 and leaves a picture, JSON and CSV of every point."""
     arguments = ["stability", str(CASE), *(part for text in SHORT for part in ("--set", text))]

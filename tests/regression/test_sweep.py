@@ -24,8 +24,8 @@ from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import march
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.system.semi_discrete import MASS, VALUE
-from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, Task, chains_of, point_file
-from gapbeam.studies.sweep.sweep_point import run_chain, span
+from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, Task, chains_of, finished, point_file
+from gapbeam.studies.sweep.sweep_point import lost_chain, run_chain, span
 from gapbeam.studies.trials.axes import Axis, points_of, read_axis
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import carried, kicked, seated
@@ -248,10 +248,19 @@ def test_spans_are_whole_periods() -> None:
 POINTS = 8  # of a chain: far more than a process computes between two looks at the first one
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_a_killed_sweep_goes_on_to_the_same_figures(tmp_path: Path) -> None:
     """Killed between two points of a carried chain, and called again: as if it had never been killed."""
-    words = ["sweep", CASE, f"support.clearance=0.05e-3:0.2e-3:{POINTS}", "--carry", *settings(*QUICK), "--jobs", "1"]
+    words = [
+        "sweep",
+        CASE,
+        f"support.clearance=0.05e-3:0.2e-3:{POINTS}",
+        "--carry",
+        *settings(*QUICK),
+        "--workers",
+        "1",
+    ]
     gently = ["nice", "-n", "19"]  # so that it waits for whoever looks, not the other way round
     command = [*gently, *GAPBEAM, *map(str, words), "--output", str(tmp_path / "killed")]
     process = subprocess.Popen(
@@ -281,10 +290,11 @@ def _children(parent: int) -> list[int]:
     return [int(word) for word in listed.split()]
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_the_command_from_end_to_end(tmp_path: Path) -> None:
     """Both directions, two starts, one value that fails: table, figure and status report; what changed is refused."""
-    base = ["sweep", CASE, *settings(*QUICK), "--jobs", "1"]
+    base = ["sweep", CASE, *settings(*QUICK), "--workers", "1"]
     wanted = [*base, "support.clearance=0.05e-3,0.1e-3", "--both", "--starts", "2", "--output", tmp_path / "a"]
     failing = [*base, "time.max_iterations=60,1", "--set", "time.max_halvings=0", "--output", tmp_path / "b"]
     done, again, changed, options, bad, along, orbit, failed = called_in_turn(
@@ -333,6 +343,25 @@ def test_chains_do_not_depend_on_what_is_done(tmp_path: Path) -> None:
     assert run_chain(chains[0]) == 0
     carried_chain = chains_of(replace(sweep, carry=True, both=True), tmp_path)
     assert [[task.values[1] for task in chain.tasks] for chain in carried_chain] == [["5", "6"], ["6", "5"]]
+
+
+def test_a_response_whose_workers_were_lost_fails_and_is_tried_again(tmp_path: Path) -> None:
+    """It is among the failures with status 7, with what happened, but not on disk: the next call computes it."""
+    sweep = Sweep(CASE, QUICK, (Axis("load.shaker.amplitude", ("5", "6")),))
+    first, second = chains_of(sweep, tmp_path)
+    (tmp_path / "points").mkdir()
+    assert run_chain(first) == 1
+    assert lost_chain(first, "") == {}
+    lost = lost_chain(second, "3 workers were lost")
+    assert (lost[1]["verdict"], lost[1]["exit_status"], lost[1]["values"]) == (
+        "lost",
+        7,
+        {"load.shaker.amplitude": "6"},
+    )
+    assert "3 workers were lost" in lost[1]["message"]
+    records = [*finished(tmp_path).values(), *lost.values()]
+    assert [len(point.failures) for point in census(records, 0.02)] == [0, 1]
+    assert run_chain(second) == 1
 
 
 def test_a_case_with_faults_everywhere_is_reported() -> None:

@@ -47,8 +47,9 @@ BAD = {
         ["twist, a motion that a slice (dimension = 2) does not have", "axial, vertical or rotation"],
     ),
     "motion of a mesh": (
-        GOOD.replace("stiffness = { vertical", "damping = { axial") + '[model]\ntype = "beam"\n',
-        ["axial, a motion that the model beam does not have", "vertical or rotation"],
+        GOOD.replace("stiffness = { vertical", "damping = { lateral")
+        + '[model]\ntype = "beam"\n[mesh]\ndimension = 3\n',
+        ["lateral, a motion that the model beam, which stays in its plane, does not have", 'add "lateral" to motions'],
     ),
     "rigid and clamped": (
         GOOD + '[model]\ntype = "rigid"\n',

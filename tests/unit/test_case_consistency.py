@@ -278,6 +278,50 @@ WARNINGS = {
         "density = 7.9",
         "[material] density = 7.9 is unusual; the unit is kg/m^3",
     ),
+    "modulus in MPa": (
+        "young_modulus = 2.1e11",
+        "young_modulus = 2.1e5",
+        "less than any material of the density 7919 kg/m^3 has: is it in MPa, 2.1e+11 Pa?",
+    ),
+    "modulus in GPa, asked": ("young_modulus = 2.1e11", "young_modulus = 210", "is it in GPa, 2.1e+11 Pa?"),
+    "density in g/cm^3, asked": ("density = 7919.0", "density = 7.85", "is it in g/cm^3, 7850 kg/m^3?"),
+    "density in t/mm^3": ("density = 7919.0", "density = 7.85e-9", "is it in t/mm^3, 7850 kg/m^3?"),
+    "length in mm, asked": ("length = 0.510", "length = 450.0", "is it in mm, 0.45 m?"),
+    "thickness in mm": (
+        "thickness = 0.012",
+        "thickness = 12.0",
+        "[beam] thickness = 12 is unusual; the unit is m, not mm; is it in mm, 0.012 m?",
+    ),
+    "thin thickness in mm": (
+        "thickness = 0.012",
+        "thickness = 6.0",
+        "[beam] thickness = 6 is more than the length, 0.51 m: is it in mm, 0.006 m?",
+    ),
+    "width in mm": (
+        "width = 0.020",
+        "width = 8.0",
+        "[beam] width = 8 is more than the length, 0.51 m: is it in mm, 0.008 m?",
+    ),
+    "clearance in mm": (
+        "clearance = 0.107e-3",
+        "clearance = 0.02",
+        "[support] clearance = 0.02 is more than the thickness of the beam, 0.012 m: is it in mm, 2e-05 m?",
+    ),
+    "yield stress in MPa": (
+        "density = 7919.0",
+        "density = 7919.0\nyield_stress = 355",
+        "[material] yield_stress = 355 is unusual; the unit is Pa: is it in MPa, 3.55e+08 Pa?",
+    ),
+    "damping in percent": (
+        "ratios = [0.01, 0.01]",
+        "ratios = [1.0, 1.0]",
+        "1 of critical damping is unusual: is it in %, 0.01?",
+    ),
+    "frequency in kHz": (
+        "frequency = 20.0",
+        "frequency = 0.02",
+        "its period, 50 s, is longer than the run, 0.6 s: is it in kHz, 20 Hz",
+    ),
     "length in mm": ("length = 0.510", "length = 510.0", "[beam] length = 510 is unusual; the unit is m"),
     "loose support": ("clearance = 0.107e-3", "clearance = 5e-3", "lets the beam tilt by 5.7 degrees"),
     "tight support": ("clearance = 0.107e-3", "clearance = -0.5e-3", "squeezes the beam by 4.2 %"),
@@ -336,6 +380,21 @@ def test_a_contradiction_is_explained(tmp_path: Path, old: str, new: str, words:
     assert len(faults) == 1, "one mistake, one fault:\n" + "\n".join(map(str, faults))
     assert faults[0].where.startswith(f"{path}:")
     assert_says(faults[0], words)
+
+
+def test_no_question_about_usual_cases(tmp_path: Path) -> None:
+    """Light, soft, dense, thin and slow cases that mean what they say are not asked about."""
+    for old, new in (
+        ("density = 7919.0", "density = 1100.0\nyield_stress = 2e7"),
+        ("young_modulus = 2.1e11", "young_modulus = 3.0e9"),
+        ("frequency = 20.0", "frequency = 2.0"),
+        ("end = 0.6", "end = 0.02"),
+        ("width = 0.020", "width = 0.3"),
+    ):
+        case = read_case(written(tmp_path, spoiled(old, new)))
+        assert [line for line in warnings(case) if "is it in" in line] == []
+    rubber = spoiled("young_modulus = 2.1e11", "young_modulus = 5e6").replace("density = 7919.0", "density = 1200.0")
+    assert [line for line in warnings(read_case(written(tmp_path, rubber))) if "is it in" in line] == []
 
 
 SCHEMES_AND_CONTACT = {

@@ -220,6 +220,13 @@ def test_any_value_gives_a_case_or_a_case_error(folder: Path, overrides: dict[st
     read_or_refused(written(folder), overrides)
 
 
+def test_a_case_without_supports_is_refused(folder: Path) -> None:
+    """An empty list of supports is refused as such, and breaks no other check."""
+    with pytest.raises(CaseError) as refused:
+        read_case(written(folder), {"support": []})
+    assert refused.value.faults[0].key == ("support",)
+
+
 @LIGHT
 @given(
     overrides=st.lists(

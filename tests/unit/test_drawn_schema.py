@@ -50,12 +50,15 @@ def takes(case: BaseModel, choice: Choice) -> bool:
     return False
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_every_choice_of_the_schema_is_drawn_in_valid_cases(tmp_path: Path) -> None:
     """One case for each of the hundred choices: the reader has nothing against it, and it has made its choice."""
     assert len(CHOICES) > 100
     for seed in range(len(CHOICES)):
         tables, focus = drawn(seed, tmp_path)
-        assert takes(gapbeam.read_case(tables), focus), (seed, str(focus))
+        case = gapbeam.read_case(tables)
+        chosen = "auto" in (focus.value, tables.get("model", {}).get("type")) and case.model.reasons  # what auto is for
+        assert chosen or takes(case, focus), (seed, str(focus))
 
 
 def test_choices_are_those_of_the_schema() -> None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import csv
+import sys
 from pathlib import Path
 
 import numpy as np
@@ -51,10 +52,30 @@ def test_some_records_in_a_span_of_time(results: Path, tmp_path: Path) -> None:
     assert found["units"]["contact_force_base"][0, 0][0] == "N"
 
 
+def test_parquet_comes_back_to_the_same_bits(results: Path, tmp_path: Path) -> None:
+    """The columns of MAT files, as doubles, with their units; read by pyarrow itself."""
+    parquet = pytest.importorskip("pyarrow.parquet")
+    history = gapbeam.open_results(results).history
+    table = parquet.read_table(gapbeam.export(results, tmp_path / "new" / "all.parquet"))
+    assert table.num_columns == 1 + sum(record[0].size for record in history.data_vars.values())
+    tip = history["displacement"].sel(probe="tip", component="y")
+    np.testing.assert_array_equal(table["displacement_tip_y"].to_numpy(), tip.values)
+    np.testing.assert_array_equal(table["time"].to_numpy(), history["time"].values)
+    assert table.schema.field("displacement_tip_y").metadata == {b"unit": b"m"}
+
+
+def test_parquet_without_its_library_is_refused(results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The message says how to install it, and what goes without; nothing is written."""
+    monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
+    with pytest.raises(gapbeam.OptionError, match=r"python3 -m pip install pyarrow.*or write \.csv or \.mat"):
+        gapbeam.export(results, tmp_path / "all.parquet")
+    assert list(tmp_path.iterdir()) == []
+
+
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (("--output", "a.xls"), "a.xls has another suffix; expected one of .csv, .mat"),
+        (("--output", "a.xls"), "a.xls has another suffix; expected one of .csv, .mat, .parquet"),
         (("--record", "contact_forc"), "no record 'contact_forc'; expected one of: contact_force"),
         (("--from", "5"), "no record from 5 s to the end; the run has records from 0 to 0.004 s"),
         (("--every", "0"), "0 is not in the range"),

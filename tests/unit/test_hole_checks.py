@@ -32,15 +32,6 @@ def profile(angles: str, recesses: str) -> str:
 BAD = {
     "a square beam": (GOOD.replace('section = "round"\n', ""), ["hole", "rectangle", "round section", '"slot"']),
     "a slice": (GOOD.replace("dimension = 3", "dimension = 2"), ["dimension", "3", "equally wide"]),
-    "a load along beam elements": (
-        GOOD.replace('"reduced"', '"beam"').replace('"gravity"', '"gravity"\ndirection = [0.2, 0.0, -1.0]'),
-        ["with the model beam", "across the beam"],
-    ),
-    "beam elements do not twist": (
-        GOOD.replace('"reduced"', '"beam"')
-        + '[[joint]]\nname = "j"\npoint = 0.3\ntype = "elastic"\nstiffness = { twist = 1.0 }\n',
-        ["twist, a motion that the model beam does not have"],
-    ),
     "nitsche": (
         GOOD.replace('type = "reduced"', 'type = "full"') + '[contact]\nformulation = "nitsche"\n',
         ["nitsche, with a hole", "penalty"],

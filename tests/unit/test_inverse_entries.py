@@ -58,6 +58,7 @@ def compared(changes: dict[str, dict[str, object]], comm: MPI.Comm) -> dict[str,
     return words
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_block_is_that_by_columns_on_one_rank_and_two() -> None:
     done = on_ranks(2, program="tests.programs.inverse_entries_on_ranks")
     assert done.returncode == 0, done.stderr

@@ -43,9 +43,25 @@ REFUSED = {
         ["model.type=rigid", "contact.formulation=unilateral"],
         ["model.type", "rigid, with the formulation unilateral"],
     ),
-    "along the beam": (
-        ["model.type=beam", "load.shaker.direction=[1.0, 1.0]"],
-        ["load.shaker.direction", "with the model beam", "across the beam", "bending alone"],
+    "along a beam that has no axial motion": (
+        ["model.type=beam", "load.shaker.direction=[1.0, 1.0]", 'model.motions=["bending"]'],
+        ["model.motions", '"axial" among them: the load shaker acts along the beam', '"bending", "axial"', "or auto"],
+    ),
+    "friction on a beam that has no axial motion": (
+        ["model.type=beam", "contact.friction.coefficient=0.2", 'model.motions=["bending"]'],
+        ["model.motions", "friction acts along the beam"],
+    ),
+    "a slice that twists": (
+        ["model.type=beam", 'model.motions=["bending", "torsion"]'],
+        ["model.motions", '"torsion", of a slice', "dimension = 3"],
+    ),
+    "a beam that does not bend": (
+        ["model.type=beam", 'model.motions=["axial"]'],
+        ["model.motions", "every beam bends"],
+    ),
+    "friction on a rigid body": (
+        ["model.type=rigid", "contact.friction.coefficient=0.2"],
+        ["contact.friction", "a coefficient of 0.2, with the model rigid", "full, beam, or reduced"],
     ),
 }
 
@@ -68,6 +84,9 @@ def test_a_mesh_file_has_no_section(tmp_path: Path) -> None:
     [
         ["model=reduced"],
         ["model=beam", "load.shaker.direction=[0.0, -1.0]"],
+        ["model=beam", "load.shaker.direction=[1.0, 1.0]"],
+        ["model.type=beam", 'model.motions=["bending", "axial"]'],
+        ["model.type=beam", "contact.friction.coefficient=0.2"],
         ["model=rigid", "load.shaker.direction=[1.0, 1.0]"],
         ["model.type=reduced", "model.contact=all", "contact.formulation=unilateral"],
         ["model.type=reduced", "model.contact=all", "contact.friction.coefficient=0.2"],

@@ -24,12 +24,40 @@ HIGH, WIDE = 0.04, 0.03  # m
 TUBE = {"type": "tube", "wall": 0.004}
 BOX = {"type": "box", "wall": 0.004}
 PROFILE = {"type": "i", "web": 0.006, "flange": 0.005}
+DOVETAIL = {"type": "polygon", "points": [[0.0, 0.0], [0.03, 0.0], [0.022, 0.04], [0.008, 0.04]]}
+HOLED = {
+    "type": "polygon",
+    "points": [[0.0, 0.0], [0.03, 0.0], [0.03, 0.03], [0.024, 0.04], [0.006, 0.04], [0.0, 0.03]],
+    "holes": [[[0.01, 0.01], [0.02, 0.01], [0.015, 0.022]]],
+}
+TEE = {
+    "type": "polygon",
+    "points": [[0, 0.04], [0, 0.03], [0.01, 0.03], [0.01, 0], [0.02, 0], [0.02, 0.03], [0.03, 0.03], [0.03, 0.04]],
+}
+# a rectangle less two corner triangles 6 mm wide and 10 mm high and a hole 10 mm wide and 12 mm high, about the middle
+_PARTS = (
+    (0.0012, 0.0, 0.03 * 0.04**3 / 12.0),
+    (-6.0e-5, 0.02 - 0.01 / 3.0, -2.0 * 0.006 * 0.01**3 / 36.0),
+    (-6.0e-5, -0.006, -0.01 * 0.012**3 / 36.0),
+)
+_FIRST = sum(area * place for area, place, _ in _PARTS)
+HOLED_SECOND = sum(own + area * place**2 for area, place, own in _PARTS) - _FIRST**2 / sum(
+    area for area, _, _ in _PARTS
+)
 # section, width, area and second moment by hand, number of corners of its mesh
 SECTIONS = {
     "tube": (TUBE, HIGH, pi * (0.020**2 - 0.016**2), pi / 4.0 * (0.020**4 - 0.016**4)),
     "round": ("round", HIGH, pi * 0.020**2, pi / 4.0 * 0.020**4),
     "box": (BOX, WIDE, 0.04 * 0.03 - 0.032 * 0.022, (0.03 * 0.04**3 - 0.022 * 0.032**3) / 12.0),
     "i": (PROFILE, WIDE, 2 * 0.03 * 0.005 + 0.03 * 0.006, (0.03 * 0.04**3 - 0.024 * 0.03**3) / 12.0),
+    "trapezoid": (
+        DOVETAIL,
+        WIDE,
+        0.5 * (0.03 + 0.014) * 0.04,
+        0.04**3 / 36.0 * (0.03**2 + 4 * 0.03 * 0.014 + 0.014**2) / 0.044,
+    ),
+    "tee": (TEE, WIDE, 0.03 * 0.01 + 0.01 * 0.03, 0.03 * 0.01**3 / 12 + 0.01 * 0.03**3 / 12 + 2 * 3.0e-4 * 0.01**2),
+    "holed": (HOLED, WIDE, 0.0012 - 6.0e-5 - 6.0e-5, HOLED_SECOND),
 }
 ALL = pytest.mark.parametrize("name", SECTIONS)
 
@@ -60,7 +88,8 @@ def test_formulas_are_those_by_hand(name: str) -> None:
     beam, (_, width, area, second) = case_of(name).beam, SECTIONS[name]
     assert (beam.area, beam.second_moment) == (pytest.approx(area, rel=1e-14), pytest.approx(second, rel=1e-14))
     assert beam.gyration_radius == pytest.approx((second / area) ** 0.5)
-    assert beam.height == pytest.approx(area / width)
+    narrower = {"trapezoid": 0.014, "tee": 0.01, "holed": 0.018}.get(name, width)  # of the sides that supports touch
+    assert beam.height == pytest.approx(area / narrower)
 
 
 @ALL
@@ -72,6 +101,7 @@ def test_patches_fill_the_section(name: str) -> None:
     places, areas = patches.quadrature(5)
     accuracy = 1e-8 if name == "round" else 1e-12
     assert areas.sum() == pytest.approx(area, rel=accuracy)
+    places = places - case_of(name).beam.centroid
     assert areas @ places[:, 1] ** 2 == pytest.approx(second, rel=100.0 * accuracy)
     assert np.abs(areas @ places).max() < 1e-12 * area * HIGH
 
@@ -113,10 +143,11 @@ def test_the_faces_of_a_support_look_at_it(name: str) -> None:
         mesh.topology.create_connectivity(0, 3)
         x = mesh.geometry.x[np.unique(entities_to_geometry(mesh, 0, corners.astype(np.int32)))]
         assert (x[:, 0].min(), x[:, 0].max()) == (pytest.approx(0.0, abs=1e-12), pytest.approx(0.05))
-        assert (x[:, 1].min(), x[:, 1].max()) == (
-            pytest.approx(-case.beam.width / 2),
-            pytest.approx(case.beam.width / 2),
+        touched = {"trapezoid": (0.03, 0.014), "tee": (0.01, 0.03), "holed": (0.03, 0.018)}.get(
+            name, 2 * (case.beam.width,)
         )
+        wide = touched[int(side > 0.0)]
+        assert (x[:, 1].min(), x[:, 1].max()) == (pytest.approx(-wide / 2), pytest.approx(wide / 2))
         curved = name in ("tube", "round")
         assert np.all(side * x[:, 2] >= -1e-9 if curved else np.isclose(x[:, 2], 0.5 * side * HIGH))
 

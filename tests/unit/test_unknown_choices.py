@@ -21,7 +21,7 @@ from gapbeam.solver.march.compiled.plan_arrays import scheme_table
 from gapbeam.solver.march.python.march import EffectiveOperators, March
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models import model as models
-from gapbeam.solver.seat.start_state import start_of_case
+from gapbeam.solver.start.start_state import start_of_case
 from gapbeam.solver.system.semi_discrete import Step
 from gapbeam.solver.table import Table
 from tests.shared.toys import stopped_oscillator
@@ -79,7 +79,7 @@ def test_models(monkeypatch: pytest.MonkeyPatch) -> None:
 def test_analyses() -> None:
     """An unknown analysis does not start as a transient one."""
     with pytest.raises(AssertionError, match="made-up"):
-        start_of_case(case_with("analysis"), cast(Any, None), cast(Any, None), cast(Any, None))
+        start_of_case(cast(Any, SimpleNamespace(case=case_with("analysis"))), None)
 
 
 def test_kernels_march_the_schemes_that_they_know_only(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -228,6 +228,7 @@ def test_the_limit_of_halvings_does_not_fail() -> None:
     assert abs(limited.ledger.algorithmic) < 1e-10
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_a_beam_that_lands_comes_nearer_to_short_steps(tmp_path: Path) -> None:
     """Two periods of the demo: the impulse of the gland comes 2.5 times closer to that of steps of 2e-5 s.
@@ -301,6 +302,7 @@ def test_check_reports_whether_impacts_are_in_reach() -> None:
     assert "out of reach" not in shown[0]
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_ranks_halve_the_same_steps(tmp_path: Path) -> None:
     """On two ranks as on one: the same counts of steps, halvings and iterations, and the same peak forces to 1e-8."""

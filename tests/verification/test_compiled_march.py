@@ -96,6 +96,8 @@ def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -
             continue  # an estimate, made in the coordinates that are computed with
         assert np.max(np.abs(getattr(found.ledger, name) - value)) <= relative * scale, name
     assert close(found.peaks.impulse, expected.peaks.impulse, relative)
+    assert close(found.times.time, expected.times.time, 1.0e-12)
+    assert np.array_equal(found.times.closings, expected.times.closings)
     assert close(found.peaks.force, expected.peaks.force, relative)
     assert close(found.peaks.deepest, expected.peaks.deepest, relative)
     assert found.peaks.iterations <= expected.peaks.iterations

@@ -444,6 +444,7 @@ BLOCK = (
 )
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_ranks_agree(tmp_path: Path) -> None:
     """Table 2's law on one and two ranks, in 2D and 3D."""

@@ -69,6 +69,7 @@ def test_resonance_curve_of_a_linear_oscillator() -> None:
         assert point.stability.stable
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_folds_are_where_marches_jump() -> None:
     """Marches up and down in frequency jump at the two folds.
 

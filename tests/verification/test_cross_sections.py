@@ -104,6 +104,7 @@ def test_slender_beams_vibrate_as_euler_and_bernoulli_say(name: str) -> None:
     assert frequencies(model)[0] == pytest.approx(wanted, rel=2.5e-3)
 
 
+@pytest.mark.slow(minutes=0.3)
 @ALL
 def test_solids_vibrate_as_beam_elements_do(name: str) -> None:
     """The two lowest bending frequencies of a cantilever, 15 times as long as thick; nothing moves out of its plane."""

@@ -340,6 +340,7 @@ def test_the_compiled_loop_agrees_with_the_march(scheme: str) -> None:
     assert abs(expected.ledger.residual) < 1e-9 * expected.ledger.exchanged
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_derivatives_of_the_period_map_know_the_dashpots() -> None:
     """By differences, by the compiled monodromy matrix, and by disturbances marched through the condensed operator."""
     system, law = dense_with_exciters(6), LAWS["kelvin-voigt"]
@@ -418,6 +419,7 @@ def test_an_exciter_needs_mass_and_a_name_of_its_own(tmp_path: Path) -> None:
     assert_says(faults[0] if faults[0].key[-1] == "point" else faults[1], ["0.02", "no mass", "consistent"])
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_ranks_agree(tmp_path: Path) -> None:
     """Mesh, an exciter that moves aside, recorded base motion, friction-free contact: the same history."""
@@ -457,6 +459,7 @@ preload = -5.0
         assert np.abs(one[name].values - two[name].values).max() < 1e-7 * size, name
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_periodic_responses_of_mesh_and_basis_agree(tmp_path: Path) -> None:
     """Newton-Krylov on all DOFs of a coarse mesh, and shooting on a basis of it, with the exciter coupled."""
     found = []

@@ -114,6 +114,7 @@ def test_wet_frequencies(fluids: list[dict[str, Any]], parts: list[tuple[float, 
     np.testing.assert_allclose(wet, dry, rtol=2e-4)
 
 
+@pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_full_model_in_fluid(dimension: int) -> None:
     """The full model has the modes of its reduction: springs, added masses and mesh are the same."""

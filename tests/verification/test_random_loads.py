@@ -260,13 +260,18 @@ def test_compiled_and_step_by_step(tmp_path: Path, monkeypatch: pytest.MonkeyPat
 
 
 RANDOM = '[[load]]\ntype = "random"\npoint = 0.4\nspectrum = { type = "white", density = 300.0, high = 300.0 }\n'
+FLOWING = (
+    '[[load]]\ntype = "random-line-load"\nspan = [0.1, 0.5]\ncoherence = { type = "gaussian", length = 0.1 }\n'
+    'spectrum = { type = "white", density = 900.0, high = 300.0 }\n'
+)
 
 
-def test_a_run_continues_under_the_same_noise(tmp_path: Path) -> None:
+@pytest.mark.parametrize("noise", [RANDOM, FLOWING], ids=["at a point", "along the beam"])
+def test_a_run_continues_under_the_same_noise(noise: str, tmp_path: Path) -> None:
     """A run in parts has the bits of a run without a stop, and records do not change the noise."""
     text = DEMO.read_text(encoding="utf-8")
     case = tmp_path / "case.toml"
-    case.write_text(text.replace("[[probe]]", f"{RANDOM}\n[[probe]]", 1), encoding="utf-8")
+    case.write_text(text.replace("[[probe]]", f"{noise}\n[[probe]]", 1), encoding="utf-8")
     brief = ("mesh.size=0.05", "time.end=0.02", "output.errors=none")
     whole = gapbeam.run(case, brief, tmp_path / "whole")
     parts = run_in_parts(case, brief, tmp_path / "parts", (1,))

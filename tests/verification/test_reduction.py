@@ -115,6 +115,7 @@ def test_what_nothing_symmetric_moves_is_left_out() -> None:
     assert apart(motion, tip_motion(reduced)) < 4e-3
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_a_load_beside_the_axis_keeps_all_motions() -> None:
     loads = (GRAVITY, {**PUSH, "point": [0.15, 0.005, 0.0]})
     changes = {"mesh": {**BEAM["mesh"], **SOLID}, "contact": {"stiffness": 1e12}}

@@ -164,6 +164,7 @@ def test_from_the_undeformed_pose_the_beam_falls_to_its_seat() -> None:
     assert left[2] == pytest.approx(left[0] - left[1], rel=1e-3)
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_ranks_agree_on_a_solid(tmp_path: Path) -> None:
     """A tetrahedral mesh keeps its six motions; a run on two ranks writes what one writes."""

@@ -126,6 +126,7 @@ def whirling(cells: int, steps: int) -> Array:
     return np.array([hypot(*motion(model, u)[1:]) for u in last])
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_a_whirling_tube_rubs_all_around() -> None:
     """Full annular rub: ((k - m W^2) r + F(r))^2 + (c W r)^2 = P^2, on a circle, at every phase.
 

@@ -53,6 +53,7 @@ def test_plateaus_are_those_of_textbooks() -> None:
         assert nearer[0] < nearer[1]
 
 
+@pytest.mark.slow(minutes=0.3)
 def test_printed_numbers_stand_beside_ours(section: tuple[ReportSection, Path]) -> None:
     made, _ = section
     roots, plateaus = only(made, ComparisonBlock, "Roots"), only(made, ComparisonBlock, "Plateaus")

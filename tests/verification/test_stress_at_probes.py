@@ -62,6 +62,7 @@ MODELS: dict[str, dict[str, Any]] = {
 }
 
 
+@pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize("name", MODELS)
 def test_bending_under_weight(name: str) -> None:
     """Tension above and compression below: M c / I with M = w (L - x)^2 / 2; no bending stress on the axis."""

@@ -35,6 +35,7 @@ def written(model: Model, state: State, folder: Path) -> tuple[np.ndarray, np.nd
         return fields.points, stress["axial_stress"], stress["von_mises_stress"]
 
 
+@pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize("name", MODELS)
 def test_bending_under_weight(name: str, tmp_path: Path) -> None:
     """Everywhere away from the ends M z / I with M = w (L - x)^2 / 2, and the stress of probes at their places."""

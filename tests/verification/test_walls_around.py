@@ -81,6 +81,7 @@ def resting(walls: list[float], turn: float) -> Array:
     return np.asarray(np.linalg.solve(turned, [CLEARANCE + depth_of(float(force)) for force in forces]))
 
 
+@pytest.mark.slow(minutes=0.3)
 @pytest.mark.parametrize("turn", [0.0, 8.0])
 @pytest.mark.parametrize(
     ("walls", "carrying"),

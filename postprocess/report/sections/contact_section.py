@@ -63,8 +63,27 @@ def contact_section(
             "time (ms)", "gap (µm)", gaps, command,
         ),
         TableBlock("The faces over the whole record, at the recorded instants", heads, rows),
+        *_bodies(history),
     ]  # fmt: skip
     return ReportSection("Contact", anchor, blocks)
+
+
+def _bodies(history: xr.Dataset) -> list[Block]:
+    """Return the table of the supports that give way; nothing where all stand still."""
+    if "support_displacement" not in history:
+        return []
+    heads = ("support", "axis", "largest displacement (µm)", "at the start (µm)", "largest force on the frame (N)")
+    rows = []
+    for name in history["support_body"].values:
+        for axis in history["support_axis"].values:
+            moved, force = (
+                history[key].sel(support_body=name, support_axis=axis).values
+                for key in ("support_displacement", "support_force")
+            )
+            if np.any(moved):
+                largest = _MICRO * float(np.abs(moved).max())
+                rows.append((str(name), str(axis), largest, _MICRO * float(moved[0]), float(np.abs(force).max())))
+    return [TableBlock("The supports that give way, at the recorded instants", heads, rows)]
 
 
 def _part(part: Signal, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:

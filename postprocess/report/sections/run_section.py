@@ -19,10 +19,13 @@ from gapbeam.postprocess.report.blocks import (
 from gapbeam.postprocess.report.sections.contact_section import contact_section
 from gapbeam.postprocess.report.sections.curve_section import curve_section, periodic_section
 from gapbeam.postprocess.report.sections.energy_section import energy_section
+from gapbeam.postprocess.report.sections.impacts_section import impacts_section
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section
 from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
 from gapbeam.postprocess.report.sections.spectra_section import spectra_section
+from gapbeam.postprocess.report.sections.statistics_section import statistics_section
 from gapbeam.postprocess.report.sections.verdict_section import summary_section
+from gapbeam.postprocess.report.sections.wear_section import wear_section
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results
@@ -58,7 +61,8 @@ def run_report(results: Results, command: str) -> Report:
     curve = results.folder / CURVE_FILE
     if curve.is_file():
         sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
-    ends = (random_loads_section(results.summary), _pictures(results.folder), case_section(results))
+    chance = (wear_section(results.summary), statistics_section(results.summary), random_loads_section(results.summary))
+    ends = (*chance, _pictures(results.folder), case_section(results))
     sections += [section for section in ends if section is not None]
     return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
 
@@ -104,6 +108,9 @@ def _of_history(results: Results, command: str) -> list[ReportSection]:
         makers.append(("Periodic response", "periodic", lambda: [periodic_section(periodic, command)]))
     if "contact_force" in history and "penetration" in history:
         makers.append(("Contact", "contact", lambda: [contact_section(history, frequency, command)]))
+    if not periodic:
+        span = float(history["time"][-1] - history["time"][0])
+        makers.append(("Impacts", "impacts", lambda: [impacts_section(results.folder, span)]))
     makers.append(("Energy", "energy", lambda: [energy_section(history, results.summary, command)]))
     found: list[ReportSection] = []
     for title, anchor, make in makers:

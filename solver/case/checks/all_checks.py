@@ -15,7 +15,6 @@ from gapbeam.solver.case.checks.attachment_checks import (
     joint_names_differ,
     joints_keep_apart,
     joints_let_the_body_move,
-    joints_let_the_start_move,
     joints_lie_on_the_beam,
     mass_names_differ,
     masses_lie_on_the_beam,
@@ -66,10 +65,13 @@ from gapbeam.solver.case.checks.load_checks import (
 )
 from gapbeam.solver.case.checks.model_checks import (
     beam_is_prismatic,
+    beams_move_as_asked,
     contact_fits_the_model,
     implicit_schemes_march_the_model,
-    loads_bend_the_beam,
     modal_damping_has_modes,
+    rigid_sections_are_in_holes,
+    stations_are_of_rigid_sections,
+    twisting_sections_have_a_figure,
 )
 from gapbeam.solver.case.checks.moving_support_checks import (
     closures_leave_a_beam,
@@ -98,12 +100,14 @@ from gapbeam.solver.case.checks.place_checks import (
     probes_lie_in_the_beam,
 )
 from gapbeam.solver.case.checks.section_checks import (
+    beam_elements_bend_alone,
     contact_points_fit_the_section,
     points_are_in_the_section,
     section_fits_the_beam,
     sections_are_solids,
     stress_fields_need_a_body_that_deforms,
     stress_is_that_of_the_material,
+    supports_touch_flat_sides,
 )
 from gapbeam.solver.case.checks.segment_checks import (
     fields_of_stress_take_one_material,
@@ -119,6 +123,15 @@ from gapbeam.solver.case.checks.segment_checks import (
     stress_has_one_value,
     supports_lie_in_one_segment,
 )
+from gapbeam.solver.case.checks.start_checks import (
+    centered_start_has_a_middle,
+    joints_let_the_start_move,
+    start_is_given_once,
+    start_mode_bends_the_model,
+    start_mode_has_its_probe,
+    start_vectors_fit_the_mesh,
+)
+from gapbeam.solver.case.checks.support_body_checks import bodies_need_few_dofs, bodies_stand_on_the_frame
 from gapbeam.solver.case.checks.support_checks import (
     own_contact_fits_the_case,
     something_carries_the_beam,
@@ -132,6 +145,12 @@ from gapbeam.solver.case.checks.time_checks import (
     outputs_fall_on_steps,
     run_has_steps,
     step_follows_the_forcing,
+)
+from gapbeam.solver.case.checks.wear_checks import (
+    moving_supports_do_not_wear_around,
+    wear_fits_the_formulation,
+    wear_fits_the_model,
+    wear_has_its_coefficients,
 )
 from gapbeam.solver.case.reading.known_keys import numbered
 from gapbeam.solver.faults import Fault, Key
@@ -163,6 +182,12 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     supports_lie_on_the_beam,
     supports_keep_apart,
     own_contact_fits_the_case,
+    wear_has_its_coefficients,
+    wear_fits_the_formulation,
+    wear_fits_the_model,
+    moving_supports_do_not_wear_around,
+    bodies_need_few_dofs,
+    bodies_stand_on_the_frame,
     something_carries_the_beam,
     regions_fit_the_beam,
     round_beams_are_met_around,
@@ -184,6 +209,8 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     materials_fit_the_formulation,
     stress_has_one_value,
     sections_are_solids,
+    supports_touch_flat_sides,
+    beam_elements_bend_alone,
     points_are_in_the_section,
     stress_is_that_of_the_material,
     stress_fields_need_a_body_that_deforms,
@@ -199,6 +226,11 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     elastic_joints_do_something,
     joints_let_the_body_move,
     joints_let_the_start_move,
+    start_vectors_fit_the_mesh,
+    start_is_given_once,
+    start_mode_has_its_probe,
+    start_mode_bends_the_model,
+    centered_start_has_a_middle,
     holds_need_implicit_steps,
     masses_lie_on_the_beam,
     mass_names_differ,
@@ -238,9 +270,12 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     points_hold_the_beam,
     patches_keep_apart,
     contact_fits_the_model,
+    stations_are_of_rigid_sections,
+    rigid_sections_are_in_holes,
     implicit_schemes_march_the_model,
     modal_damping_has_modes,
-    loads_bend_the_beam,
+    beams_move_as_asked,
+    twisting_sections_have_a_figure,
     beam_is_prismatic,
     iterations_can_solve,
     gates_are_in_order,

@@ -20,7 +20,6 @@ from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
 
-ALLOWED = 1.0e-9  # of the largest displacement: what round-off leaves of a rotation about a joint
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""
 Masses = Mapping[int, PointMass]
@@ -63,15 +62,14 @@ def joints_keep_apart(beam: Beam, joint: Joints) -> Iterator[Fault]:
 
 
 def elastic_joints_do_something(
-    joint: Joints, model: ModelTable, mesh: Mesh, support: AnySupports, load: Loads
+    joint: Joints, model: ModelTable, mesh: Mesh, support: AnySupports, load: Loads, analysis: Analysis
 ) -> Iterator[Fault]:
     """An elastic joint has a spring or a damper, on a motion that the model has."""
-    missing = []
-    if isinstance(model, BeamModel):
-        space = moves_in_space(mesh.dimension, Layout.of(support), load.values())
-        missing = ["axial", "twist"] if space else ["axial", "lateral", "lateral_rotation", "twist"]
-    elif mesh.dimension == 2:
-        missing = ["lateral", "lateral_rotation", "twist"]
+    missing = ["lateral", "lateral_rotation", "twist"] if mesh.dimension == 2 else []
+    if isinstance(model, BeamModel) and mesh.dimension == 3 and not {"lateral"} & set(model.motions):
+        # springs make a beam move along its axis, and twist; it leaves its bending plane where it is moved out of it
+        space = moves_in_space(mesh.dimension, Layout.of(support), load.values(), analysis)
+        missing = [] if space else ["lateral", "lateral_rotation"]
     for number, entry in joint.items():
         if not isinstance(entry, ElasticJoint):
             continue
@@ -86,37 +84,15 @@ def elastic_joints_do_something(
         for name in names:
             if name in missing:
                 kind = "stiffness" if getattr(entry.stiffness, name) > 0.0 else "damping"
-                where = f"the model {model.type}" if isinstance(model, BeamModel) else "a slice (dimension = 2)"
+                flat = mesh.dimension == 2
+                where = "a slice (dimension = 2)" if flat else f"the model {model.type}, which stays in its plane,"
                 yield Fault(
                     ("joint", number, kind),
                     f"{name}, a motion that {where} does not have",
-                    "vertical or rotation" if isinstance(model, BeamModel) else "axial, vertical or rotation",
-                    f"leave {name} out, or take the model full with dimension = 3",
+                    "axial, vertical or rotation" if flat else "axial, vertical, rotation or twist",
+                    f"leave {name} out, or take dimension = 3" if flat else 'add "lateral" to motions in [model]',
                     (("model", "type"), ("mesh", "dimension")),
                 )
-
-
-def joints_let_the_start_move(beam: Beam, joint: Joints, analysis: Analysis) -> Iterator[Fault]:
-    """The motion at the start is one that the joints allow."""
-    motion = getattr(analysis, "motion", None)
-    if motion is None:
-        return
-    for number, entry in joint.items():
-        rotates = "rotation" in entry.holds and (motion.tilt != 0.0 or motion.spin != 0.0)
-        sizes = (motion.lift, motion.tilt), (motion.velocity, motion.spin)
-        here = zip(motion.at(entry.point, beam.length), sizes, strict=True)
-        moves = "vertical" in entry.holds and any(
-            abs(value) > ALLOWED * max(abs(whole), abs(turn) * beam.length) for value, (whole, turn) in here
-        )
-        if rotates or moves:
-            yield Fault(
-                ("analysis", "motion"),
-                f"a motion that {'rotates' if rotates else 'moves'} the section at x = {entry.point:g} m, which the "
-                f"joint {entry.name} holds",
-                "a rotation about a pinned joint, or no motion" if moves else "no rotation",
-                "leave motion out; a load can set the beam in motion",
-                (("joint", number, "type"),),
-            )
 
 
 def joints_let_the_body_move(joint: Joints, model: ModelTable) -> Iterator[Fault]:

@@ -7,22 +7,14 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case import Case, Restraint
 from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
+from gapbeam.solver.case.checks.unit_questions import unit_questions
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel
-from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
-
-USUAL = (
-    ("beam", "length", 1e-3, 100.0, "m, not mm"),
-    ("beam", "thickness", 1e-5, 10.0, "m, not mm"),
-    ("beam", "width", 1e-5, 10.0, "m, not mm"),
-    ("material", "young_modulus", 1e5, 2e12, "Pa, not GPa: steel has 2.1e11"),
-    ("material", "density", 10.0, 25e3, "kg/m^3: steel has 7850"),
-)
-"""Table, key, least and most that is usual, unit."""
 
 FEWEST_ELEMENTS = 5  # of a beam in its support
 MOST_UNKNOWNS = 1e6
@@ -49,19 +41,21 @@ def beam_elements(case: Case) -> Iterator[str]:
         )
 
 
-def unusual_values(case: Case) -> Iterator[str]:
-    """Yield values that look like another unit."""
-    for table, key, least, most, unit in USUAL:
-        value = getattr(getattr(case, table), key)
-        if not least <= value <= most:
-            yield f"[{table}] {key} = {value:g} is unusual; the unit is {unit}"
-        segments: tuple[Segment, ...] = case.segment
-        for number, segment in enumerate(segments, 1):
-            value = getattr(segment, key, None)
-            if key != "length" and value is not None and not least <= value <= most:
-                place = f'[[segment]] number {number} (name "{segment.name}")'
-                yield f"{place} {key} = {value:g} is unusual; the unit is {unit}"
+def unusual_loads(case: Case) -> Iterator[str]:
+    """Yield values of loads that look like another unit."""
     yield from _of_loads(case, lambda load: load.unusual_values())
+
+
+def waves(case: Case) -> Iterator[str]:
+    """Yield loads along the beam that do not follow its bending waves."""
+
+    def look(load: Load) -> Iterator[str]:
+        if (span := load.extent) is None or (asked := load.frequency_of_interest) is None:
+            return
+        loaded = [piece for piece in case.profile.pieces if piece.start < span[1] and piece.end > span[0]]
+        yield from load.unusual_waves(0.5 * min(bending_wavelength(piece, asked[0]) for piece in loaded))
+
+    yield from _of_loads(case, look)
 
 
 def _of_loads(case: Case, look: Callable[[Load], Iterator[str]]) -> Iterator[str]:
@@ -102,7 +96,7 @@ def shape(case: Case) -> Iterator[str]:
 
 def motion(case: Case) -> Iterator[str]:
     """Yield a case in which nothing moves, holds, fades or is looked at."""
-    falls = getattr(case.analysis, "start", None) == "undeformed" or getattr(case.analysis, "motion", None) is not None
+    falls = not case.analysis.needs_seat or any(getattr(case.analysis, key, None) for key in ("motion", "mode"))
     if all(load.static for load in case.load) and not falls:
         yield "no load but gravity: the beam stays on its seat, nothing sets it in motion"
     if weight_pressure(case) == 0 and case.layout.interference == 0.0:
@@ -249,7 +243,9 @@ def estimated_unknowns(case: Case) -> float:
 
 
 LOOKS: tuple[Callable[[Case], Iterator[str]], ...] = (
-    unusual_values,
+    unit_questions,
+    unusual_loads,
+    waves,
     beam_elements,
     shape,
     motion,

@@ -2,16 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 
-from gapbeam.solver.case.case import Damping, Mesh
+from gapbeam.solver.attachments.joint_table import Joint
+from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.case.analysis_table import Analysis
+from gapbeam.solver.case.beam_motions import Fixture, needed_motions, with_given
+from gapbeam.solver.case.beam_profile import BeamProfile
+from gapbeam.solver.case.case import Beam, Damping, Material, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, FullModel, ModelTable, ReducedModel
+from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports
 
 TYPE = ("model", "type")
+SECTIONS = ("model", "sections")
 
 
 def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Fault]:
@@ -20,6 +29,7 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
         return
     formulation = contact.formulation
     keeps_all = isinstance(model, ReducedModel) and model.contact == "all"
+    everything = 'contact = "all"' + (' and sections = "deformable"' if model.rings else "")
     if formulation.stress_terms is not None:
         expected = (
             f"full: the formulation {formulation.type} takes the stress at the contact points, which only the mesh has"
@@ -30,19 +40,55 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
             TYPE,
             f"{model.type}, with the formulation {formulation.type}",
             'full, or reduced with contact = "all": more points than motions of the faces cannot all be held exactly',
-            'contact = "all" in [model], or formulation = "penalty"',
+            f'{everything} in [model], or formulation = "penalty"',
             (("contact", "formulation"),),
         )
     if contact.mass == "redistributed":
         expected = "consistent: the contact nodes of any model but the full one have no mass of their own"
         yield Fault(("contact", "mass"), "redistributed", expected, "leave mass out", (TYPE,))
-    if contact.rubs is not None and not keeps_all:
+    if contact.rubs is not None and not keeps_all and not isinstance(model, BeamModel):
         yield Fault(
             ("contact", "friction"),
             f"a coefficient of {contact.rubs.coefficient:g}, with the model {model.type}",
-            'the model full, or reduced with contact = "all": the other bases do not give way along the faces',
-            'contact = "all" in [model], or leave friction out',
+            'full, beam, or reduced with contact = "all": the other bases do not give way along the faces',
+            f"{everything} in [model], or leave friction out",
             (TYPE,),
+        )
+
+
+def stations_are_of_rigid_sections(model: ModelTable) -> Iterator[Fault]:
+    """The number of stations says nothing where sections deform."""
+    if isinstance(model, ReducedModel) and model.rings is None and model.stations is not None:
+        yield Fault(
+            ("model", "stations"),
+            f"{model.stations}, with sections that deform",
+            'stations together with sections = "rigid"',
+            'sections = "rigid", or leave stations out',
+        )
+
+
+def rigid_sections_are_in_holes(model: ModelTable, support: AnySupports) -> Iterator[Fault]:
+    """Sections that keep their shape are met all around, and take the place of shapes of pressure on a surface."""
+    if not isinstance(model, ReducedModel) or model.rings is None:
+        return
+    for key, one in keyed(support):
+        if not one.around:
+            yield Fault(
+                SECTIONS,
+                f"rigid, with the {one.region.type} {one.name}",
+                "supports around the beam alone: the surface on planes deforms",
+                'region = "hole", or for a slot { type = "polygon", walls = [0.0, 180.0] } with half its clearance, '
+                "around a round section; or leave sections out",
+                (key,),
+            )
+            break
+    if model.contact == "all":
+        expected = 'contact = "shapes": all motions of the surface are those of sections that deform'
+        yield Fault(SECTIONS, 'rigid, with contact = "all"', expected, "leave one of both out", (("model", "contact"),))
+    if model.interface == "fixed":
+        expected = 'interface = "free": the modes of a body whose sections are not held'
+        yield Fault(
+            SECTIONS, 'rigid, with interface = "fixed"', expected, "leave interface out", (("model", "interface"),)
         )
 
 
@@ -70,19 +116,67 @@ def implicit_schemes_march_the_model(model: ModelTable, time: Time) -> Iterator[
         )
 
 
-def loads_bend_the_beam(model: ModelTable, load: Loads) -> Iterator[Fault]:
-    """Beam elements bend, and do nothing else."""
+def beams_move_as_asked(
+    model: ModelTable,
+    mesh: Mesh,
+    support: AnySupports,
+    load: Loads,
+    joint: Mapping[int, Joint],
+    mass: Mapping[int, PointMass],
+    contact: Contact,
+    analysis: Analysis,
+) -> Iterator[Fault]:
+    """A beam model has the motions that its case calls for, and a slice neither leaves its plane nor twists."""
+    if not isinstance(model, BeamModel) or model.motions == "auto":
+        return
+    key, related = ("model", "motions"), (("mesh", "dimension"),)
+    beyond = [name for name in ("lateral", "torsion") if name in model.motions and mesh.dimension == 2]
+    if beyond:
+        yield Fault(
+            key, f'"{beyond[0]}", of a slice (dimension = 2)', '"bending" and "axial"', "dimension = 3", related
+        )
+        return
+    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
+    layout, loads = Layout.of(support), tuple(load.values())
+    needed = needed_motions(mesh.dimension, layout, loads, fixtures, contact.rubs is not None, analysis)
+    for name, why in needed.items():
+        if name not in model.motions:
+            given = ", ".join(f'"{one}"' for one in (*model.motions, name))
+            yield Fault(key, f"{list(model.motions)}", f'"{name}" among them: {why}', f"motions = [{given}], or auto")
+
+
+def twisting_sections_have_a_figure(
+    model: ModelTable,
+    beam: Beam,
+    material: Material,
+    segment: Mapping[int, Segment],
+    mesh: Mesh,
+    support: AnySupports,
+    load: Loads,
+    joint: Mapping[int, Joint],
+    mass: Mapping[int, PointMass],
+    contact: Contact,
+    analysis: Analysis,
+) -> Iterator[Fault]:
+    """A section that twists has a torsion constant."""
     if not isinstance(model, BeamModel):
         return
-    for number, entry in load.items():
-        if entry.direction is not None and entry.direction[0] != 0.0:
-            yield Fault(
-                ("load", number, "direction"),
-                f"{list(entry.direction)}, with the model beam",
-                "a direction across the beam: beam elements know bending alone",
-                "leave direction out, or take another model",
-                (TYPE,),
-            )
+    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
+    layout, loads = Layout.of(support), tuple(load.values())
+    needed = needed_motions(mesh.dimension, layout, loads, fixtures, contact.rubs is not None, analysis)
+    motions = with_given(needed, model.motions)
+    if "torsion" not in motions:
+        return
+    profile = BeamProfile.of(beam, material, segment.values())
+    unknown = [piece.beam.section.type for piece in profile.pieces if piece.beam.torsion_constant is None]
+    if unknown:
+        yield Fault(
+            ("beam", "section"),
+            f'"{unknown[0]}", which has no torsion constant, of a beam model that twists: {motions["torsion"]}',
+            "a section with a torsion constant, or a model that meshes the section",
+            'type = "reduced" in [model]',
+            (TYPE,),
+        )
 
 
 def beam_is_prismatic(model: ModelTable, mesh: Mesh) -> Iterator[Fault]:

@@ -30,6 +30,8 @@ def loads_lie_in_the_beam(beam: Beam, segment: Segments, mesh: Mesh, load: Loads
     for number, entry in load.items():
         if (point := entry.place.point) is not None:
             yield from outside(("load", number, "point"), point, beam, mesh, segment)
+        for x in entry.extent or ():
+            yield from outside(("load", number, "span"), x, beam, mesh, segment)
 
 
 def probes_lie_in_the_beam(beam: Beam, segment: Segments, mesh: Mesh, probe: Probes) -> Iterator[Fault]:

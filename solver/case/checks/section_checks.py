@@ -5,15 +5,22 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import hypot
 
+from gapbeam.solver.attachments.joint_table import Joint
+from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.case.analysis_table import Analysis
+from gapbeam.solver.case.beam_motions import Fixture, needed_motions, with_given
 from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import ModelTable, RigidModel
+from gapbeam.solver.case.model_table import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports
 from gapbeam.solver.table import Vector
 
 SECTION: Key = ("beam", "section")
+ASIDE = 1.0e-3  # of the thickness: centroids nearer to each other than this are in one line
 ON_SURFACE = 1.0e-6  # relative: a point on the surface counts as one in the material
 
 
@@ -41,6 +48,66 @@ def sections_are_solids(beam: Beam, mesh: Mesh) -> Iterator[Fault]:
             f'"tetrahedron", with the section "{kind}"',
             "hexahedron: sections other than the rectangle are meshed in layers",
             "leave cell out",
+            (SECTION,),
+        )
+
+
+def supports_touch_flat_sides(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
+    """A flat support below or above the beam touches a side that is level, not a corner."""
+    for key, one in keyed(support):
+        here = beam_at(beam, segment.values(), 0.5 * (one.start + one.end))
+        if any(here.section.faults(here.thickness, here.width)):
+            continue
+        for face in one.faces:
+            if not face.around and not here.section.flat(face.side < 0.0):
+                where, most = ("above", "highest") if face.side < 0.0 else ("below", "lowest")
+                yield Fault(
+                    SECTION,
+                    f'a "{here.section.type}" whose {most} place is a corner, with a support {where} it ({face.name})',
+                    "a level side there: a corner would press into the flat support without bound as cells shrink",
+                    "flatten the corner by two points of the same height, or turn the section",
+                    (key,),
+                )
+
+
+def beam_elements_bend_alone(
+    beam: Beam,
+    segment: Segments,
+    mesh: Mesh,
+    support: AnySupports,
+    load: Loads,
+    joint: Mapping[int, Joint],
+    mass: Mapping[int, PointMass],
+    contact: Contact,
+    analysis: Analysis,
+    model: ModelTable,
+) -> Iterator[Fault]:
+    """Beam elements neither twist as they bend nor bend in one plane with the other, and their axis is straight."""
+    if not isinstance(model, BeamModel):
+        return
+    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
+    layout, rubs = Layout.of(support), contact.rubs is not None
+    needed = needed_motions(mesh.dimension, layout, tuple(load.values()), fixtures, rubs, analysis)
+    in_space = not {"lateral", "torsion"}.isdisjoint(with_given(needed, model.motions))
+    heights = list[float]()
+    for here in dict.fromkeys((beam, *(one.beam(beam) for one in segment.values()))):
+        if any(here.section.faults(here.thickness, here.width)):
+            continue
+        if reason := here.section.coupling(in_space):
+            yield Fault(
+                ("model", "type"),
+                f'beam, with the section "{here.section.type}": {reason}',
+                "a section that bends without twisting, in one plane without the other",
+                'model.type = "reduced": the solid bends and twists as it does',
+                (SECTION,),
+            )
+        heights.append(here.centroid[1])
+    if heights and max(heights) - min(heights) > ASIDE * beam.thickness:
+        yield Fault(
+            ("model", "type"),
+            f"beam, with centroids of its sections {max(heights) - min(heights):.3g} m above each other",
+            "sections whose centroids are in one line: bending of beam elements comes without axial motion",
+            'model.type = "reduced"',
             (SECTION,),
         )
 

@@ -134,7 +134,16 @@ def segments_are_meshed(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[F
             continue
         if here == beam:
             continue
-        if here.section.round != beam.section.round:
+        ours, others = here.section.lattice, beam.section.lattice
+        if "own" in (ours, others) and here.section != beam.section:
+            yield Fault(
+                key,
+                f'"{here.section.type}", in a beam of the section "{beam.section.type}"',
+                "one polygon all along where sides are inclined: its cells do not meet those of other sections",
+                "polygons whose sides are all upright or level: these go beside box, i and rectangle",
+                (("beam", "section"),),
+            )
+        elif ours != others:
             yield Fault(
                 key,
                 f'"{here.section.type}", in a beam of the section "{beam.section.type}"',

@@ -17,6 +17,7 @@ from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
+from gapbeam.solver.case.model_choice import chosen_case
 from gapbeam.solver.case.reading.key_faults import MOST_FAULTS, check_types
 from gapbeam.solver.case.reading.known_keys import label
 from gapbeam.solver.case.reading.line_numbers import key_lines, line_of
@@ -98,12 +99,25 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     tables, wrong = check_types(data)
     known = {fault.key for fault in wrong}
     wrong += [fault for fault in beyond_reason(data) if fault.key not in known]
-    wrong += contradictions(tables)
+    places = Places(path, data, key_lines(text), typed)
+    case = None
+    if "model" not in tables or tables["model"].decided:
+        wrong += contradictions(tables)
+    elif not (wrong or faults):
+        case, wrong = _chosen(data)
     if wrong:
-        faults += Places(path, data, key_lines(text), typed).put_in_order(wrong)
+        faults += places.put_in_order(wrong)
     if faults:
         raise CaseError(str(path), faults[:MOST_FAULTS])
-    return with_checksums(Case.model_validate(data))
+    return with_checksums(case or Case.model_validate(data))
+
+
+def _chosen(data: Mapping[str, Any]) -> tuple[Case | None, list[Fault]]:
+    """Return the case with the model that "auto" stands for, or the faults of a case that none fits."""
+    try:
+        return chosen_case(Case.model_validate(data)), []
+    except CaseError as error:
+        return None, list(error.faults)
 
 
 def read_tables(

@@ -116,8 +116,9 @@ def in_words(schema: Mapping[str, Any]) -> str:
             least, most = schema.get("minItems", 0), schema["maxItems"]
             return f"a list of {f'{least} to' if least else 'at most'} {most} numbers"
         case "array" if "maxItems" in schema:
-            each = either(in_words(item) for item in schema["items"]["anyOf"])
-            return f"a list of at most {schema['maxItems']} items, each {each}"
+            each = either(in_words(item) for item in schema["items"].get("anyOf", [schema["items"]]))
+            least = f"{schema['minItems']} to" if "minItems" in schema else "at most"
+            return f"a list of {least} {schema['maxItems']} items, each {each}"
         case "array":
             return "a list of tables"
         case "object" if "properties" not in schema:

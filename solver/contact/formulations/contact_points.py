@@ -89,14 +89,18 @@ def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: 
         faces=owners,
         support=contact.support,
         positions=np.asarray(shares @ contact.positions),
-        tangents=_tangents(contact, shares),
+        tangents=mean_tangents(contact, shares),
+        frictionless=contact.frictionless,
         distributed=contact,
         shares=shares,
     )
 
 
-def _tangents(contact: ContactOperator, shares: csr_matrix) -> csr_matrix | None:
-    """Return the means of the motion along the face over the patches: P T, direction by direction."""
+def mean_tangents(contact: ContactOperator, shares: csr_matrix) -> csr_matrix | None:
+    """Return the means of the motion along the face over the patches, direction by direction.
+
+    P T, (m k, interface.size), for shares P, (m, q); None for an operator without T.
+    """
     if contact.tangents is None:
         return None
     directions = contact.tangents.shape[0] // contact.size

@@ -88,7 +88,7 @@ class CondensedOperator:
         self._factor = system.operators.factor(mass, stiffness, springs, self.dashpots) if factor is None else factor
         factored = time.perf_counter()
         interface = contact.interface
-        tangents, forces = contact.tangents, csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
+        tangents, forces = contact.rubbed, csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
         self._by_point = forces.shape[1] < interface.size
         self._columns: Array | None = None
         block: Array | None = None
@@ -128,7 +128,7 @@ class CondensedOperator:
     def compliance(self) -> Array:
         """[G; T] A^-1 [G; T]^T, (m + m k, m + m k), symmetric; the Delassus operator without friction."""
         contact = self._contact
-        if contact.tangents is None:
+        if contact.rubbed is None:
             return self.delassus
         forces = csr_matrix(hstack([contact.resultants, contact.friction_resultants]))
         whole = self._all if self._by_point else (forces.T @ self._all.T).T

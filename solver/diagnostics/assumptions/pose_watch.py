@@ -63,7 +63,7 @@ class PoseScales:
     strength: float | Array = 1.0
 
 
-def still(_time: float) -> float:
+def still(_time: float, _u: Array) -> float:
     """Return how far the supports have moved that do not move."""
     return 0.0
 
@@ -75,8 +75,8 @@ class PoseWatch:
     Attributes:
         rows: What gives a pose.
         scales: What it is measured against.
-        moved: By how much the supports of the points on faces have moved at a time, (on_faces, d) or 0, m: travel and
-            motion across are those in them.
+        moved: By how much the supports of the points on faces have moved at a time, with marched DOFs (n,),
+            (on_faces, d) or 0, m: travel and motion across are those in them.
         closest: Row by row of ROTATION, STRAIN, STRESS, TRAVEL, ASIDE: value, time and place, (5, 5).
         due: When the next look is due, s.
         highest: Largest strain energy looked at, J.
@@ -86,7 +86,7 @@ class PoseWatch:
 
     rows: PoseRows
     scales: PoseScales
-    moved: Callable[[float], Array | float] = still
+    moved: Callable[[float, Array], Array | float] = still
     closest: Array = field(default_factory=lambda: np.zeros((5, 5)))
     due: float = -1.0
     highest: float = 0.0
@@ -121,7 +121,7 @@ class PoseWatch:
         for row, point in enumerate(at):
             self._keep(row, float(found[row, point]), time, self.rows.places[point])
         faces = self.rows.on_faces
-        inside = displacement[:faces] - self.moved(time)
+        inside = displacement[:faces] - self.moved(time, u)
         if faces:
             moved = np.abs(np.mean(inside, axis=0))
             share = moved[0] / self.scales.support_length
@@ -129,7 +129,7 @@ class PoseWatch:
                 share = max(share, moved[1] / self.scales.width)
             self._keep(TRAVEL, float(share), time, np.mean(self.rows.places[:faces], axis=0))
         if faces and self.scales.radius:
-            aside = np.linalg.norm(inside[:, 1:], axis=1)
+            aside = np.linalg.norm(inside[:, 1:] - rolled(self.rows.places[:faces], gradient[:faces]), axis=1)
             point = int(np.argmax(aside))
             self._keep(ASIDE, float(aside[point]) / self.scales.radius, time, self.rows.places[point])
         if not self.looks:
@@ -138,6 +138,19 @@ class PoseWatch:
     def _keep(self, row: int, value: float, time: float, place: Array) -> None:
         if not value <= self.closest[row, 0]:
             self.closest[row] = value, time, *place
+
+
+def rolled(places: Array, gradient: Array) -> Array:
+    """Return the motion across the beam of surface points by its rotation about its axis, (k, 2), m.
+
+    A round beam that rolls keeps its radii.
+
+    Args:
+        places: The points, (k, 3), m.
+        gradient: du/dx there, (k, 3, 3).
+    """
+    turned = 0.5 * (gradient[:, 2, 1] - gradient[:, 1, 2])
+    return np.stack([-turned * places[:, 2], turned * places[:, 1]], axis=1)
 
 
 def deformation(gradient: Array, scales: PoseScales) -> tuple[Array, Array, Array]:

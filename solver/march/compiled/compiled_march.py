@@ -150,7 +150,7 @@ class CompiledLoop:
         accounts = Accounts.opened(plan.system, plan.law, paused.state, plan.dt)
         self._march_steps(
             self._table, self._scheme, self._law(paused.state), self._motion(paused), self._room,
-            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(plan, self._table, 2),
+            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self.modal, accounts, 0, 1),
             factor_rows(plan, 0, 0), wall_rows(plan, 0, 0), 0, 1, 0, plan.max_iterations,
         )  # fmt: skip
 
@@ -198,14 +198,14 @@ class CompiledLoop:
                 wanted = min(wanted, stops - done % stops)
             wanted = agreed(wanted)
             started = time.perf_counter()
-            ledgers, records = ledger_arrays_of(accounts), room_for_records(plan, self._table, wanted // every + 2)
+            ledgers, records = ledger_arrays_of(accounts), room_for_records(self.modal, accounts, wanted, every)
             status, taken, recorded = self._march_steps(
                 self._table, self._scheme, law, motion, self._room, ledgers, limits_of(accounts), records,
                 factor_rows(plan, origin + done, wanted), wall_rows(plan, origin + done, wanted),
                 done, every, count, plan.max_iterations,
             )  # fmt: skip
             seconds = time.perf_counter() - started
-            enter_arrays(ledgers, accounts, taken, seconds)
+            enter_arrays(ledgers, accounts, taken, seconds, records, origin * plan.dt)
             accounts.time = (origin + done + taken) * plan.dt
             failure: RunError | None = None
             first, done = done, done + taken
@@ -313,7 +313,7 @@ class CompiledLoop:
     def _block(
         self, first: int, steps: int, records: Records, recorded: int, motion: KernelState, origin: int
     ) -> CompiledBlock:
-        kept = Records._make(column[:recorded] for column in records)
+        kept = records.first(recorded)
         left = carried(motion, self._room.solution.factor)
         copied = KernelState._make(left[:STATE])
         times: Array = np.asarray((origin + kept.steps) * self.plan.dt, dtype=float)

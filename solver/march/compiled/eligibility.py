@@ -22,7 +22,7 @@ def why_not_compiled(plan: March) -> str | None:
         return "Nitsche's method: gaps and forces are not the same shapes"
     if kernel_of(plan.scheme) is None:
         return f"no kernel marches the scheme {plan.scheme.type}"
-    if law.friction is not None or system.contact.tangents is not None:
+    if law.friction is not None or system.contact.rubbed is not None:
         return "contact with friction"
     if law.augmented is not None:
         return "augmented Lagrangian: multipliers in every step"

@@ -130,11 +130,26 @@ class Room(NamedTuple):
     solution: Solution
 
 
+class SlidingArrays(NamedTuple):
+    """The work of sliding, see `gapbeam.solver.diagnostics.sliding_work`; without points where it is not measured.
+
+    Attributes:
+        tangents: T in modal coordinates, (m, k, n).
+        work: Work at each point, changed in place, (m,), J.
+        rows: Work of each face at the records, (rows, faces), J.
+    """
+
+    tangents: Array
+    work: Array
+    rows: Array
+
+
 class Records(NamedTuple):
-    """Records, one row each; `energies` as in `ledger_kernel.LedgerArrays`, `iterations` since the last row.
+    """Records, one row each; `energies` and `over_time` as in `LedgerArrays`, `iterations` since the last row.
 
     `levers`, (m, r), is what a force at each point adds to the forces of joints. In `Modal`, of which every step passes
-    copies on, one array more costs every step half of its time again.
+    copies on, one array more costs every step half of its time again. `impacts` that ended are `listed` in the order of
+    time, (k, 5): face, closing time since the start of the march, approach speed, impulse, duration.
     """
 
     steps: Indices
@@ -148,8 +163,16 @@ class Records(NamedTuple):
     area: Array
     active: Array
     penetration: Array
-    impulse: Array
+    over_time: Array
+    impacts: Array
+    listed: Indices
     energies: Array
     load_work: Array
     residual: Array
     iterations: Indices
+    sliding: SlidingArrays
+
+    def first(self, count: int) -> Records:
+        """Return the first records."""
+        sliding = self.sliding._replace(rows=self.sliding.rows[:count])
+        return Records._make([*(column[:count] for column in self[:-1]), sliding])

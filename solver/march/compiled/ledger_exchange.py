@@ -7,7 +7,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.face_updates import Watched
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.march.compiled.kernel_tables import KernelState
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
 from gapbeam.solver.system.operators import Array
 
@@ -21,13 +21,25 @@ def ledger_arrays_of(accounts: Accounts) -> LedgerArrays:
         accounts.peaks,
         accounts.tally,
     )
-    faces = range(len(peaks.impulse))
+    faces, times, impacts = range(len(peaks.impulse)), accounts.times, accounts.impacts
     watched = [gates.watched(face) for face in faces]
     running = [episodes.running.get(face, (0, 0.0)) for face in faces]
     return LedgerArrays(
         energies=np.array(ledger.energies),
         load_work=ledger.load_work.copy(),
-        impulse=peaks.impulse.copy(),
+        over_time=np.array(
+            [
+                peaks.impulse,
+                times.time,
+                times.closings,
+                impacts.approach,
+                times.closed,
+                impacts.depth,
+                impacts.begun,
+                impacts.speed,
+                impacts.duration,
+            ]
+        ),
         deepest=peaks.deepest.copy(),
         peak_force=peaks.force.copy(),
         face=np.array([one.face for one in watched]),
@@ -42,8 +54,20 @@ def ledger_arrays_of(accounts: Accounts) -> LedgerArrays:
     )
 
 
-def enter_arrays(ledgers: LedgerArrays, accounts: Accounts, steps: int, seconds: float) -> None:
-    """Bring accounts to what the ledger arrays hold after some more whole steps that took some seconds."""
+def enter_arrays(
+    ledgers: LedgerArrays, accounts: Accounts, steps: int, seconds: float, records: Records, origin: float
+) -> None:
+    """Bring accounts to what the ledger arrays hold after some more whole steps that took some seconds.
+
+    Args:
+        ledgers: After the steps.
+        accounts: Changed in place.
+        steps: Whole steps.
+        seconds: Their wall time, s.
+        records: Of the steps, with the impacts that ended in them.
+        origin: Start of the march, s.
+    """
+    _enter_impacts(records, accounts, origin)
     gates, episodes, peaks, tally = accounts.gates, accounts.episodes, accounts.peaks, accounts.tally
     accounts.ledger = accounts.ledger.with_energies(Energies(*map(float, ledgers.energies)), ledgers.load_work.copy())
     faces = range(len(peaks.impulse))
@@ -61,15 +85,25 @@ def enter_arrays(ledgers: LedgerArrays, accounts: Accounts, steps: int, seconds:
     }
     episodes.count, episodes.short = (int(count) for count in ledgers.episodes)
     episodes.impulse, episodes.short_impulse = (float(impulse) for impulse in ledgers.episodes_impulse)
-    peaks.impulse, peaks.deepest, peaks.force = (
-        ledgers.impulse.copy(),
-        ledgers.deepest.copy(),
-        ledgers.peak_force.copy(),
-    )
+    times, impacts = accounts.times, accounts.impacts
+    (
+        peaks.impulse, times.time, times.closings, impacts.approach, times.closed,
+        impacts.depth, impacts.begun, impacts.speed, impacts.duration,
+    ) = (sums.copy() for sums in ledgers.over_time)  # fmt: skip
+    peaks.deepest, peaks.force = ledgers.deepest.copy(), ledgers.peak_force.copy()
     peaks.iterations, tally.iterations, tally.most_iterations = (int(count) for count in ledgers.solves)
     tally.steps += steps
     tally.shortest = min(tally.shortest, tally.dt) if steps else tally.shortest
     tally.advance += seconds
+
+
+def _enter_impacts(records: Records, accounts: Accounts, origin: float) -> None:
+    """Enter the impacts that ended in a block, whose closing times count from the start of the march at `origin`, s."""
+    listed = records.impacts[: records.listed[0]]
+    for face, kept in enumerate(accounts.impacts.ended):
+        rows = listed[listed[:, 0] == face, 1:]
+        rows[:, 0] += origin
+        kept.add(rows)
 
 
 def measure_in_modes(accounts: Accounts, squares: Array, motion: KernelState) -> None:

@@ -11,13 +11,16 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.diagnostics.face_updates import (
+    FaceTouches,
     Peak,
     Watched,
     after_contact,
     after_forces,
     after_look,
+    after_touch,
     breaks_gates,
 )
+from gapbeam.solver.diagnostics.impact_updates import RunningImpact, after_gap, approach_speed
 from gapbeam.solver.diagnostics.ledger_update import (
     Energies,
     StepEnergies,
@@ -32,6 +35,10 @@ from gapbeam.solver.diagnostics.ledger_update import (
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.system.operators import Array, Indices
 
+SUMS = 9  # rows of one array: several arrays cost time in every step
+IMPULSE, CONTACT_TIME, CLOSINGS, APPROACH, CLOSED_NOW, DEPTH, BEGUN, SPEED, DURATION = range(SUMS)
+RECORDED = 4  # the first ones go into records
+OF_IMPACT = 5  # columns of the list of impacts: face, closing time, approach speed, impulse, duration
 EPS = float(np.finfo(float).eps)
 
 
@@ -41,7 +48,8 @@ class LedgerArrays(NamedTuple):
     Attributes:
         energies: The ledger, in the order of `Energies`, (12,), J.
         load_work: Work of each load, (loads,), J.
-        impulse: Contact force over time of each face, (faces,), N s.
+        over_time: Sums over time of each face: impulse, N s, time in contact, s, how often it closed,
+            approach speeds, m/s, 1 where it is closed now, and the figures of `RunningImpact`, (9, faces).
         deepest: Largest penetration so far of each face, (faces,), m.
         peak_force: Largest contact force so far of each face, (faces,), N.
         face: Whether each face is UNKNOWN, CLOSED or OPEN to the gates, (faces,).
@@ -57,7 +65,7 @@ class LedgerArrays(NamedTuple):
 
     energies: Array
     load_work: Array
-    impulse: Array
+    over_time: Array
     deepest: Array
     peak_force: Array
     face: Indices
@@ -139,9 +147,9 @@ def enter_energies(ledgers: LedgerArrays, contact: float, squares: Array, q: Arr
 def enter_forces(ledgers: LedgerArrays, force: Array, pressed: Array, deepest: Array, dt: float) -> None:
     """Enter contact forces of a step, whether faces were pressed, and the penetration at its end, by face."""
     for face in range(len(force)):
-        before = Peak(ledgers.impulse[face], ledgers.peak_force[face], 0.0, ledgers.deepest[face])
+        before = Peak(ledgers.over_time[IMPULSE, face], ledgers.peak_force[face], 0.0, ledgers.deepest[face])
         peak = after_forces(before, dt, force[face], 0.0, deepest[face])
-        ledgers.impulse[face], ledgers.peak_force[face], ledgers.deepest[face] = (
+        ledgers.over_time[IMPULSE, face], ledgers.peak_force[face], ledgers.deepest[face] = (
             peak.impulse,
             peak.force,
             peak.depth,
@@ -156,6 +164,49 @@ def enter_forces(ledgers: LedgerArrays, force: Array, pressed: Array, deepest: A
         if short:
             ledgers.episodes[1] += 1
             ledgers.episodes_impulse[1] += impulse
+
+
+@compiled
+def enter_touches(ledgers: LedgerArrays, deepest: Array, dt: float, end: float, impacts: Array, listed: int) -> int:
+    """Enter which faces are in contact at the end of a step, by their largest penetration, m.
+
+    Args:
+        ledgers: Changed in place.
+        deepest: Largest penetration of each face, (faces,), m.
+        dt: Size of the step, s.
+        end: Its end, s.
+        impacts: Room for impacts that end, (rows, 5).
+        listed: Rows that are filled.
+
+    Returns:
+        The rows that are filled then.
+    """
+    sums = ledgers.over_time
+    for face in range(len(deepest)):
+        depth, was_closed = deepest[face], sums[CLOSED_NOW, face] > 0.0
+        if not (depth > 0.0 or was_closed):
+            sums[DEPTH, face], sums[BEGUN, face] = depth, sums[IMPULSE, face]
+            continue
+        before = FaceTouches(sums[CONTACT_TIME, face], sums[CLOSINGS, face], sums[CLOSED_NOW, face])
+        touch = after_touch(before, dt, depth > 0.0)
+        running = RunningImpact(sums[DEPTH, face], sums[BEGUN, face], sums[SPEED, face], sums[DURATION, face])
+        speed = approach_speed(running.depth, depth, dt)
+        now, ended = after_gap(running, was_closed, depth > 0.0, speed, depth, sums[IMPULSE, face], dt)
+        if not was_closed:
+            sums[APPROACH, face] += speed
+        if ended.ended:
+            impacts[listed, 0], impacts[listed, 1] = face, end - ended.lag - now.duration
+            impacts[listed, 2], impacts[listed, 3] = running.speed, ended.impulse
+            impacts[listed, 4] = now.duration
+            listed += 1
+        sums[CONTACT_TIME, face], sums[CLOSINGS, face], sums[CLOSED_NOW, face] = (
+            touch.time,
+            touch.closings,
+            touch.closed,
+        )
+        sums[DEPTH, face], sums[BEGUN, face], sums[SPEED, face] = now.depth, now.begun, now.speed
+        sums[DURATION, face] = now.duration if depth > 0.0 else 0.0
+    return listed
 
 
 @compiled

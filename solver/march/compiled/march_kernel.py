@@ -24,6 +24,7 @@ from gapbeam.solver.march.compiled.near_points import raise_closest
 from gapbeam.solver.march.compiled.point_motions import in_play
 from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
+from gapbeam.solver.march.compiled.sliding_kernel import enter_sliding, record_sliding
 from gapbeam.solver.march.compiled.wall_kernels import move_walls, wall_work
 from gapbeam.solver.system.operators import Array
 
@@ -78,7 +79,7 @@ def _march_steps(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
     records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
 ) -> tuple[int, int, int]:  # fmt: skip
-    recorded = 0
+    recorded, listed, impacts = 0, 0, records.impacts
     begin_points(modal, motion, room)
     for step in range(len(factors)):
         move_walls(walls, step, room)
@@ -89,6 +90,8 @@ def _march_steps(
         if iterations < 0:
             complete_points(modal, modal.around, law, motion, room)
             return FAILED, step, recorded
+        if len(records.sliding.tangents) > 0:
+            enter_sliding(modal, motion, room, records.sliding)
         _enter(modal, scheme, law, motion, room, ledgers, factors[step], walls, step)
         number = first + step + 1
         if number % FRESH_GAPS == 0 or number == last:
@@ -99,6 +102,8 @@ def _march_steps(
         if not np.isfinite(total_energy(accounts.energies_in(ledgers))):
             complete_points(modal, modal.around, law, motion, room)
             return NOT_FINITE, step + 1, recorded
+        listed = accounts.enter_touches(ledgers, room.deepest, scheme.dt, number * scheme.dt, impacts, listed)
+        records.listed[0] = listed
         accounts.watch_impacts(ledgers, room.closed, limits)
         if accounts.growth(ledgers) > limits.total_growth:
             complete_points(modal, modal.around, law, motion, room)
@@ -209,7 +214,9 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0
     _record_levers(records.levers, modal.weights, motion.pressure, records.joint_contact[row])
-    copy_into(records.impulse[row], ledgers.impulse)
+    record_sliding(records.sliding, modal.faces, records.sliding.rows[row])
+    for kind in range(accounts.RECORDED):
+        copy_into(records.over_time[row, kind], ledgers.over_time[kind])
     copy_into(records.energies[row], ledgers.energies)
     copy_into(records.load_work[row], ledgers.load_work)
     records.residual[row] = accounts.residual(ledgers)

@@ -8,10 +8,20 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT, MEAN
 from gapbeam.solver.diagnostics.ledger_update import Energies
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.around_points import AroundPoints, around_points
 from gapbeam.solver.march.compiled.contact_kernel import room_for_solution
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
+from gapbeam.solver.march.compiled.kernel_tables import (
+    KernelState,
+    Modal,
+    Records,
+    Room,
+    Scheme,
+    SlidingArrays,
+    WallRows,
+)
+from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes
@@ -110,10 +120,14 @@ def room_for(table: Modal) -> Room:
     return Room._make([*vectors, room_for_solution(m)])
 
 
-def room_for_records(plan: March, table: Modal, rows: int) -> Records:
-    """Return room for some records."""
-    n, faces, reactions = len(table.squares), _faces(table), plan.system.reactions
-    levers = np.zeros((len(table.weights), 0)) if reactions is None else reactions.pressure.T
+def room_for_records(modal: ModalSystem, accounts: Accounts, steps: int, every: int) -> Records:
+    """Return room for the records of some steps, for impacts that may end in them, and the work of sliding so far.
+
+    One impact in two steps may end at each face. The work of sliding is that of the accounts, which goes on in place.
+    """
+    contact, reactions = modal.system.contact, modal.system.reactions
+    rows, n, faces = steps // every + 2, len(modal.squares), int(contact.faces.max()) + 1
+    levers = np.zeros((contact.size, 0)) if reactions is None else reactions.pressure.T
     return Records(
         steps=np.zeros(rows, dtype=np.int64),
         q=np.zeros((rows, n)),
@@ -126,12 +140,22 @@ def room_for_records(plan: March, table: Modal, rows: int) -> Records:
         area=np.zeros((rows, faces)),
         active=np.zeros((rows, faces)),
         penetration=np.zeros((rows, faces)),
-        impulse=np.zeros((rows, faces)),
+        over_time=np.zeros((rows, RECORDED, faces)),
+        impacts=np.empty((faces * (steps // 2 + 1), OF_IMPACT)),
+        listed=np.zeros(1, dtype=np.int64),
         energies=np.zeros((rows, len(Energies._fields))),
-        load_work=np.zeros((rows, len(table.loads))),
+        load_work=np.zeros((rows, len(modal.loads))),
         residual=np.zeros(rows),
         iterations=np.zeros(rows, dtype=np.int64),
+        sliding=_sliding(modal, accounts, rows),
     )
+
+
+def _sliding(modal: ModalSystem, accounts: Accounts, rows: int) -> SlidingArrays:
+    contact = modal.system.contact
+    if not contact.measures_sliding:
+        return SlidingArrays(np.zeros((0, 0, 0)), np.zeros(0), np.zeros((rows, 0)))
+    return SlidingArrays(modal.tangents, accounts.sliding.work, np.zeros((rows, len(contact.face_names))))
 
 
 def arrays_of_state(modal: ModalSystem, state: State) -> KernelState:

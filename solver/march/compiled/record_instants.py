@@ -7,6 +7,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock
+from gapbeam.solver.march.compiled.ledger_kernel import APPROACH, CLOSINGS, CONTACT_TIME, IMPULSE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.ordered_products import row_product
 
@@ -30,9 +31,13 @@ def instants_of(block: CompiledBlock, count: int) -> Instants:
         contact_area=kept.area[:count],
         active_points=kept.active[:count],
         penetration=kept.penetration[:count],
-        impulse=kept.impulse[:count],
+        impulse=kept.over_time[:count, IMPULSE],
+        contact_time=kept.over_time[:count, CONTACT_TIME],
+        closings=kept.over_time[:count, CLOSINGS],
+        approach=kept.over_time[:count, APPROACH],
         friction_force=None,
         joint_contact=None if modal.system.reactions is None else kept.joint_contact[:count],
+        sliding_work=kept.sliding.rows[:count] if modal.system.contact.measures_sliding else None,
         kinetic=energy("kinetic"),
         strain=energy("strain"),
         restraint=0.5 * np.sum(row_product(q, modal.restraint) * q, axis=1),

@@ -7,6 +7,7 @@ from dataclasses import dataclass
 
 MODES_ABOVE = 3.0  # times the highest frequency of interest
 NOTABLE_SMOOTH = 1.0e-3  # of the flexibility, for pressures that vary over half a shape
+NOTABLE_SECTIONS = 1.0e-2  # of the flexibility, for pressures on half of a section that is rigid
 
 
 @dataclass(frozen=True)
@@ -23,8 +24,11 @@ class BasisReport:
         highest: Highest frequency of the reduced model, Hz.
         neglected: Share of the static flexibility of the contact faces that is neglected, for pressures that vary from
             point to point.
-        neglected_smooth: The same for pressures that vary over half a shape.
+        neglected_smooth: The same for pressures that vary over half a shape; for rigid sections, that press on half of
+            the circumference.
         modes_left: Error of the mode shapes in the energy norm, where round-off left more than was asked for; else 0.
+        section_flexibility: By how much a section deforms under a force of 1 N on half of its circumference, which
+            rigid sections leave out, m/N; None: sections deform.
     """
 
     modes: int
@@ -37,6 +41,7 @@ class BasisReport:
     neglected: float
     neglected_smooth: float
     modes_left: float = 0.0
+    section_flexibility: float | None = None
 
 
 def basis_remarks(basis: BasisReport | None, frequency: float) -> Iterator[str]:
@@ -53,7 +58,14 @@ def basis_remarks(basis: BasisReport | None, frequency: float) -> Iterator[str]:
             f"the modes of the basis reach to {basis.highest_mode:.4g} Hz, the frequencies of interest to "
             f"{frequency:.4g} Hz: try more modes in [model], up to {MODES_ABOVE:g} times that"
         )
-    if basis.neglected_smooth > NOTABLE_SMOOTH:
+    if basis.section_flexibility is not None:
+        if basis.neglected_smooth > NOTABLE_SECTIONS:
+            yield (
+                f"rigid sections leave out {100 * basis.neglected_smooth:.2g} % of the static flexibility of the beam "
+                f"under a pressure on half of a section ({basis.section_flexibility:.2g} m/N): "
+                'sections = "deformable" in [model] keeps it'
+            )
+    elif basis.neglected_smooth > NOTABLE_SMOOTH:
         yield (
             f"the basis misses {100 * basis.neglected_smooth:.2g} % of the contact faces' static flexibility even "
             'where the pressure is smooth: try more modes and shapes in [model], or contact = "all"'

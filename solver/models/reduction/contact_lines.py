@@ -1,19 +1,13 @@
 """Fewer contact points across the width: a Gauss rule on each line of contact points across a face.
 
-The contact points (x, y_j) with weights w_j of one line make a discrete measure. Its Gauss rule with k nodes y_i and
-weights A_i integrates polynomials in y of degree 2 k - 1 like the points themselves. The gap at a node is that of the
-polynomial of degree k - 1 that fits the gaps of the line best,
-
-    g_i = sum_j P_ij g_j,    P_ij = w_j sum_a pi_a(y_i) pi_a(y_j),    sum_j P_ij = 1,
-
-with pi_a the orthonormal polynomials of the measure. Motions that are symmetric about the bending plane are polynomials
-in y^2: the measure is then that of y^2, and k nodes integrate twice the degree.
+The contact points (x, y_j) with weights w_j of one line make a discrete measure. Its Gauss rule has k nodes y_i, and
+the gap at a node is that of the polynomial of degree k - 1 that fits the gaps of the line best, g_i = sum_j P_ij g_j
+(`assembly.gauss_rule`). Motions that are symmetric about the bending plane are polynomials in y^2: the measure is then
+that of y^2, and k nodes integrate twice the degree.
 
 A mean over points with other initial gaps is the gap of no place: the lowest point of a round face touches long before.
 Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by; where
 all motion is symmetric, the points at y and -y are one. Holes keep all points of the mesh.
-
-Source: Golub and Welsch (1969) for the rule from the recurrence of the polynomials.
 """
 
 from __future__ import annotations
@@ -22,7 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.assembly.gauss_rule import gauss_rule
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, mean_tangents
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -68,7 +63,8 @@ def across_lines(
             y, weights = contact.positions[line, 1], contact.weights[line]
             if symmetric:
                 y = (y - 0.5 * (y.max() + y.min())) ** 2
-            for area, row in zip(*_gauss(y, weights, count), strict=True):
+            rule = gauss_rule(y, weights, count)
+            for area, row in zip(rule.areas, rule.rows, strict=True):
                 rows.append((line, row))
                 areas.append(area)
                 owners.append(face)
@@ -90,6 +86,8 @@ def across_lines(
         faces=np.array(owners),
         support=contact.support,
         positions=np.asarray(shares @ contact.positions),
+        tangents=mean_tangents(contact, shares),
+        frictionless=contact.frictionless,
         distributed=contact,
         shares=shares,
     )
@@ -114,28 +112,3 @@ def _mirrored(contact: ContactOperator, line: Indices, symmetric: bool) -> list[
     order = np.argsort(away, kind="stable")
     breaks = np.flatnonzero(np.diff(away[order]) > SAME_PLACE * away.max(initial=0.0)) + 1
     return [points for points in np.split(line[order], breaks) if len(points)]
-
-
-def _gauss(y: Array, weights: Array, count: int) -> tuple[Array, Array]:
-    """Return the Gauss weights (k,) of a discrete measure, and the rows P (k, points)."""
-    total = float(weights.sum())
-    polynomials = [np.full(len(y), 1.0 / np.sqrt(total))]
-    alphas, betas = [float(weights @ (y * polynomials[0] ** 2))], list[float]()
-    span = max(float(np.ptp(y)), np.finfo(float).tiny)
-    for _ in range(1, count):
-        following = (y - alphas[-1]) * polynomials[-1]
-        if betas:
-            following = following - betas[-1] * polynomials[-2]
-        for known in polynomials:  # again: the recurrence loses orthogonality
-            following = following - known * float(weights @ (known * following))
-        norm = float(np.sqrt(weights @ following**2))
-        if norm <= SAME_PLACE * span:
-            break  # the measure has no more points than this
-        betas.append(norm)
-        polynomials.append(following / norm)
-        alphas.append(float(weights @ (y * polynomials[-1] ** 2)))
-    _, vectors = np.linalg.eigh(np.diag(alphas) + np.diag(betas, 1) + np.diag(betas, -1))
-    # pi_a(y_i) = vectors[a, i] / sqrt(A_i), and A_i = total vectors[0, i]^2, the vectors turned such that pi_0 > 0
-    areas = total * vectors[0] ** 2
-    values = vectors * np.sign(vectors[0]) / np.sqrt(areas)
-    return areas, values.T @ (np.array(polynomials) * weights)

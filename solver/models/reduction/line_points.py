@@ -27,7 +27,7 @@ def gathered_points(
         across: Points on a line, four times as many where the motion is not symmetric; "all": those of the mesh.
         facet_length: Mean length of the contact facets along the beam, m.
     """
-    if case.mesh.dimension == 2 or across == "all" or case.contact.points is not None or contact.tangents is not None:
+    if case.mesh.dimension == 2 or across == "all" or case.contact.points is not None or contact.rubbed is not None:
         return contact
     count = across if symmetric else UNSYMMETRIC * across
     return across_lines(contact, count, symmetric, SPACING * facet_length, REACH * case.profile.thinnest)

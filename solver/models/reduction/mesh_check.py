@@ -34,6 +34,7 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
         return
     own, mesh = contact.depth(interface_values), contact.distributed.depth(interface_values)
     allowed = OF_CLEARANCE * abs(case.layout.clearance) + OF_THICKNESS * case.profile.thinnest
+    finer = "more stations" if case.model.rings else 'points_across = "all" (reduced)'
     for face, name in enumerate(contact.face_names):
         found = float(np.max(own[contact.faces == face], initial=-np.inf))
         there = float(np.max(mesh[contact.distributed.faces == face]))
@@ -42,5 +43,5 @@ def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: A
                 f'[model] type = "{case.model.type}": its {name} is not that of the mesh it comes from, {pose}\n'
                 f"  found:    the deepest contact point {found:.3g} m deep, that of the mesh {there:.3g} m\n"
                 f"  expected: the same to {allowed:.2g} m, or the beam rests elsewhere than its mesh would\n"
-                '  try:      points_across = "all" in [model] (reduced), or type = "full"'
+                f'  try:      {finer} in [model], or type = "full"'
             )

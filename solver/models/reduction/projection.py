@@ -10,6 +10,7 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.attached_motions import attached_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body, ProbeRow
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -24,12 +25,13 @@ UNMOVED = 1.0e-8  # of the largest motion that a unit force gives a mode
 
 @dataclass(frozen=True)
 class DenseRow:
-    """Basis functions at one point in terms of reduced DOFs, (components, r)."""
+    """Basis functions at one point in terms of reduced DOFs, (components, r), which come first among those marched."""
 
     matrix: Array
 
     def evaluate(self, x: Array, _operators: Operators) -> Array:
         """Return the vector field at the point, (components,), or row by row of x, (times, components)."""
+        x = x[..., : self.matrix.shape[1]]
         return np.asarray(x @ self.matrix.T) if x.ndim == 1 else row_product(x, self.matrix.T)
 
 
@@ -70,7 +72,7 @@ def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:
     found: Kept = touched > UNMOVED * touched.max()
     # a basis does not move where a joint holds it: what is left there is round-off
     free = [row for one, row in attached_rows(body.case, body.patterns) if not one.held]
-    for pattern in (*body.patterns[: len(body.case.load)], *free):
+    for pattern in (*body.patterns[: len(patterned(body.case.load))], *free):
         force = basis.project(operators, pattern)
         found |= np.abs(force) > UNMOVED * np.abs(force).max()
     return found

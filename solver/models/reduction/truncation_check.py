@@ -34,20 +34,38 @@ def neglected_shares(
 
     Collective.
     """
+    missing, elastic = flexibilities(operators, contact, factor, basis, shift, np.concatenate(pressures, axis=1))
+    ends = np.cumsum([columns.shape[1] for columns in pressures])[:-1]
+    return [
+        max(float(missed.sum() / whole.sum()), 0.0) if whole.sum() > 0.0 else 0.0
+        for missed, whole in zip(np.split(missing, ends), np.split(elastic, ends), strict=True)
+    ]
+
+
+def flexibilities(
+    operators: Operators, contact: ContactOperator, factor: Factor, basis: Basis, shift: float, pressures: Array
+) -> tuple[Array, Array]:
+    """Return z^T D z less what a basis gives, and z^T D z, both without rigid motions, (k,), J.
+
+    Args:
+        operators: M and K.
+        contact: The contact points.
+        factor: The factor of K + sigma M.
+        basis: V and its frequencies.
+        shift: sigma, 1/s^2.
+        pressures: At the contact points, (m, k), Pa.
+
+    Collective.
+    """
     interface = contact.interface
-    loads = np.asarray(contact.resultants @ (contact.weights[:, None] * np.concatenate(pressures, axis=1)))
+    loads = np.asarray(contact.resultants @ (contact.weights[:, None] * pressures))
     moved = factor.solve_columns(interface, csr_matrix(loads))
     forces = loads[interface.slots]
     full = operators.sum(np.einsum("ij,ij->j", moved[interface.owned], forces))
     shares = operators.sum(np.ascontiguousarray(basis.columns[interface.owned].T @ forces)) ** 2
     flexibility = shares / (basis.squares + shift)[:, None]
     rigid = flexibility[basis.squares < RIGID * shift].sum(axis=0)
-    missing, elastic = full - flexibility.sum(axis=0), full - rigid
-    ends = np.cumsum([columns.shape[1] for columns in pressures])[:-1]
-    return [
-        max(float(missed.sum() / whole.sum()), 0.0) if whole.sum() > 0.0 else 0.0
-        for missed, whole in zip(np.split(missing, ends), np.split(elastic, ends), strict=True)
-    ]
+    return full - flexibility.sum(axis=0), full - rigid
 
 
 def random_pressures(contact: ContactOperator, count: int, shapes: Array | None = None) -> Array:

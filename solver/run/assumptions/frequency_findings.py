@@ -11,7 +11,7 @@ import numpy as np
 
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.model_table import BeamModel, RigidModel
+from gapbeam.solver.case.model_table import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
 from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
@@ -47,13 +47,14 @@ IN_BASIS = Assumption(
     "the basis holds no modes of these frequencies; try more modes in [model]",
 )  # fmt: skip
 SLENDER = Assumption(
-    "beam model beside the wavelengths", "thickness over the bending wavelength", "1", 0.125, None,
-    "a beam model knows bending and shear of whole sections alone, neither squeezing nor waves through the thickness; "
+    "beam model beside the wavelengths", "thickness over the bending wavelength", "1", THICKNESS_OF_WAVE,
+    None,
+    "a beam model moves whole sections alone and knows neither squeezing nor waves through the thickness; "
     'compare contact forces with model.type = "reduced"',
 )  # fmt: skip
 RIGID = Assumption(
-    "rigid model beside the frequencies", "highest frequency that carries energy over the first of bending", "1", 0.3,
-    None, 'a rigid body does not bend; compare with model.type = "reduced"',
+    "rigid model beside the frequencies", "highest frequency that carries energy over the first of bending", "1",
+    RIGID_SHARE, None, 'a rigid body does not bend; compare with model.type = "reduced"',
 )  # fmt: skip
 
 

@@ -16,6 +16,7 @@ from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.loads.support_walls import shifts_at
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.supports.body_motions import body_shifts
 from gapbeam.solver.system.operators import Array, Interface, Operators
 
 
@@ -41,7 +42,8 @@ class ModelPose:
 
     def pose(self, u: Array) -> tuple[Array, Array]:
         """Return displacement (k, d) and gradient (k, d, d) of marched DOFs u, (n,). Collective."""
-        values = self.matrix @ (u if self.interface is None else self.interface.trace(u, self.operators))
+        beam = u[: self.matrix.shape[1]]  # bodies of supports come after it
+        values = self.matrix @ (beam if self.interface is None else self.interface.trace(u, self.operators))
         count, d = len(self.places), self.dimension
         return values[: count * d].reshape(count, d), values[count * d :].reshape(count, d, d)
 
@@ -50,13 +52,16 @@ def watch_of(model: Model) -> PoseWatch:
     """Return the watch on the pose of a model. Collective."""
     case, rows = model.case, _surface_rows(model)
     pose, places = _pose_at(model, rows), rows.cell_middles
-    if not model.system.contact.walls.motions:
+    walls, on_faces = model.system.contact.walls, pose.places[: pose.on_faces, 0]
+    of_bodies = body_shifts(case.layout, on_faces, pose.dimension)
+    if not walls.motions and not len(of_bodies):
         return PoseWatch(pose, scales_of(case, places))
-    shifts = shifts_at(case.load, case.layout, pose.places[: pose.on_faces, 0], pose.dimension)
-    walls = model.system.contact.walls
+    shifts = shifts_at(case.load, case.layout, on_faces, pose.dimension)
 
-    def moved(time: float) -> Array:
-        return np.asarray(np.tensordot(walls.places(np.array([time]))[0], shifts, 1))
+    def moved(time: float, u: Array) -> Array:
+        of_walls = np.tensordot(walls.places(np.array([time]))[0], shifts, 1) if walls.motions else 0.0
+        bodies = u[len(u) - len(of_bodies) :]
+        return np.asarray(of_walls + np.tensordot(bodies, of_bodies, 1) if len(bodies) else of_walls)
 
     return PoseWatch(pose, scales_of(case, places), moved)
 

@@ -12,8 +12,8 @@ from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 
 LEDGER = "ledger"
-PARTS = ("gates", "episodes", "peaks", "tally")
-NOT_KEPT = {"limits", "contact", "dt"}
+PARTS = ("gates", "episodes", "peaks", "times", "tally", "sliding")
+NOT_KEPT = {"limits", "contact", "dt", "by_depth"}
 RECORDED = ("largest_restraint_energy", "largest_energy", "_last_time")
 WATCHED = ("closest", "due", "highest", "at_start", "looks")
 PROBES = ("_last_place", "_last_velocity")
@@ -28,6 +28,8 @@ def as_json(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
     }
     watch = recorder.watch
     return kept | {
+        "impacts": accounts.impacts.as_json(),
+        "statistics": None if recorder.statistics is None else recorder.statistics.as_json(),
         "watch": None if watch is None else {key: _plain(getattr(watch, key)) for key in WATCHED},
         LEDGER: {key: _plain(value) for key, value in vars(accounts.ledger).items()},
         "time": accounts.time,
@@ -49,6 +51,7 @@ def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> Non
         for key, value in vars(part).items():
             if key not in NOT_KEPT:
                 setattr(part, key, _like(value, data[name][key]))
+    accounts.impacts.restore(data["impacts"])
     accounts.time = float(data["time"])
     seen = data["recorder"]
     for key in RECORDED:
@@ -56,6 +59,8 @@ def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> Non
     if recorder.watch is not None:
         for key in WATCHED:
             setattr(recorder.watch, key, _like(getattr(recorder.watch, key), data["watch"][key]))
+    if recorder.statistics is not None:
+        recorder.statistics.restore(data["statistics"])
     form = np.zeros((1, len(recorder.labels["probe"]), len(recorder.labels["component"])))
     for key in PROBES:
         setattr(recorder, key, None if seen[key] is None else _like(form, seen[key]))

@@ -13,6 +13,7 @@ from mpi4py import MPI
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eigh
 
 from gapbeam.solver.assembly.attached_motions import attached_rows
+from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.projection import DenseRow
 from gapbeam.solver.run.checkpoint.checkpoint_files import BrokenCheckpoint
@@ -89,7 +90,7 @@ def _rows(body: Body) -> Array:
     contact, size = body.contact, len(body.patterns[0]) if body.patterns else body.contact.interface.size
     traced = np.zeros((contact.interface.size, size))
     traced[contact.interface.slots, contact.interface.owned] = 1.0
-    seen = [*body.patterns[: len(body.case.load)]]
+    seen = [*body.patterns[: len(patterned(body.case.load))]]
     seen += [row for one, row in attached_rows(body.case, body.patterns) if not one.held]
     seen += [] if body.holding is None else [*body.holding.mass]
     rows = [*seen, *(contact.gap_matrix @ traced), *(contact.resultants.T @ traced)]

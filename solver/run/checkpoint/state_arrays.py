@@ -124,7 +124,7 @@ def _check(small: Stored, large: dict[str, tuple[int, ...]], layout: DofLayout) 
         shapes = dict.fromkeys(AT_NODES, (3, nodes, components)) | {"lagged": (nodes, components)}
     shapes |= dict.fromkeys(AT_POINTS, (points,))
     contact = layout.model.system.contact
-    shapes["traction"] = (points, 0 if contact.tangents is None else contact.tangents.shape[0] // points)
+    shapes["traction"] = (points, 0 if contact.rubbed is None else contact.rubbed.shape[0] // points)
     shapes[OF_FACES] = (len(contact.face_names),)
     for name, shape in ({name: array.shape for name, array in small.items()} | large).items():
         if name in shapes and shape != shapes[name]:

@@ -12,7 +12,6 @@ from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from typing import Any
 
 import h5py
 import numpy as np
@@ -26,10 +25,12 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE, STRESS_FIELDS
 from gapbeam.solver.run.output import parallel_tables
 from gapbeam.solver.run.output.atomic_files import new_hdf5, own_folder, part_of, put_in_place, to_disk, written
+from gapbeam.solver.run.output.corner_values import CornerValues
 from gapbeam.solver.run.output.field_grid import FieldGrid, around
 from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
 from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, RankRows
+from gapbeam.solver.run.output.repeated_hdf5 import RepeatedFile
 from gapbeam.solver.run.output.stress_fields import StressFields
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State
@@ -54,7 +55,7 @@ class FieldWriter:
         mesh = model.space.mesh
         self._comm = mesh.comm
         self._space = fem.functionspace(mesh, ("Lagrange", 1, (mesh.geometry.dim,)))
-        self._fine, self._coarse = fem.Function(model.space), fem.Function(self._space)
+        self._corners = CornerValues.of_model(model, self._space)
         self._folder = folder
         self._contact_rows(model)
         index_map = self._space.dofmap.index_map
@@ -84,6 +85,7 @@ class FieldWriter:
         self._going_on = times is not None  # and nothing has been written yet
         self._series = GrowingSeries(folder / FIELDS_FILE)
         self._grids: list[str]  # XML of each field written
+        self._form: RepeatedFile | None = None  # of one field; on rank 0
         if times is None:
             parallel_tables.on_rank_zero_with(self._comm, mesh_tables, partial(self._begin, mesh_tables))
         else:
@@ -103,10 +105,11 @@ class FieldWriter:
         pressures = np.zeros(len(self._rows.places))
         here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + len(pressures))
         pressures[self._contact_nodes[here] - self._first] = (forces / self._hat_areas)[here]
-        values = {"velocity": self._nodal(model.expand(state.v[VALUE]))}
-        values |= {"displacement": self._nodal(model.expand(state.u[VALUE])), "contact_pressure": pressures}
+        u, v = state.u[VALUE], state.v[VALUE]
+        values = {"displacement": self._corners.vectors(u), "velocity": self._corners.vectors(v)}
+        values["contact_pressure"] = pressures
         if self._stress is not None:
-            values |= self._stress.at_corners(self._fine)  # which holds the displacement
+            values |= self._stress.at_corners(model.expand(u))
         tables = {name: ParallelTable(self._rows, values[name]) for name in self._grid_text.names}
         parallel_tables.on_rank_zero_with(self._comm, tables, partial(self._write, float(state.time), tables))
 
@@ -116,8 +119,9 @@ class FieldWriter:
         with written(piece):
             own_folder(piece.parent)
             self._cut()
-            with new_hdf5(part) as file:
-                _fill(file, tables, pieces)
+            if self._form is None:
+                self._form = RepeatedFile({name: table.shape for name, table in tables.items()})
+            self._form.write(part, pieces)
             part.replace(piece)
             self.times.append(time)
             self._grids.append(self._grid(len(self.times) - 1))
@@ -263,15 +267,6 @@ class FieldWriter:
             return coarse
         rows, weights = at_nodes(gather_points(self._comm, face_points(model.space, facets, rule, width, met)))
         return replace(coarse.taken(rows), weights=weights)
-
-    def _nodal(self, values: Array) -> Any:
-        self._fine.x.array[: len(values)] = values
-        self._fine.x.scatter_forward()
-        self._coarse.interpolate(self._fine)
-        block = self._space.dofmap.index_map_bs
-        owned = self._space.dofmap.index_map.size_local
-        local = self._coarse.x.array[: owned * block].reshape(-1, block)
-        return np.pad(local, ((0, 0), (0, 3 - block)))
 
     def _grid(self, number: int) -> str:
         """Return the XML of one field."""

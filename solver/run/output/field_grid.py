@@ -5,6 +5,7 @@ from __future__ import annotations
 import xml.etree.ElementTree as ET
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 from gapbeam.solver.record_table import FIELDS_DATA_FILE, VECTOR_FIELDS
 from gapbeam.solver.system.operators import Array
@@ -15,6 +16,7 @@ XDMF_CELLS = {
     "tetrahedron": "Tetrahedron",
     "hexahedron": "Hexahedron",
 }
+MESHIO_CELLS = {"triangle": "triangle", "quadrilateral": "quad", "tetrahedron": "tetra", "hexahedron": "hexahedron"}
 # DOLFINx counts the corners of quadrilaterals and hexahedra row by row, XDMF around.
 AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
@@ -53,8 +55,21 @@ class FieldGrid:
             file: Its data file, relative to the results folder.
             gathered: Whether that holds all fields, or this one alone.
         """
-        grid = ET.Element("Grid", Name=f"step {number}", GridType="Uniform")
-        ET.SubElement(grid, "Time", Value=repr(time))
+        template = self._of_all if gathered else self._alone
+        return template.format(number=number, time=repr(time), file=file)
+
+    @cached_property
+    def _of_all(self) -> str:
+        return self._template("{file}:/{name}/{number}")
+
+    @cached_property
+    def _alone(self) -> str:
+        return self._template("{file}:/{name}")
+
+    def _template(self, place: str) -> str:
+        """Return the XML with braces for number, time and file."""
+        grid = ET.Element("Grid", Name="step {number}", GridType="Uniform")
+        ET.SubElement(grid, "Time", Value="{time}")
         topology = ET.SubElement(
             grid, "Topology", TopologyType=XDMF_CELLS[self.cell], NumberOfElements=str(self.cells[0])
         )
@@ -64,8 +79,7 @@ class FieldGrid:
         for name in self.names:
             kind = "Vector" if name in VECTOR_FIELDS else "Scalar"
             attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
-            place = f"{file}:/{name}/{number}" if gathered else f"{file}:/{name}"
-            _item(attribute, place, self.shape(name), "Float")
+            _item(attribute, place.replace("{name}", name), self.shape(name), "Float")
         return ET.tostring(grid, encoding="unicode")
 
 

@@ -19,7 +19,9 @@ from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder
 from gapbeam.solver.run.output.hdf5_contents import Shape, refuse_other_data
 from gapbeam.solver.system.operators import Array
 
-BLOCK = 256  # records kept in memory between writes
+BLOCK = 256  # records that lie side by side in a file
+KEPT = 2**12  # records kept in memory between writes, at most
+KEPT_BYTES = 2**22
 GATHERED = 2**14  # records copied at once
 SMALL = 2**20  # bytes of a piece that is continued
 
@@ -61,7 +63,8 @@ class HistoryWriter:
         """
         self._rows.append(rows)
         self._waiting += len(rows["time"])
-        if self._waiting >= BLOCK:
+        size = sum(values.nbytes for values in rows.values()) // max(len(rows["time"]), 1)
+        if self._waiting >= min(KEPT, max(BLOCK, KEPT_BYTES // max(size, 1))):
             self.flush()
 
     def flush(self) -> None:

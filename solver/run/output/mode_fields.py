@@ -16,7 +16,7 @@ LARGEST = 0.05  # displacement of a node, of the length of the beam
 
 
 def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
-    """Write the shapes of all modes to fields.xdmf and fields.h5, the largest displacement 5 % of the length.
+    """Write the shapes of all modes to fields.xdmf and fields.h5; the largest motion is 5 % of the length of the beam.
 
     Args:
         folder: Where they go.
@@ -29,7 +29,9 @@ def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
     writer = FieldWriter(folder, model)
     try:
         for frequency, shape in zip(modes.frequencies, modes.shapes.T, strict=True):
-            largest = comm.allreduce(float(np.max(np.abs(model.expand(shape)), initial=0.0)), op=MPI.MAX)
+            bodies = shape[model.body.operators.size :]  # of supports, beside which the beam may be at rest
+            moved = np.abs(np.concatenate([model.expand(shape), bodies]))
+            largest = comm.allreduce(float(np.max(moved, initial=0.0)), op=MPI.MAX)
             scaled = shape * (LARGEST * model.case.beam.length / largest)
             u = np.stack([scaled, np.zeros_like(scaled), np.zeros_like(scaled)])
             closed = np.zeros(contact.size)

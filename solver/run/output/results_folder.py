@@ -21,8 +21,10 @@ FILES = (
     records.FIELDS_DATA_FILE,
     records.SUMMARY_FILE,
     records.LOG_FILE,
+    records.PROGRESS_FILE,
     records.CURVE_FILE,
     records.CURVE_TABLE_FILE,
+    records.IMPACTS_FILE,
 )
 FOLDERS = {
     records.FIELD_FOLDER: ("[0-9]*.h5", "[0-9]*.part"),

@@ -11,6 +11,9 @@ from typing import Any
 import numpy as np
 from mpi4py import MPI
 
+from gapbeam.solver.case.beam_motions import beam_motions
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -19,6 +22,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FORMAT_VERSION, SUMMARY_FILE
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.seat.static_seat import Seat
+from gapbeam.solver.supports.body_motions import body_motions
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.supports.support_tables import OWN_CONTACT
 from gapbeam.solver.system.semi_discrete import VALUE
@@ -31,6 +35,10 @@ def describe_model(model: Model) -> dict[str, Any]:
     parts: dict[str, Any] = {} if model.body.basis is None else {"basis": vars(model.body.basis)}
     if isinstance(model.body.operators, PetscOperators):
         parts["solver"] = vars(model.body.operators.solver)
+    if isinstance(model.case.model, BeamModel):
+        parts["motions"] = beam_motions(model.case)
+    if model.case.model.reasons:
+        parts["reasons"] = list(model.case.model.reasons)
     return parts | {
         "type": model.case.model.type,
         "dimension": model.case.mesh.dimension,
@@ -43,18 +51,21 @@ def describe_model(model: Model) -> dict[str, Any]:
         "interface_dofs": contact.interface.size,
         "ranks": comm.size,
         "contact_facets_per_rank": comm.allgather(sum(map(len, model.body.meshed.faces.values()))),
-        "supports": _supports(model),
+        "supports": describe_supports(model.case),
         "rayleigh": {"mass": model.system.mass_damping, "stiffness": model.system.stiffness_damping},
     }
 
 
-def _supports(model: Model) -> list[dict[str, Any]]:
-    """Return where the supports are, how far their planes stand from the undeformed beam, m, and their own contact.
+def describe_supports(case: Case) -> list[dict[str, Any]]:
+    """Return where the supports are, how far their planes stand from the undeformed beam, m, their contact and body.
 
     Supports of a beam with steps also say how thick it is there.
     """
-    profile = model.case.profile
-    moves = face_motions(model.case.load, model.case.layout, model.case.mesh.dimension)
+    profile = case.profile
+    moves = face_motions(case.load, case.layout, case.mesh.dimension)
+    for motion in body_motions(case.layout, case.mesh.dimension):
+        for name, changes in motion.face_changes().items():
+            moves.setdefault(name, {})[motion.label] = changes
 
     def described(face: Face) -> dict[str, Any]:
         moved = {"moves": moves[face.name]} if face.name in moves else {}
@@ -68,9 +79,10 @@ def _supports(model: Model) -> list[dict[str, Any]]:
             "clearance": one.clearance,
             "faces": [described(face) for face in one.faces],
             **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
+            **({} if one.body is None else {"body": one.body.model_dump()}),
             **({} if profile.one_section else {"thickness": profile.between(one.start, one.end)[0].beam.thickness}),
         }
-        for one in model.case.layout.supports
+        for one in case.layout.supports
     ]
 
 
@@ -80,11 +92,15 @@ def _side(face: Face) -> str:
 
 
 def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
-    """Return reactions, penetration and probe displacements of the seat. Collective."""
+    """Return reactions, penetration and displacements of support bodies and probes of the seat. Collective."""
     contact, state = model.system.contact, seat.state
     forces = contact.weights * state.pressure
     total = np.bincount(contact.faces, weights=forces, minlength=len(contact.face_names))
-    reactions = {f"{name}_force": float(f) for name, f in zip(contact.face_names, total, strict=True)}
+    reactions: dict[str, Any] = {f"{name}_force": float(f) for name, f in zip(contact.face_names, total, strict=True)}
+    bodies = body_motions(model.case.layout, model.case.mesh.dimension)
+    if bodies:
+        places = state.u[VALUE][len(state.u[VALUE]) - len(bodies) :]
+        reactions["support_displacement"] = {one.label: float(place) for one, place in zip(bodies, places, strict=True)}
     return reactions | {
         "largest_penetration": float(np.max(contact.penetration_of(state, model.system.operators))),
         "iterations": seat.iterations,

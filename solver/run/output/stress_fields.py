@@ -22,27 +22,35 @@ class StressFields:
     Attributes:
         gradients: Give its gradient.
         scales: Material, and how strain is completed.
+        displacement: On the mesh, which the values go to.
     """
 
     gradients: CornerGradients
     scales: PoseScales
+    displacement: fem.Function
 
     @classmethod
     def of_model(cls, model: Model, linear: Any) -> StressFields | None:
         """Return that of a model, where its case asks for stress; on the corners of a linear space. Collective."""
         if not model.case.output.stress:
             return None
-        return cls(CornerGradients.of_spaces(model.space, linear), scales_of(model.case, np.zeros(1)))
+        return cls(
+            CornerGradients.of_spaces(model.space, linear),
+            scales_of(model.case, np.zeros(1)),
+            fem.Function(model.space),
+        )
 
-    def at_corners(self, displacement: fem.Function) -> dict[str, Array]:
+    def at_corners(self, values: Array) -> dict[str, Array]:
         """Return the stresses at the corners that this rank owns, (n,) each, Pa.
 
         Args:
-            displacement: On the mesh, its ghosts up to date, m.
+            values: DOFs of the displacement on the mesh that this rank owns, m.
 
         Collective.
         """
-        gradient = self.gradients.mean(displacement)
+        self.displacement.x.array[: len(values)] = values
+        self.displacement.x.scatter_forward()
+        gradient = self.gradients.mean(self.displacement)
         return {
             "axial_stress": axial_stress(gradient, self.scales),
             "von_mises_stress": deformation(gradient, self.scales)[2],

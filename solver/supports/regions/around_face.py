@@ -23,6 +23,7 @@ from typing import Any, ClassVar
 import numpy as np
 from numpy.typing import NDArray
 
+from gapbeam.solver.supports.regions.convex_areas import centroid
 from gapbeam.solver.supports.support import Array, Face, Indices
 
 LEVEL = 1.0e-6  # less of a normal upward than this is round-off of an angle of 90 degrees
@@ -69,6 +70,27 @@ class AroundFace(Face):
         """Return p, how much farther away than the clearance the wall is that contact points meet, (m,), m."""
 
     @property
+    @abstractmethod
+    def outline(self) -> tuple[Array, Array]:
+        """Normals n of the walls, (k, 2), and p there, (k,), m: as many as describe the face."""
+
+    @property
+    def middle_of_play(self) -> tuple[float, float, float] | None:
+        """Centroid (y, z) of the area that the axis may move in, and its distance to the edge, m; None: it is open."""
+        normals, recesses = self.outline
+        found = centroid(normals, self.gap + recesses)
+        if found is None:
+            return None
+        (lateral, height), left = found
+        return self.lateral + lateral, self.offset + height, left
+
+    def room(self, x: float, lateral: float, height: float) -> float:
+        """Return the smallest of c + p - n . (u - o), m."""
+        normals, recesses = self.outline
+        moved = np.array([lateral - self.lateral, height - self.offset - self.tilt * (x - self.middle)])
+        return float(np.min(self.gap + recesses - normals @ moved))
+
+    @property
     def shape(self) -> dict[str, Any]:
         """Where its middle is, and what a subclass adds."""
         return {**super().shape, "offset": self.offset, "lateral": self.lateral}
@@ -108,6 +130,12 @@ class AroundFace(Face):
 class BoreFace(AroundFace):
     """The inside of a round hole."""
 
+    @property
+    def outline(self) -> tuple[Array, Array]:
+        """Whole degrees."""
+        turns = np.linspace(-180.0, 179.0, 360, dtype=np.float64)
+        return across(turns), np.zeros(len(turns))
+
     def normals(self, positions: Array) -> Array:
         """Return the radii of the section."""
         return _radii(positions)
@@ -117,13 +145,23 @@ class BoreFace(AroundFace):
         return np.zeros(len(positions))
 
     @property
+    def middle_of_play(self) -> tuple[float, float, float] | None:
+        """That of the hole."""
+        return self.lateral, self.offset, self.gap
+
+    def room(self, x: float, lateral: float, height: float) -> float:
+        """Return c - abs(u - o), m."""
+        lift = height - self.offset - self.tilt * (x - self.middle)
+        return self.gap - float(np.hypot(lateral - self.lateral, lift))
+
+    @property
     def smallest(self) -> float:
         """The clearance less the offset."""
         return self.gap - float(np.hypot(self.offset, self.lateral))
 
 
 @dataclass(frozen=True)
-class ProfileFace(BoreFace):
+class ProfileFace(AroundFace):
     """The inside of a hole that is not round: p is linear between angles, and periodic.
 
     Attributes:
@@ -133,6 +171,16 @@ class ProfileFace(BoreFace):
 
     angles: tuple[float, ...] = ()
     recesses: tuple[float, ...] = ()
+
+    def normals(self, positions: Array) -> Array:
+        """Return the radii of the section."""
+        return _radii(positions)
+
+    @property
+    def outline(self) -> tuple[Array, Array]:
+        """The given angles and whole degrees between them."""
+        turns = np.union1d(np.arange(-180.0, 180.0), self.angles)
+        return across(turns), np.interp(turns, self.angles, self.recesses, period=360.0)
 
     def recess(self, positions: Array) -> Array:
         """Return p between the given angles."""
@@ -168,6 +216,11 @@ class WallsFace(AroundFace):
     def carries(self) -> bool:
         """A beam rests on a wall that looks up."""
         return bool(np.any(across(self.angles)[:, 1] < -LEVEL))
+
+    @property
+    def outline(self) -> tuple[Array, Array]:
+        """The walls."""
+        return across(self.angles), np.array(self.recesses)
 
     def _wall(self, positions: Array) -> Indices:
         return np.asarray(np.argmax(positions[:, 1:] @ across(self.angles).T, axis=1))

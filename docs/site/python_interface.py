@@ -1,0 +1,79 @@
+"""The page of the Python interface, from source: nothing of gapbeam is imported, so DOLFINx is not needed."""
+
+from __future__ import annotations
+
+import ast
+import re
+from pathlib import Path
+
+GAPBEAM = Path(__file__).parents[2] / "gapbeam"
+OPENING = """# What does each function of gapbeam take and return?
+
+This page is made from the source of gapbeam: every name that `import gapbeam` brings.
+[Use from Python](../how-to/use-from-python.md) shows how they go together.
+"""
+STAR = re.compile(r"\*(?=(?:[^`]*`[^`]*`)*[^`]*\Z)")
+"""A star outside back quotes, which would begin an emphasis."""
+Definition = ast.FunctionDef | ast.ClassDef
+
+
+def parsed(module: str) -> ast.Module:
+    """Return the source of a module of gapbeam."""
+    path = GAPBEAM.joinpath(*module.split(".")[1:])
+    path = path / "__init__.py" if path.is_dir() else path.with_suffix(".py")
+    return ast.parse(path.read_text(encoding="utf-8"))
+
+
+def definition(module: str, name: str) -> Definition | None:
+    """Return a function or class of a module, or of the module that it imports it from."""
+    tree = parsed(module)
+    for node in tree.body:
+        if isinstance(node, Definition) and node.name == name:
+            return node
+    for node in ast.walk(tree):
+        if isinstance(node, ast.ImportFrom) and name in {alias.name for alias in node.names}:
+            return definition(str(node.module), name)
+    return None
+
+
+def names() -> list[str]:
+    """Return `gapbeam.__all__`."""
+    for node in ast.parse((GAPBEAM / "__init__.py").read_text(encoding="utf-8")).body:
+        if isinstance(node, ast.Assign) and ast.unparse(node.targets[0]) == "__all__":
+            return list(ast.literal_eval(node.value))
+    raise LookupError("gapbeam has no __all__")
+
+
+def interface() -> dict[str, Definition]:
+    """Return the functions and classes that `import gapbeam` brings, functions first."""
+    modules = [f"gapbeam.interface.{path.stem}" for path in sorted((GAPBEAM / "interface").glob("[!_]*.py"))]
+    found: dict[str, Definition] = {}
+    for name in names():
+        if name.startswith("_"):
+            continue
+        known = [node for module in modules if (node := definition(module, name))]
+        found[name] = known[0]
+    return dict(sorted(found.items(), key=lambda item: (isinstance(item[1], ast.ClassDef), item[0])))
+
+
+def described(node: Definition) -> str:
+    """Return a function or class with its docstring, as a block for Sphinx."""
+    from sphinx.ext.napoleon import Config, GoogleDocstring
+
+    text = STAR.sub(r"\\*", ast.get_docstring(node) or "")
+    if isinstance(node, ast.ClassDef):
+        head = f".. py:exception:: {node.name}"
+    else:
+        returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
+        head = f".. py:function:: {node.name}({ast.unparse(node.args)}){returns}"
+    lines = str(GoogleDocstring(text, Config(napoleon_use_rtype=False))).splitlines()
+    body = ["   " + line for line in lines]
+    return "\n".join(["```{eval-rst}", ".. default-role:: code", "", head, "   :module: gapbeam", "", *body, "```"])
+
+
+def interface_page() -> str:
+    """Return the page."""
+    functions = [one for one in interface().values() if isinstance(one, ast.FunctionDef)]
+    errors = [one for one in interface().values() if isinstance(one, ast.ClassDef)]
+    parts = [OPENING, "## Functions", *map(described, functions), "## Errors", *map(described, errors)]
+    return "\n\n".join(parts) + "\n"

@@ -1,0 +1,96 @@
+"""The command `gapbeam compile`: what first runs would otherwise wait for."""
+
+from __future__ import annotations
+
+import logging
+import time
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING, NamedTuple
+
+import gapbeam
+
+if TYPE_CHECKING:
+    from gapbeam.solver.march.simulation import Simulation
+
+CASES = Path(gapbeam.__file__).parent / "cases"
+BRIEF = ["time.step=1.0e-4", "time.end=3.0e-4"]
+
+
+class Work(NamedTuple):
+    """Something to compile.
+
+    Attributes:
+        words: What it is.
+        case: Shipped case that needs it.
+        overrides: Changes of that case.
+        use: Uses it.
+    """
+
+    words: str
+    case: str
+    overrides: tuple[str, ...]
+    use: Callable[[Simulation], None]
+
+
+def compile_() -> int:
+    """Compile now what first runs would compile: time loops of small models and finite element forms.
+
+    The machine code is kept in ~/.cache for this processor, until gapbeam itself changes.
+
+    Exit status: 0 done, 6 the machine code cannot be kept.
+    """
+    from gapbeam.solver.errors import NotWritten
+    from gapbeam.solver.jit import cache_folder
+    from gapbeam.studies.engine.study_engine import Engine
+
+    if cache_folder() is None:
+        raise NotWritten(
+            "machine code cannot be kept: set NUMBA_CACHE_DIR or XDG_CACHE_HOME to a folder that can be written"
+        )
+    with Engine(points=len(WORK)) as engine:
+        for place, seconds in engine.done(seconds_of, range(len(WORK))):
+            print(f"{WORK[place].words}: {seconds:.0f} s", flush=True)
+    return 0
+
+
+def seconds_of(place: int) -> float:
+    """Compile one piece of `WORK` and return its wall time, s."""
+    logging.getLogger("gapbeam").setLevel(logging.ERROR)
+    started, work = time.perf_counter(), WORK[place]
+    work.use(gapbeam.model(CASES / f"{work.case}.toml", [*BRIEF, *work.overrides]))
+    return time.perf_counter() - started
+
+
+def _step(simulation: Simulation) -> None:
+    """Seat a model and march a step in Python."""
+    for _ in simulation.march(steps=1):
+        pass
+
+
+def _march(simulation: Simulation) -> None:
+    """March a model by its compiled loop."""
+    from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+
+    CompiledLoop(simulation.plan).follow(simulation.start(simulation.seat()), 1)
+
+
+def _differentiate(simulation: Simulation) -> None:
+    """Differentiate a step by where it starts."""
+    import numpy as np
+
+    from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+    from gapbeam.solver.march.compiled.tangent_kernel import monodromy
+
+    plan = simulation.plan
+    monodromy(CompiledLoop(plan).modal, plan.law, False, plan.dt, np.zeros((2, plan.system.contact.size)))
+
+
+BEAM = ("model.type=beam",)
+WORK = (
+    Work("time loop of beams in holes", "tube-holes", BEAM, _march),
+    Work("time loop of beams between flat faces", "demo", BEAM, _march),
+    Work("derivatives for shooting", "demo", BEAM, _differentiate),
+    Work("forms of solid finite elements", "li2013", (), _step),
+    Work("forms of plane finite elements", "demo", (), _step),
+)

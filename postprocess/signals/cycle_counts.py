@@ -1,0 +1,132 @@
+"""Rainflow counts of records, and the fatigue damage of stresses by Miner's rule.
+
+    D = sum n_i (range_i / R)^m / N
+
+for an S-N curve with exponent m on which a range of R lasts N cycles. There is no limit of endurance and no influence
+of the mean stress.
+
+Source: ASTM E1049-85, section 5.4.4, as the library rainflow counts; Miner, J. Appl. Mech. 12 (1945) A159.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+from rainflow import extract_cycles
+
+from gapbeam.postprocess.results_errors import OptionError
+from gapbeam.postprocess.signals.record_columns import record_columns
+
+STRESS = "Pa"
+
+
+@dataclass(frozen=True)
+class SNCurve:
+    """Cycles to failure over stress range, N (range / R)^-m.
+
+    Attributes:
+        exponent: m.
+        range: R, Pa.
+        cycles: N.
+
+    Raises:
+        OptionError: One of them is not positive.
+    """
+
+    exponent: float
+    range: float
+    cycles: float
+
+    def __post_init__(self) -> None:
+        for name, value in vars(self).items():
+            if not (np.isfinite(value) and value > 0.0):
+                raise OptionError(f"S-N curve: {name} = {value:g}; expected a positive number, as in 3 100e6 2e6")
+
+    def damage(self, ranges: np.ndarray, counts: np.ndarray) -> float:
+        """Return the damage of so many cycles of these ranges, Pa; 1 is failure."""
+        return float(np.sum(counts * (ranges / self.range) ** self.exponent)) / self.cycles
+
+
+@dataclass(frozen=True)
+class CycleCounts:
+    """The cycles of a record.
+
+    Attributes:
+        record: Its name.
+        unit: SI unit of record and ranges.
+        seconds: Span of the record, s.
+        cycles: Range, mean and count (1 or 1/2) of each cycle, (3, k), by label.
+        curve: The S-N curve; None: no damage was asked for.
+    """
+
+    record: str
+    unit: str
+    seconds: float
+    cycles: dict[str, np.ndarray]
+    curve: SNCurve | None = None
+
+    def damage(self, label: str) -> float | None:
+        """Return the damage of a column over the record; None without a curve."""
+        ranges, _, counts = self.cycles[label]
+        return None if self.curve is None else self.curve.damage(ranges, counts)
+
+
+def cycle_counts(history: xr.Dataset, record: str, curve: SNCurve | None = None) -> CycleCounts:
+    """Return the rainflow cycles of the columns of a record.
+
+    Args:
+        history: That holds the record.
+        record: Its name.
+        curve: S-N curve for damage, of stresses only.
+
+    Raises:
+        OptionError: Damage of a record that is no stress.
+        SignalError: Values that are not finite.
+    """
+    unit = str(history[record].attrs.get("units", "1"))
+    if curve is not None and unit != STRESS:
+        raise OptionError(
+            f"{record} is in {unit}, and an S-N curve is of stresses; expected axial_stress or von_mises_stress of a "
+            "probe with `stress = true`, or no S-N curve"
+        )
+    columns = record_columns(history, record)
+    found = {label: cycles_of(one.values) for label, one in columns.items()}
+    time = next(iter(columns.values())).time
+    return CycleCounts(record, unit, float(time[-1] - time[0]), found, curve)
+
+
+def cycles_of(values: np.ndarray) -> np.ndarray:
+    """Return range, mean and count of each rainflow cycle of values (n,), (3, k); half cycles count 1/2."""
+    rows = [(size, mean, count) for size, mean, count, _, _ in extract_cycles(values.tolist()) if size > 0.0]
+    return np.array(rows, dtype=float).reshape(-1, 3).T
+
+
+def cycle_rows(found: CycleCounts) -> list[str]:
+    """Return lines of text: cycles, largest range and damage of every column."""
+    title = f"Rainflow cycles of {found.record} in {found.seconds:.4g} s, {found.unit}"
+    if found.curve is not None:
+        one = found.curve
+        title += f"; S-N curve with exponent {one.exponent:g} through {one.range:g} Pa at {one.cycles:g} cycles"
+    rows = [title, f"  {'':32}{'cycles':>12}{'largest range':>15}{'damage':>12}{'s to failure':>14}"]
+    for label, (ranges, _, counts) in found.cycles.items():
+        harm = found.damage(label)
+        life = "-" if not harm else f"{found.seconds / harm:.4g}"
+        cells = f"{counts.sum():12.5g}{ranges.max(initial=0.0):15.5g}{'-' if harm is None else f'{harm:.4g}':>12}"
+        rows.append(f"  {label:32}{cells}{life:>14}")
+    return rows
+
+
+def cycle_data(found: CycleCounts) -> dict[str, object]:
+    """Return the counts as plain data."""
+    return {
+        "unit": found.unit,
+        "seconds": found.seconds,
+        "sn_curve": None if found.curve is None else vars(found.curve),
+        "columns": {
+            label: {"range": one[0].tolist(), "mean": one[1].tolist(), "count": one[2].tolist(),
+                    "damage": found.damage(label)}
+            for label, one in found.cycles.items()
+        },
+    }  # fmt: skip

@@ -1,0 +1,148 @@
+"""Which motions a beam model has: those that something in its case calls for, each with the reason.
+
+A beam always bends in its bending plane. It bends across that plane where a hole, a load or its start moves it there.
+It moves along its axis where something pushes, pulls or rubs there, or its start does. It twists where a force passes
+beside its axis, or something turns with it. What a joint holds needs no motion: a motion that the model has not is
+held everywhere.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Literal, Protocol
+
+from gapbeam.solver.attachments.attached import Attached
+from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, MotionName
+from gapbeam.solver.case.analysis_table import Analysis
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.model_table import BeamModel, BeamMotion
+from gapbeam.solver.case.symmetry import moves_in_space
+from gapbeam.solver.loads.load_choice import Load
+from gapbeam.solver.loads.load_directions import axis_point
+from gapbeam.solver.supports.layout import Layout
+
+SECTION_MOTIONS: Mapping[BeamMotion, tuple[MotionName, ...]] = {
+    "bending": ("vertical", "rotation"),
+    "lateral": ("lateral", "lateral_rotation"),
+    "axial": ("axial",),
+    "torsion": ("twist",),
+}
+"""The motions of a cross-section by each motion of a beam."""
+
+
+class Fixture(Protocol):
+    """A joint or a mass."""
+
+    @property
+    def name(self) -> str:
+        """The name."""
+
+    def attached(self) -> Iterator[Attached]:
+        """Yield what it does to its cross-section."""
+
+
+Reasons = dict[BeamMotion, str]
+"""Motions with what calls for them, in words."""
+
+
+def beam_motions(case: Case) -> Reasons:
+    """Return the motions of a beam model in the order of `SECTION_MOTIONS`, with what calls for each."""
+    rubs = case.contact.rubs is not None
+    needed = needed_motions(case.mesh.dimension, case.layout, case.load, (*case.joint, *case.mass), rubs, case.analysis)
+    return with_given(needed, getattr(case.model, "motions", "auto"))
+
+
+def with_given(needed: Reasons, given: Literal["auto"] | Sequence[BeamMotion]) -> Reasons:
+    """Return the motions that a case calls for with those that its model is given, in the order of `SECTION_MOTIONS`.
+
+    Args:
+        needed: What the case calls for.
+        given: `model.motions`.
+    """
+    asked: Reasons = {} if given == "auto" else dict.fromkeys(given, "given in the case")
+    found = asked | needed
+    return {name: found[name] for name in SECTION_MOTIONS if name in found}
+
+
+def section_motions(case: Case) -> tuple[MotionName, ...]:
+    """Return the motions of cross-sections that a beam model has."""
+    had = {name for motion in beam_motions(case) for name in SECTION_MOTIONS[motion]}
+    return tuple(name for name in (*IN_PLANE, *OUT_OF_PLANE) if name in had)
+
+
+def motions_in_words(case: Case) -> list[tuple[str, str]]:
+    """Return the motions of a beam model beside bending, each with its reason; nothing for other models."""
+    if not isinstance(case.model, BeamModel):
+        return []
+    return [(name, why) for name, why in beam_motions(case).items() if name != "bending"]
+
+
+def needed_motions(
+    dimension: int,
+    layout: Layout,
+    loads: Sequence[Load],
+    fixtures: Sequence[Fixture],
+    rubs: bool,
+    analysis: Analysis,
+) -> Reasons:
+    """Return the motions that a case calls for.
+
+    Friction on a beam that leaves its bending plane acts around the section, too, and couples both: a beam that rolls
+    moves sideways.
+
+    Args:
+        dimension: Of the mesh.
+        layout: The supports.
+        loads: The loads.
+        fixtures: Joints and masses.
+        rubs: Whether there is friction.
+        analysis: What is computed, from which start.
+    """
+    found: Reasons = {"bending": "every beam bends"}
+    along = [*_along(loads), *_attached(fixtures, "axial"), *(["friction acts along the beam"] if rubs else [])]
+    if "axial" in analysis.moves_aside:
+        along.append("the start moves it along its axis")
+    if along:
+        found["axial"] = along[0]
+    if dimension == 2:
+        return found
+    if moves_in_space(dimension, layout, loads, analysis):
+        found["lateral"] = "a hole, a load or the start moves it across its bending plane"
+    twisting = [*_beside(loads), *_attached(fixtures, "twist")]
+    if rubs and "lateral" in found:
+        twisting.append("friction acts around the section")
+    if "twist" in analysis.moves_aside:
+        twisting.append("the start turns it about its axis")
+    if twisting:
+        found["torsion"] = twisting[0]
+        if rubs:
+            found.setdefault("lateral", "friction of a section that twists acts sideways")
+    return found
+
+
+def _along(loads: Sequence[Load]) -> Iterator[str]:
+    for load in loads:
+        if load.direction is not None and load.direction[0] != 0.0:
+            yield f"the load {load.name} acts along the beam"
+
+
+def _beside(loads: Sequence[Load]) -> Iterator[str]:
+    """Yield the loads whose force passes beside the axis of the beam."""
+    for load in loads:
+        along = (0.0, 0.0, 1.0) if load.direction is None else load.direction
+        if load.place.point is None or len(along) != 3:
+            continue
+        _, y, z = axis_point(load.place.point)
+        if y * along[2] != z * along[1]:
+            yield f"the force of the load {load.name} passes beside the axis"
+
+
+def _attached(fixtures: Sequence[Fixture], motion: MotionName) -> Iterator[str]:
+    """Yield the springs, dampers and rotary inertias on a motion; a mass alone moves along with any."""
+    words = "twist" if motion == "twist" else "motion along the beam"
+    for entry in fixtures:
+        for one in entry.attached():
+            added = one.attachment
+            acts = added.stiffness > 0.0 or added.damping > 0.0 or (one.motion.turns and added.mass > 0.0)
+            if one.motion.name == motion and not one.held and acts:
+                yield f"{entry.name} has a spring, damper or inertia against {words}"

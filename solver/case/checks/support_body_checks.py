@@ -1,0 +1,46 @@
+"""Contradictions between supports that give way and the rest of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.model_table import FullModel, ModelTable
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.loads.support_walls import moved_by
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports
+
+
+def bodies_need_few_dofs(support: AnySupports, model: ModelTable) -> Iterator[Fault]:
+    """The motion of a support is an unknown beside those of a basis, or of beam elements."""
+    if not isinstance(model, FullModel):
+        return
+    for key, one in keyed(support):
+        if one.body is not None:
+            yield Fault(
+                (*key, "body"),
+                f"a body of {one.body.mass:g} kg, with the model full, whose unknowns are those of the mesh alone",
+                "a reduced, beam or rigid model, which takes the motion of a support among its unknowns",
+                'type = "reduced" in [model]',
+                (("model", "type"),),
+            )
+
+
+def bodies_stand_on_the_frame(support: AnySupports, load: Loads) -> Iterator[Fault]:
+    """A support that gives way moves by its contact forces, and not as a function of time."""
+    layout = Layout.of(support)
+    for number, entry in load.items():
+        place = entry.place
+        if not isinstance(place, SupportWalls) or place.opens:
+            continue
+        moved = moved_by(place, layout)
+        if moved is not None and moved.body is not None:
+            yield Fault(
+                ("load", number, "type"),
+                f"{entry.type} of the support {moved.name}, which has a body",
+                "a support without body: the motion of this one follows from its mass, spring and damper",
+                "base_motion moves the feet of all springs alike; leave body out for a prescribed motion",
+                (("support",),),
+            )

@@ -1,0 +1,77 @@
+"""Contradictions between [wear] and the rest of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.model_table import ModelTable, ReducedModel
+from gapbeam.solver.case.wear_table import Wear
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.loads.support_walls import moved_by
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports
+
+
+def wear_has_its_coefficients(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
+    """A depth is that of something that wears, and coefficients of supports are those of a case with [wear]."""
+    own = {key: one.wear for key, one in keyed(support)}
+    for key, coefficient in own.items():
+        if coefficient is not None and wear is None:
+            yield Fault(
+                (*key, "wear"),
+                f"{coefficient:g} 1/Pa, without [wear]",
+                "the table [wear], by which a run measures the work that wears",
+                "[wear] with the coefficient of the other supports",
+            )
+    if wear is None or wear.coefficient is not None or wear.area is None:
+        return
+    if all(coefficient is None for coefficient in own.values()):
+        yield Fault(
+            ("wear", "area"),
+            f"{wear.area:g} m^2, without a coefficient",
+            "a coefficient of wear: without one no volume is known that is spread over the area",
+            "coefficient = 2e-14 in [wear], 1/Pa",
+        )
+
+
+def wear_fits_the_formulation(contact: Contact, wear: Wear | None) -> Iterator[Fault]:
+    """Work needs points with a normal force and a motion along the face."""
+    if wear is not None and contact.formulation.stress_terms is not None:
+        yield Fault(
+            ("wear",),
+            f"the work of sliding, with the formulation {contact.formulation.type}",
+            "contact whose forces are those of its points: the formulation does not follow motion along the faces",
+            'formulation = "penalty" in [contact]',
+            (("contact", "formulation"),),
+        )
+
+
+def wear_fits_the_model(model: ModelTable, wear: Wear | None) -> Iterator[Fault]:
+    """Rigid sections keep the motion of their circles across the beam alone, not that of points along the faces."""
+    if wear is not None and isinstance(model, ReducedModel) and model.rings is not None:
+        yield Fault(
+            ("wear",),
+            'the work of sliding, with sections = "rigid"',
+            'sections = "deformable", or beam elements: the basis of rigid sections has no motion along the faces',
+            'sections = "deformable" in [model]',
+            (("model", "sections"),),
+        )
+
+
+def moving_supports_do_not_wear_around(support: AnySupports, load: Loads, wear: Wear | None) -> Iterator[Fault]:
+    """A support around the beam that moves as it is slides on it, which the measured motion does not know."""
+    layout = Layout.of(support)
+    for number, entry in load.items() if wear is not None else ():
+        place = entry.place
+        moved = moved_by(place, layout) if isinstance(place, SupportWalls) else None
+        if isinstance(place, SupportWalls) and not place.opens and moved is not None and moved.around:
+            yield Fault(
+                ("wear",),
+                f"the work of sliding, with {entry.type} of the {moved.region.type} {moved.name}",
+                "supports around the beam that stay where they are: the slip of their walls is not followed",
+                "a base_motion, which moves all supports alike; or leave [wear] out",
+                (("load", number, "type"),),
+            )

@@ -1,0 +1,22 @@
+"""The table [wear]: that the work of sliding is measured, and what it wears away."""
+
+from __future__ import annotations
+
+from pydantic import Field
+
+from gapbeam.solver.table import NonNegative, Positive, Table
+
+
+class Wear(Table):
+    """Archard's law: the volume worn is a coefficient times the work of sliding, the integral of N |v_t| over time."""
+
+    coefficient: NonNegative | None = Field(
+        default=None,
+        description="volume worn per work of sliding (m^3/J), 1/Pa; default none: only the work is measured",
+        examples=[2.0e-14],
+    )
+    area: Positive | None = Field(
+        default=None,
+        description="worn area of each face, over which the volume is spread, m^2; default none: no depth is given",
+        examples=[1.0e-5],
+    )

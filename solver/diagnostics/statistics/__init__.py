@@ -1,0 +1,1 @@
+"""Statistics of a stationary random motion, with intervals."""

@@ -1,0 +1,201 @@
+"""The statistics of a run under random loads: gathered from its records, in constant memory."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from math import inf
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.statistics.batch_interval import BATCHES, CONFIDENCE
+from gapbeam.solver.diagnostics.statistics.block_means import BlockMeans
+from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time
+from gapbeam.solver.diagnostics.statistics.judgment import FEWEST, burn_in
+from gapbeam.solver.diagnostics.statistics.statistic_figures import (
+    ASKED,
+    LATERAL,
+    AveragedSeries,
+    StatisticFigure,
+    face_series,
+    probe_series,
+)
+
+Array = np.ndarray
+
+EVEN = 1.0e-6  # of the interval, by which records may be unevenly spaced
+SUMMED = ("contact_time", "impulse", "closings", "approach_speeds")
+PER_PROBE = 3
+ORDER = ("no event", "good", "too short", "not settled")
+
+
+@dataclass
+class RunStatistics:
+    """Gathers the records of a run.
+
+    Attributes:
+        faces: Names of the faces.
+        probes: Names of the probes.
+        in_space: Whether the beam leaves its bending plane.
+        interval: Time between records, s; records at other distances, such as the last one, are left out.
+        decay: Time in which the damping of the beam takes 1 - 1/e of the energy of its slowest vibration, s; 0: not
+            known. A record that is short beside it has not seen how far the motion strays, and cannot show that.
+        slides: Whether the work of sliding is recorded.
+        blocks: Means over blocks of records.
+    """
+
+    faces: tuple[str, ...]
+    probes: tuple[str, ...]
+    in_space: bool
+    interval: float
+    decay: float = 0.0
+    slides: bool = False
+    blocks: BlockMeans = field(init=False)
+    _time: float | None = None
+    _sums: Array | None = None
+
+    def __post_init__(self) -> None:
+        self.blocks = BlockMeans(
+            len(self._summed) * len(self.faces) + PER_PROBE * len(self.directions) * len(self.probes)
+        )
+
+    @property
+    def _summed(self) -> tuple[str, ...]:
+        """Records of a face that are sums over time."""
+        return (*SUMMED, "sliding_work") if self.slides else SUMMED
+
+    @property
+    def directions(self) -> tuple[str, ...]:
+        """What figures of probes are called by direction."""
+        return ("", LATERAL) if self.in_space else ("",)
+
+    def see(self, rows: Mapping[str, Array]) -> None:
+        """Take in records, each with a leading axis of times."""
+        times = np.atleast_1d(rows["time"])
+        if not len(times):
+            return
+        sums: Array = np.stack([rows[name] for name in self._summed], axis=-1).reshape(len(times), -1)
+        if self._time is None or self._sums is None:
+            self._time, self._sums = float(times[0]), sums[0]
+            rows, times, sums = {name: column[1:] for name, column in rows.items()}, times[1:], sums[1:]
+            if not len(times):
+                return
+        intervals = np.diff(times, prepend=self._time)
+        changes = np.diff(sums, axis=0, prepend=self._sums[None])
+        even = np.abs(intervals - self.interval) <= EVEN * self.interval
+        self._time, self._sums = float(times[-1]), sums[-1]
+        columns = [changes / self.interval]
+        if self.probes:
+            place, shake = (self._by_direction(rows[name]) for name in ("displacement", "acceleration_absolute"))
+            columns.append(np.stack([place, place**2, shake**2], axis=-1).reshape(len(times), -1))
+        self.blocks.add(np.concatenate(columns, axis=1)[even])
+
+    def series(self) -> list[AveragedSeries]:
+        """Return what all figures are means of, behind the burn-in; none where the record is far too short."""
+        means, ends = self.blocks.means, self.blocks.ends
+        if len(means) < FEWEST:
+            return []
+        found = self._series(means, ends)
+        cut = burn_in([one.values for one in found if one.share is None], self.decay / self.block)
+        return self._series(means[cut:], ends[cut:])
+
+    @property
+    def block(self) -> float:
+        """Length of a block, s."""
+        return self.blocks.length * self.interval
+
+    def figures(self) -> list[StatisticFigure]:
+        """Return all figures with their intervals and verdicts."""
+        found = self.series()
+        slowest = self._slowest_of(found)
+        return [one.judged(self.block, slowest) for one in found]
+
+    def met(self, name: str, relative_error: float) -> bool:
+        """Return whether a run may end: the interval of a figure is narrow enough, on a record that is long enough."""
+        found = self.series()
+        return any(one.name == name and one.met(relative_error, self._slowest_of(found)) for one in found)
+
+    def describe(self) -> dict[str, Any]:
+        """Return what the summary reports."""
+        found, marched = self.figures(), self.blocks.records * self.interval
+        if not found:
+            return {"verdict": "too short", "seconds": marched, "burn_in": None, "figures": []}
+        used = found[0].seconds
+        return {
+            "verdict": max((one.verdict for one in found), key=ORDER.index),
+            "seconds": marched,
+            "burn_in": marched - used,
+            "confidence": CONFIDENCE,
+            "batches": BATCHES,
+            "figures": [_described(one, marched - used) for one in found],
+        }
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything that is kept, for JSON."""
+        sums = None if self._sums is None else self._sums.tolist()
+        return {"blocks": self.blocks.as_json(), "time": self._time, "sums": sums}
+
+    def restore(self, data: Mapping[str, Any]) -> None:
+        """Bring statistics, as they are at a start, to what was stored.
+
+        Raises:
+            KeyError: Something is missing; likewise ValueError and TypeError where it is not of the right form.
+        """
+        self.blocks.restore(data["blocks"])
+        self._time = None if data["time"] is None else float(data["time"])
+        size = len(self._summed) * len(self.faces)
+        self._sums = None if data["sums"] is None else np.array(data["sums"], dtype=float).reshape(size)
+
+    def _series(self, means: Array, ends: Array) -> list[AveragedSeries]:
+        found: list[AveragedSeries] = []
+        for number, face in enumerate(self.faces):
+            first = len(self._summed) * number
+            found += face_series(face, means[:, first : first + len(self._summed)])
+        first = len(self._summed) * len(self.faces)
+        for probe in self.probes:
+            for direction in self.directions:
+                found += probe_series(probe, means[:, first : first + PER_PROBE], ends[:, first], direction)
+                first += PER_PROBE
+        return found
+
+    def _slowest_of(self, series: Sequence[AveragedSeries]) -> float:
+        """Return the longest relaxation time, as measured or by the damping, in blocks."""
+        return max(slowest_of(series), self.decay / self.block)
+
+    def _by_direction(self, motion: Array) -> Array:
+        """Return the entries of a motion, (times, probes, components), that figures are made of."""
+        return np.asarray(motion[..., [-1, 1]] if self.in_space else motion[..., [-1]])
+
+
+def slowest_of(series: Sequence[AveragedSeries]) -> float:
+    """Return the longest correlation time of means, in blocks; percentiles are left out."""
+    return max((correlation_time(one.values) for one in series if one.share is None), default=inf)
+
+
+def in_words(found: Mapping[str, Any]) -> str:
+    """Return the statistics of a run, as the summary has them, in one line."""
+    known = [one for one in found["figures"] if one["verdict"] == "good" and one["relative"] is not None]
+    known.sort(key=lambda one: float(one["relative"]))
+    words = " to ".join(f"+- {one['relative']:.1%} ({one['name']})" for one in (known[:1] + known[1:][-1:]))
+    doubtful = [one["verdict"] for one in found["figures"] if one["verdict"] != "good"]
+    counts = [f"{doubtful.count(verdict)} {verdict}" for verdict in ORDER if verdict in doubtful]
+    parts = [f"{len(known)} figures known within {words}"] if known else []
+    return f"statistics over {found['seconds']:.4g} s: {'; '.join(parts + counts) or found['verdict']}"
+
+
+def _described(one: StatisticFigure, burn: float) -> dict[str, Any]:
+    relative, needed = one.interval.relative, one.needed
+    known = one.verdict != "no event" and np.isfinite(relative)
+    return {
+        "name": one.name,
+        "unit": one.unit,
+        "value": one.interval.value,
+        "low": one.interval.low,
+        "high": one.interval.high,
+        "relative": relative if known else None,
+        "effective_samples": one.samples,
+        "relaxation_time": one.relaxation,
+        "verdict": one.verdict,
+        f"time_for_{100 * ASKED:g}_percent": burn + needed if known and needed is not None else None,
+    }

@@ -1,0 +1,222 @@
+"""Figures of a random motion with their intervals, from the block means of a run."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Literal
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.statistics.batch_interval import (
+    BATCHES,
+    Interval,
+    batch_means,
+    interval_of_mean,
+    interval_of_percentile,
+    stopping_interval,
+)
+from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time
+from gapbeam.solver.diagnostics.statistics.judgment import (
+    FEWEST,
+    STOPPING_RELAXATIONS,
+    Verdict,
+    verdict_on,
+)
+
+Array = np.ndarray
+
+ASKED = 0.02  # relative half width for which the time is given
+OF_FACES = {"contact_share": "1", "mean_force": "N", "impact_rate": "1/s"}
+OF_IMPACTS = {"impact_duration": ("s", 0), "impact_impulse": ("N s", 1), "approach_speed": ("m/s", 3)}
+"""Means over impacts: unit, and the column whose sum is divided by the number of impacts."""
+_CLOSINGS, _WORK = 2, 4  # columns
+WORK_RATE = "work_rate"
+OF_PROBES = {"mean": "m", "rms": "m", "low": "m", "high": "m", "acceleration_rms": "m/s^2"}
+LATERAL = "lateral_"
+PERCENTILES = {"low": 0.05, "high": 0.95}
+IntervalOf = Callable[[Array, bool], Interval]
+
+
+@dataclass(frozen=True)
+class StatisticFigure:
+    """A figure of a random motion.
+
+    Attributes:
+        name: Such as face.base.contact_share or probe.tip.rms.
+        unit: SI unit, "1" where there is none.
+        interval: Value and 95 % interval.
+        samples: Independent samples with the same uncertainty; at most the number of blocks.
+        relaxation: Relaxation time of what is averaged, s.
+        verdict: Whether the interval can be relied on; "no event": the face never closed, or never opened.
+        seconds: Of the record behind the burn-in, s.
+    """
+
+    name: str
+    unit: str
+    interval: Interval
+    samples: float
+    relaxation: float
+    verdict: Verdict | Literal["no event"]
+    seconds: float
+
+    @property
+    def needed(self) -> float | None:
+        """Time behind the burn-in after which the interval is +- 2 %, s; None: not known."""
+        relative = self.interval.relative
+        return self.seconds * (relative / ASKED) ** 2 if np.isfinite(relative) else None
+
+
+@dataclass(frozen=True)
+class AveragedSeries:
+    """What a figure is the mean of.
+
+    Attributes:
+        name: Of the figure.
+        unit: Of the figure.
+        values: Means over blocks, (blocks,); of a percentile the values at their ends.
+        positive: Whether the figure is positive by its meaning.
+        rare: Whether it counts events that blocks may lack.
+        root: Whether the figure is the square root of the mean.
+        share: Of values below a percentile; None: the figure is a mean.
+        events: Of a mean over events, how many a block has, (blocks,).
+    """
+
+    name: str
+    unit: str
+    values: Array
+    positive: bool = False
+    rare: bool = False
+    root: bool = False
+    share: float | None = None
+    events: Array | None = None
+
+    def interval(self, of: IntervalOf = interval_of_mean) -> Interval:
+        """Return the figure with its interval."""
+        if self.share is not None:
+            return interval_of_percentile(self.values, self.share)
+        found = of(self.values, self.positive)
+        return found.root() if self.root else found
+
+    @property
+    def averaged(self) -> Array:
+        """What is averaged, (blocks,): of a percentile whether the motion is below it."""
+        if self.share is None:
+            return self.values
+        return np.asarray(self.values <= np.quantile(self.values, self.share), dtype=float)
+
+    def judged(self, block: float, slowest: float) -> StatisticFigure:
+        """Return the figure with its verdict.
+
+        Args:
+            block: Length of a block, s.
+            slowest: Relaxation time of the slowest figure of the run, in blocks. Oscillations about a mean that
+                drifts hide the drift from their own correlation time.
+        """
+        series = self.averaged
+        tau = correlation_time(series, block)
+        return StatisticFigure(
+            self.name,
+            self.unit,
+            self.interval(),
+            len(series) * block / (2.0 * tau),
+            tau,
+            self._verdict(series, slowest),
+            len(series) * block,
+        )
+
+    def met(self, relative_error: float, slowest: float) -> bool:
+        """Return whether a run may end here: the widest of several intervals is narrow, and the record long enough.
+
+        Args:
+            relative_error: Half width over the figure.
+            slowest: As in `judged`.
+        """
+        count = len(self.values)
+        if self.share is not None or count < max(FEWEST, STOPPING_RELAXATIONS * slowest):
+            return False
+        if self._verdict(self.values, slowest) in ("not settled", "no event"):
+            return False
+        return self.interval(stopping_interval).relative <= relative_error
+
+    def _verdict(self, series: Array, slowest: float) -> Verdict | Literal["no event"]:
+        counted = self.values if self.events is None else self.events
+        if self.rare and np.ptp(counted) == 0.0:
+            return "no event"
+        if self.events is not None and len(counted) >= FEWEST and np.any(batch_means(counted, BATCHES) == 0.0):
+            return "too short"
+        return verdict_on(series, self.rare, slowest)
+
+
+def face_series(face: str, means: Array) -> list[AveragedSeries]:
+    """Return what the figures of a face are means of.
+
+    Args:
+        face: Its name.
+        means: Of contact time, impulse, closings, approach speeds, and the work of sliding where it is measured, per
+            second, (blocks, 4 or 5).
+    """
+    closings = means[:, _CLOSINGS]
+    rates = [
+        AveragedSeries(f"face.{face}.{figure}", unit, means[:, number], positive=True, rare=True)
+        for number, (figure, unit) in enumerate(OF_FACES.items())
+    ]
+    if means.shape[1] > _WORK:
+        rates.append(AveragedSeries(f"face.{face}.{WORK_RATE}", "W", means[:, _WORK], positive=True, rare=True))
+    return rates + [
+        AveragedSeries(
+            f"face.{face}.{figure}", unit, _over_events(means[:, column], closings), True, True, events=closings
+        )
+        for figure, (unit, column) in OF_IMPACTS.items()
+    ]
+
+
+def _over_events(sums: Array, counts: Array) -> Array:
+    """Return a series whose mean is R = mean(sums) / mean(counts), and whose scatter is that of R: (blocks,).
+
+    R + (sums - R counts) / mean(counts), the ratio estimator: to first order its mean errs as the ratio does.
+    Source: Law, Simulation Modeling and Analysis (2015), section 9.5.3, for ratios of means.
+    """
+    mean = float(counts.mean())
+    if mean <= 0.0:
+        return np.zeros_like(sums)
+    ratio = float(sums.mean()) / mean
+    return np.asarray(ratio + (sums - ratio * counts) / mean)
+
+
+def probe_series(probe: str, means: Array, ends: Array, direction: str = "") -> list[AveragedSeries]:
+    """Return what the figures of a probe in a direction are means of.
+
+    Args:
+        probe: Its name.
+        means: Of displacement, its square and the square of the acceleration, (blocks, 3).
+        ends: Displacement at the ends of the blocks, (blocks,).
+        direction: "" for the bending direction, "lateral_" across it.
+    """
+    name = f"probe.{probe}.{direction}"
+    x = means[:, 0]
+    middle = x.mean()
+    fluctuation = means[:, 1] - 2.0 * middle * x + middle * middle
+    return [
+        AveragedSeries(f"{name}mean", "m", x),
+        AveragedSeries(f"{name}rms", "m", fluctuation, positive=True, root=True),
+        *(AveragedSeries(f"{name}{figure}", "m", ends, share=share) for figure, share in PERCENTILES.items()),
+        AveragedSeries(f"{name}acceleration_rms", "m/s^2", means[:, 2], positive=True, root=True),
+    ]
+
+
+def figure_names(faces: tuple[str, ...], probes: tuple[str, ...], in_space: bool, slides: bool = False) -> list[str]:
+    """Return the names of all figures of a run.
+
+    Args:
+        faces: Names of the faces.
+        probes: Names of the probes.
+        in_space: Whether the beam leaves its bending plane.
+        slides: Whether the work of sliding is measured.
+    """
+    of_faces = [*OF_FACES, *([WORK_RATE] if slides else [])]
+    directions = ("", LATERAL) if in_space else ("",)
+    of_faces += OF_IMPACTS
+    return [f"face.{face}.{figure}" for face in faces for figure in of_faces] + [
+        f"probe.{probe}.{direction}{figure}" for probe in probes for direction in directions for figure in OF_PROBES
+    ]

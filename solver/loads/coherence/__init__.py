@@ -1,0 +1,1 @@
+"""How alike a distributed random load is at two places of its length."""

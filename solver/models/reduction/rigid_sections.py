@@ -1,0 +1,182 @@
+"""Contact on rigid sections: at a few stations along each support, the section of the beam keeps its shape.
+
+The contact points around a station all move by the two motions s of its section (`assembly.ring_rows`),
+
+    g_i = g0_i + c_i . s,
+
+with the unit vectors c_i that open the gaps. A basis needs 8 shapes for a support, and not one for every shape of
+pressure around it. What is left out is the deformation of the sections in their plane: that a tube gives way
+under a force on one side, while a force on the rigid section is spread all around. It is measured, on the mesh, for a
+pressure over half of the circumference of each support, p = max(cos t, 0) about a direction.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.assembly.ring_rows import RingRows, ring_rows
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.models.body import Body, point_rule
+from gapbeam.solver.models.reduction.kept_contact import Neglected
+from gapbeam.solver.models.reduction.modal_basis import Basis
+from gapbeam.solver.models.reduction.truncation_check import flexibilities, random_pressures
+from gapbeam.solver.models.reduction.vibration_modes import Modes
+from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+ONE_LINE = 1.0e-6  # rad, between the contact points of a line along the beam
+CUT = 1.0  # rad, where angles begin: no line of points lies there
+PRESSED = np.array([[0.0, -1.0], [1.0, 0.0]])  # directions along y and z of the pressures that measure what is left out
+
+
+@dataclass(frozen=True)
+class RigidSections:
+    """Rigid sections at stations along the supports of a body.
+
+    Attributes:
+        body: The body, all of whose supports are around it.
+        rings: The stations.
+    """
+
+    body: Body
+    rings: RingRows
+
+    @classmethod
+    def of_body(cls, body: Body, stations: int) -> RigidSections:
+        """Return those of a body, so many along each support. Collective."""
+        meshed, supported = body.meshed, body.contact.support.faces
+        return cls(body, ring_rows(meshed.space, meshed.faces, supported, point_rule(body.case), stations))
+
+    @property
+    def count(self) -> int:
+        """Number of shapes that contact forces give the basis: those of the polynomials, along y and z."""
+        return int(self.rings.fits.shape[0])
+
+    @cached_property
+    def points(self) -> ContactOperator:
+        """The points around the stations."""
+        return on_rigid_sections(self.body.contact, self.body.meshed.space, self.rings)
+
+    def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:  # noqa: ARG002
+        """Return modes and the responses to forces on the sections, (n, k), and `Modes.left`. Collective."""
+        responses = modes.factor.solve_columns(self.rings.interface, csr_matrix(self.rings.fits.T))
+        return np.concatenate([modes.shapes, responses], axis=1), modes.left
+
+    def neglected(self, operators: PetscOperators, modes: Modes, basis: Basis, shift: float) -> Neglected:
+        """Return what a basis neglects, for random pressures, and those on half of the circumference. Collective."""
+        contact, lobes = self.body.contact, _lobes(self.body.contact)
+        local = random_pressures(contact, lobes.shape[1])
+        missing, elastic = flexibilities(
+            operators, contact, modes.factor, basis, shift, np.concatenate([local, lobes], axis=1)
+        )
+        halves = zip(np.split(missing, 2), np.split(elastic, 2), strict=True)
+        everywhere, on_one_side = (max(float(missed.sum() / whole.sum()), 0.0) for missed, whole in halves)
+        return Neglected(everywhere, on_one_side, max(float(missing[lobes.shape[1] :].max()), 0.0))
+
+
+def on_rigid_sections(contact: ContactOperator, space: Any, rings: RingRows) -> ResultantOperator:
+    """Return the operator at points around the stations.
+
+    The points of a station have the angles and the areas of the contact points of the mesh; `spread` shares a force
+    among the points of the mesh on the same line along the beam that are nearest to the station.
+
+    Args:
+        contact: The operator at the points of the mesh, all of them around the beam.
+        space: The space of the mesh.
+        rings: The stations.
+
+    Collective.
+    """
+    slots = rings.slots_of(space, contact.interface)
+    entries = contact.gap_matrix.tocoo()
+    whole = (contact.size, rings.interface.size)
+    mesh = replace(
+        contact,
+        interface=rings.interface,
+        gap_matrix=csr_matrix((entries.data, (entries.row, slots[entries.col])), whole),
+    )
+    positions, weights, owners, stations, shares = [], [], [], [], []
+    for face in range(len(contact.face_names)):
+        here, ringed = np.flatnonzero(contact.faces == face), np.flatnonzero(rings.faces == face)
+        parts = rings.areas[ringed] / rings.areas[ringed].sum()
+        lines = _lines(contact, here)
+        across = np.array([contact.positions[line, 1:].mean(axis=0) for line in lines])
+        areas = np.array([contact.weights[line].sum() for line in lines])
+        for number, station in enumerate(ringed):
+            positions.append(np.column_stack([np.full(len(lines), rings.places[station]), across]))
+            weights.append(parts[number] * areas)
+            owners.append(np.full(len(lines), face))
+            stations.append(np.full(len(lines), station))
+            shares += [_share(contact, line, parts, number) for line in lines]
+    places, faces, numbers = np.concatenate(positions), np.concatenate(owners), np.concatenate(stations)
+    opening = contact.support.opening(faces, places)[:, 1:]
+    rows, count = np.arange(len(places)), len(places)
+    turned = csr_matrix(
+        (opening.reshape(-1), (np.repeat(rows, 2), np.stack([2 * numbers, 2 * numbers + 1], axis=1).reshape(-1))),
+        (count, rings.motions.shape[0]),
+    )
+    gaps = np.empty(count)
+    for face, met in enumerate(contact.support.faces):
+        gaps[faces == face] = met.gaps(places[faces == face])
+    ends = np.cumsum([0, *(len(line) for line, _ in shares)])
+    spread = csr_matrix(
+        (np.concatenate([share for _, share in shares]), np.concatenate([line for line, _ in shares]), ends),
+        (count, contact.size),
+    )
+    return ResultantOperator(
+        interface=rings.interface,
+        gap_matrix=csr_matrix(turned @ rings.motions),
+        weights=np.concatenate(weights),
+        initial_gap=gaps,
+        faces=faces,
+        support=contact.support,
+        positions=places,
+        distributed=mesh,
+        shares=spread,
+    )
+
+
+def _lobes(contact: ContactOperator) -> Array:
+    """Return pressures with a resultant of 1 N on half of the circumference, (m, k), 1/m^2: two for each support."""
+    lobes = list[Array]()
+    for face in range(len(contact.face_names)):
+        for direction in PRESSED:
+            lobe = np.where(contact.faces == face, np.maximum(contact.across @ -direction, 0.0), 0.0)
+            force = float(np.linalg.norm((contact.weights * lobe) @ contact.across))
+            if force > 0.0:  # else no wall is there
+                lobes.append(lobe / force)
+    return np.stack(lobes, axis=1)
+
+
+def _lines(contact: ContactOperator, points: Indices) -> list[Indices]:
+    """Return the contact points of a face line by line along the beam, each in the order along it."""
+    y, z = contact.positions[points, 1:].T
+    turns = np.mod(np.arctan2(z, y) + CUT, 2.0 * np.pi)
+    order = np.argsort(turns, kind="stable")
+    breaks = np.flatnonzero(np.diff(turns[order]) > ONE_LINE) + 1
+    return [line[np.argsort(contact.positions[line, 0])] for line in np.split(points[order], breaks)]
+
+
+def _share(contact: ContactOperator, line: Indices, parts: Array, number: int) -> tuple[Indices, Array]:
+    """Return the points of a line among which a station shares its force, and their shares.
+
+    Stations own parts of the line one after the other, and points those of their areas.
+
+    Args:
+        contact: The points.
+        line: Some of them, in the order along the beam.
+        parts: Of the line that belong to the stations, (k,).
+        number: The station.
+    """
+    ends = np.cumsum(contact.weights[line]) / contact.weights[line].sum()
+    begins = np.concatenate([[0.0], ends[:-1]])
+    last = parts[: number + 1].sum()
+    overlap = np.minimum(ends, last) - np.maximum(begins, last - parts[number])
+    met = overlap > 0.0
+    return line[met], overlap[met] / overlap[met].sum()

@@ -1,0 +1,57 @@
+"""Motion at the corners of the cells, which is what field files hold, without that of the other nodes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from dolfinx import fem
+
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.operators import Array, Indices
+
+
+@dataclass(frozen=True)
+class CornerValues:
+    """What takes the values at the corners that this rank owns out of the DOFs that are marched.
+
+    A corner of a cell is a node of the space of the displacement, so its values are DOFs: nothing is interpolated. Of a
+    reduced model only the rows of the corners are expanded.
+
+    Attributes:
+        rows: DOFs of the mesh at the corners, among those that this rank owns, (n d,).
+        components: d, of the displacement.
+        expansion: These rows of the expansion of the model, (n d, k); None: the mesh is marched.
+    """
+
+    rows: Indices
+    components: int
+    expansion: Any
+
+    @classmethod
+    def of_model(cls, model: Model, linear: Any) -> CornerValues:
+        """Return that of a model.
+
+        Args:
+            model: The model.
+            linear: Blocked linear Lagrange space on the same mesh, whose nodes are the corners.
+
+        Collective.
+        """
+        fine, coarse = fem.Function(model.space), fem.Function(linear)
+        block, owned = linear.dofmap.index_map_bs, linear.dofmap.index_map.size_local
+        fine.x.array[:] = np.arange(len(fine.x.array))
+        coarse.interpolate(fine)  # the number of the node that lies there
+        rows = np.rint(coarse.x.array[: owned * block]).astype(np.int64)
+        assert np.all(rows < model.space.dofmap.index_map.size_local * block), "a rank owns a corner, not its node"
+        expansion = model.body.expansion
+        return cls(rows, block, None if expansion is None else expansion[rows])
+
+    def vectors(self, marched: Array) -> Array:
+        """Return vectors in space, (n, 3), from the DOFs that are marched, of which those of the beam come first."""
+        if self.expansion is None:
+            values = marched[self.rows]
+        else:
+            values = np.asarray(self.expansion @ marched[: self.expansion.shape[1]])
+        return np.pad(values.reshape(-1, self.components), ((0, 0), (0, 3 - self.components)))

@@ -1,0 +1,28 @@
+"""impacts.csv: the impacts of a run, one a line, that any program reads."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from pathlib import Path
+
+from gapbeam.solver.diagnostics.impact_list import COLUMNS, UNITS
+from gapbeam.solver.diagnostics.impacts import Impacts
+from gapbeam.solver.record_table import IMPACTS_FILE
+from gapbeam.solver.run.output.atomic_files import written
+from gapbeam.solver.run.output.results_folder import write_beside
+
+HEAD = ",".join(["face", *(f"{name} ({unit})" for name, unit in zip(COLUMNS, UNITS, strict=True)), "stands for"])
+
+
+def write_impacts(folder: Path, faces: Sequence[str], impacts: Impacts) -> None:
+    """Write the impacts that were kept of each face, with how many each of them stands for.
+
+    Raises:
+        NotWritten: It could not be written.
+    """
+    lines = [HEAD]
+    for face, kept in zip(faces, impacts.ended, strict=True):
+        lines += [f"{face},{','.join(map(repr, row))},{kept.every}" for row in kept.rows.tolist()]
+    path = folder / IMPACTS_FILE
+    with written(path):
+        write_beside(path, "\n".join(lines) + "\n")

@@ -1,0 +1,66 @@
+"""HDF5 files of the same shape, of which HDF5 writes one and the others are copies with other numbers.
+
+What HDF5 writes around the numbers is the same in each, and takes ten times the time of the numbers. So one file is
+made in memory, the places of the numbers in it are asked for, and every file is one write of these bytes.
+"""
+
+from __future__ import annotations
+
+import io
+import os
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+
+import h5py
+import numpy as np
+from numpy.typing import NDArray
+
+from gapbeam.solver.run.output.atomic_files import new_file
+from gapbeam.solver.system.operators import Array
+
+
+class RepeatedFile:
+    """A file that is written again and again with other numbers.
+
+    Args:
+        shapes: Shape of each dataset of double precision, by name.
+    """
+
+    def __init__(self, shapes: Mapping[str, tuple[int, ...]]) -> None:
+        whole = io.BytesIO()
+        with h5py.File(whole, "w") as file:
+            for name, shape in shapes.items():
+                file.create_dataset(name, data=np.zeros(shape), track_times=False)
+        with h5py.File(whole, "r") as file:
+            places = {name: file[name].id.get_offset() for name in shapes}
+        self._bytes = bytearray(whole.getbuffer())
+        self._numbers: dict[str, NDArray[np.float64]] = {
+            name: np.frombuffer(self._bytes, count=int(np.prod(shape)), offset=places[name] or 0).reshape(shape)
+            for name, shape in shapes.items()
+        }
+
+    def write(self, path: Path, pieces: Callable[[str], Iterable[Array]]) -> None:
+        """Write a file.
+
+        Args:
+            path: The file; it is removed where it could not be written.
+            pieces: Rows of a dataset, in their order.
+
+        Raises:
+            OSError: It could not be written.
+        """
+        for name, numbers in self._numbers.items():
+            begin = 0
+            for piece in pieces(name):
+                numbers[begin : begin + len(piece)] = piece
+                begin += len(piece)
+        place = new_file(path)
+        try:
+            rest = memoryview(self._bytes)
+            while len(rest):
+                rest = rest[os.write(place, rest) :]
+        except BaseException:
+            path.unlink(missing_ok=True)
+            raise
+        finally:
+            os.close(place)

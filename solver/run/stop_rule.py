@@ -1,0 +1,175 @@
+"""A run that goes on until the interval of one of its statistics is narrow enough."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import isfinite, pi
+from typing import Any
+
+from gapbeam.solver.case.analysis_table import Transient
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.computed_defaults import overhang_frequency, rayleigh
+from gapbeam.solver.case.model_table import RigidModel
+from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.diagnostics.statistics.judgment import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import PERCENTILES, WORK_RATE, figure_names
+from gapbeam.solver.errors import IntervalNotMet, UserError
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.wording.near_names import near
+
+LATER = 1.1  # times the instant of one look is the earliest instant of the next
+LARGEST = 0.5  # relative error that may be asked for
+
+
+@dataclass(frozen=True)
+class StopRule:
+    """When a run may end before `time.end`.
+
+    Looks follow from the steps alone, so that a run that continues from a checkpoint ends where it would have.
+
+    Attributes:
+        figure: Name of a statistic.
+        relative_error: Half width of its 95 % interval over the figure.
+        earliest: Time before which the run does not end, s.
+    """
+
+    figure: str
+    relative_error: float
+    earliest: float
+
+    def refuse_misfit(self, case: Case) -> None:
+        """Refuse a rule that a run of a case cannot follow.
+
+        Raises:
+            UserError: It is refused.
+        """
+        if not (isfinite(self.relative_error) and 0.0 < self.relative_error <= LARGEST):
+            raise UserError(
+                f"`relative_error=`: found {self.relative_error:g}; expected more than 0 and at most {LARGEST:g}, "
+                "such as 0.01 for 1 %"
+            )
+        if not has_statistics(case):
+            raise UserError(
+                "`relative_error=`: no load of this case is random, or its analysis is not a transient: a response "
+                "that repeats has no interval; expected a load of type random; leave the option out, or see the "
+                "errors that a run estimates"
+            )
+        names = names_of(case)
+        allowed = [name for name in names if name.rpartition(".")[2] not in ("mean", *PERCENTILES)]
+        allowed = [name for name in allowed if not name.endswith(tuple(f"lateral_{end}" for end in PERCENTILES))]
+        if self.figure not in allowed:
+            meant = near(self.figure, allowed)
+            means = f"; did you mean {meant}?" if meant else ""
+            known = ": a mean may be 0, and a percentile, too" if self.figure in names else ""
+            if case.wear is None and self.figure.endswith(WORK_RATE):
+                known = ", without [wear] in the case, which measures it"
+            raise UserError(f'`of=`: found "{self.figure}"{known}; expected one of {", ".join(allowed)}{means}')
+
+    def looks_between(self, start: float, end: float) -> bool:
+        """Return whether a look is due in a time after `start` up to `end`, s: `earliest`, and every tenth later."""
+        due = self.earliest
+        while due <= start:
+            due *= LATER
+        return due <= end
+
+    def met(self, statistics: RunStatistics) -> bool:
+        """Return whether the run may end."""
+        return statistics.met(self.figure, self.relative_error)
+
+    def judge(self, statistics: RunStatistics, end: float, met: bool) -> dict[str, Any]:
+        """Return what the summary says about the rule.
+
+        Args:
+            statistics: At the end of the run.
+            end: That end, s.
+            met: Whether the rule ended the run.
+        """
+        described = statistics.describe()
+        figure = next((one for one in described["figures"] if one["name"] == self.figure), None)
+        reached = None if figure is None or figure["relative"] is None else float(figure["relative"])
+        needed = None
+        if reached is not None and figure is not None and not met:
+            burn = described["burn_in"]
+            least = (STOPPING_RELAXATIONS + BURN_IN_RELAXATIONS) * statistics.decay
+            needed = max(least, burn + (end - burn) * (reached / self.relative_error) ** 2)
+        asked = {"figure": self.figure, "relative_error": self.relative_error, "earliest": self.earliest}
+        return asked | {"met": met, "reached": reached, "end": end, "time_needed": needed}
+
+
+def refuse_not_met(found: dict[str, Any] | None) -> None:
+    """Pass a run whose interval is narrow enough.
+
+    Args:
+        found: What `StopRule.judge` returned; None: nothing was asked for.
+
+    Raises:
+        IntervalNotMet: It is not.
+    """
+    if found is None or found["met"]:
+        return
+    reached, needed = found["reached"], found["time_needed"]
+    width = "not known" if reached is None else f"+- {reached:.2%}"
+    longer = max(needed or 0.0, 1.1 * found["end"])
+    advice = "a much longer `at_most=`" if needed is None else f"`at_most=` of {longer:.3g} s"
+    raise IntervalNotMet(
+        f"at t = {found['end']:.6g} s the 95 % interval of {found['figure']} is {width}, expected "
+        f"+- {found['relative_error']:.2%} on enough independent samples; the results are kept; try {advice} with "
+        "`overwrite=True`, or a larger `relative_error=`"
+    )
+
+
+def met_words(summary: Mapping[str, Any]) -> str:
+    """Return what a run that ended by a rule has found, behind its message; nothing for other runs."""
+    found = summary.get("statistics", {}).get("until")
+    if found is None:
+        return ""
+    return f"; {found['figure']} is known within {found['relative_error']:.2%} at t = {found['end']:.6g} s"
+
+
+def has_statistics(case: Case) -> bool:
+    """Return whether runs of a case have statistics: transients under noise."""
+    return isinstance(case.analysis, Transient) and any(load.noise for load in case.load)
+
+
+def names_of(case: Case) -> list[str]:
+    """Return the names of the statistics of a case."""
+    probes = tuple(probe.name for probe in case.probe)
+    return figure_names(
+        tuple(face.name for face in case.layout.faces), probes, bends_in_two_planes(case), case.wear is not None
+    )
+
+
+def decay_time(case: Case) -> float:
+    """Return the time in which damping takes 1 - 1/e of the energy of the first bending mode, s; 0: it takes nothing.
+
+    1 / (a + b w^2 + 2 zeta w) of Rayleigh damping a M + b K and modal damping zeta. Contact and fluids damp more.
+    """
+    if isinstance(case.model, RigidModel):
+        return 0.0
+    speed = 2.0 * pi * overhang_frequency(case)
+    mass, stiffness = rayleigh(case)
+    rate = mass + stiffness * speed**2 + 2.0 * (case.damping.ratio or 0.0) * speed
+    return 1.0 / rate if rate > 0.0 else 0.0
+
+
+def statistics_of(model: Model, every: int) -> RunStatistics | None:
+    """Return what gathers the statistics of a run of a model; None where it has none.
+
+    Args:
+        model: The model.
+        every: Steps between records.
+    """
+    if not has_statistics(model.case):
+        return None
+    case = model.case
+    faces, probes = model.system.contact.face_names, tuple(model.probes)
+    return RunStatistics(
+        tuple(faces),
+        probes,
+        bends_in_two_planes(case),
+        every * model.step,
+        decay_time(case),
+        case.wear is not None,
+    )

@@ -1,0 +1,114 @@
+"""The state at t = 0: seated, undeformed or centered, with a rigid motion and a vibration mode added on request."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import TYPE_CHECKING, assert_never
+
+import numpy as np
+
+from gapbeam.solver.case.analysis_table import Periodic, Transient
+from gapbeam.solver.case.centered_pose import centered_pose
+from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State, imaged
+
+if TYPE_CHECKING:
+    from gapbeam.solver.models.body import Body
+    from gapbeam.solver.models.model import Model
+
+INSIDE = 1.0e-9  # m: round-off of a start that touches
+
+
+def start_of_case(model: Model, seat: State | None) -> State:
+    """Return the state at t = 0 that a case asks for.
+
+    Args:
+        model: The model of the case.
+        seat: The static seat; None: there is none, and the case needs none.
+
+    Raises:
+        UserError: The start reaches into a face, or the model has not the mode that it shall start in.
+        RunError: The modes could not be found.
+
+    Collective.
+    """
+    match model.case.analysis:
+        case Transient(start="undeformed" | "centered") as analysis:
+            return _with_motions(model, undeformed(model.system), analysis)
+        case Transient() as analysis:
+            assert seat is not None
+            return _with_motions(model, seat, analysis)
+        case Periodic():
+            assert seat is not None
+            return seat
+        case _:
+            assert_never(model.case.analysis)
+
+
+def _with_motions(model: Model, state: State, analysis: Transient) -> State:
+    """Return a state with what an analysis adds to the state. Collective."""
+    length = model.case.beam.length
+    places, speeds = list[Array](), list[Array]()
+    asked = list[str]()
+    if analysis.start == "centered":
+        places += _motions(model.body, centered_pose(model.case.support))
+        asked.append('start = "centered"')
+    if analysis.motion is not None:
+        places += _motions(model.body, analysis.motion.pose(length))
+        speeds += _motions(model.body, analysis.motion.rate(length))
+        asked.append("[analysis.motion]")
+    if analysis.mode is not None:
+        from gapbeam.solver.start.mode_start import mode_motion  # finite elements need DOLFINx, marches do not
+
+        mode = mode_motion(model, analysis.mode)
+        places.append(mode.displacement)
+        speeds.append(mode.velocity)
+        asked.append("[analysis.mode]")
+    return _moved(state, places, speeds, model.system, " with ".join(asked))
+
+
+def undeformed(system: SemiDiscreteSystem) -> State:
+    """Return the undeformed body at rest at t = 0, without contact pressure. Collective."""
+    still = imaged(system.operators, np.zeros(system.operators.size))
+    contact = system.contact
+    return State(0.0, still, still.copy(), contact.depth(np.zeros(contact.interface.size)), np.zeros(contact.size))
+
+
+def _motions(body: Body, motion: RigidMotion) -> list[Array]:
+    """Return the parts of a rigid motion on the DOFs: x = M^-1 (M x), of the images that the body keeps. Collective."""
+    sizes = motion.section(0.0)
+    wanted = [(sizes[name], row) for name, row in zip(NAMES, body.rigid, strict=True) if sizes[name] != 0.0]
+    if not wanted:
+        return []
+    factor = body.operators.factor(1.0, 0.0)
+    return [size * factor.solve(row) for size, row in wanted]
+
+
+def _moved(state: State, places: list[Array], speeds: list[Array], system: SemiDiscreteSystem, asked: str) -> State:
+    """Return a state with displacements and velocities added. Collective."""
+    contact, operators = system.contact, system.operators
+
+    def moved(parts: list[Array], values: Array) -> Array:
+        """Add motions of the beam, which stand before those of supports with a mass."""
+        added = values.copy()
+        for part in parts:
+            added[: len(part)] += part
+        return added
+
+    if speeds:
+        state = replace(state, v=imaged(operators, moved(speeds, state.v[VALUE])), a=None)
+    if not places:
+        return state
+    u = imaged(operators, moved(places, state.u[VALUE]))
+    depth = contact.depth(contact.interface.trace(u[VALUE], operators))
+    deeper = depth - np.maximum(state.depth, 0.0)
+    worst = int(np.argmax(deeper))
+    if deeper[worst] > INSIDE:
+        raise UserError(
+            f"[analysis] {asked} moves the beam {depth[worst]:.3g} m into "
+            f"{contact.face_names[contact.faces[worst]]} at x = {contact.positions[worst, 0]:.4g} m; expected a start "
+            "between the faces; try a smaller displacement, or less rotation"
+        )
+    return replace(state, u=u, a=None, depth=depth, pressure=np.zeros(contact.size))

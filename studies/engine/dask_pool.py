@@ -1,0 +1,203 @@
+"""Workers of Dask: started, given points, and ended."""
+
+from __future__ import annotations
+
+import asyncio
+import logging
+import queue
+import threading
+import time
+from collections import deque
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import suppress
+from functools import partial
+from importlib.metadata import version
+from typing import TYPE_CHECKING, Any, TypeVar
+
+from gapbeam.solver.errors import OutOfMemory
+from gapbeam.studies.engine.dask_clusters import LOSSES, PoolPlan, started
+from gapbeam.studies.engine.job_watch import JobWatch
+from gapbeam.studies.engine.worker_setup import computed, hushed, introduced
+
+if TYPE_CHECKING:
+    from distributed import Client, Future
+
+Work = TypeVar("Work")
+Result = TypeVar("Result")
+LOG = logging.getLogger("gapbeam")
+LOOK = 1.0  # s between two looks at what a user may want to know
+CLOSING = 2.0  # s
+RESULTS = 10.0  # s for results to come from their workers
+PATIENCE = 60.0  # s without any worker after which it is reported, again and again
+AT_HAND, MOST_AT_HAND = 0.2, 50  # s of work that a worker has at hand, and points at most; at least two
+
+
+class DaskPool:
+    """Workers that stay for one batch of points after the other.
+
+    Points are given out as workers come free, so that a study of any length takes little memory; workers may come and
+    go meanwhile. What a lost worker had at hand is computed by others.
+
+    Attributes:
+        count: Workers that were there when they were counted last.
+
+    Args:
+        plan: Where, how many, how large.
+
+    Raises:
+        UserError: The workers cannot be had.
+    """
+
+    def __init__(self, plan: PoolPlan) -> None:
+        self._plan = plan
+        self._cluster, self._client = started(plan)
+        self._jobs = JobWatch(self._cluster, plan) if plan.jobs else None
+        self._seen = self._looked = time.monotonic()
+        self.count = 0
+        if plan.workers.elsewhere:
+            folder = None if plan.folder is None else plan.folder.absolute()
+            for _ in self.done(introduced, [(version("gapbeam"), folder)], None, None):
+                pass
+
+    def close(self) -> None:
+        """End the workers that were started here; others are asked for nothing more."""
+        if self._cluster is not None:
+            quiet = threading.Thread(target=self._hush, daemon=True)
+            quiet.start()
+            quiet.join(CLOSING)  # a worker that computes may not answer
+        with suppress(Exception):  # what is on its way is of no interest any more
+            self._client.close(timeout=CLOSING)
+        if self._cluster is not None:
+            with suppress(Exception):
+                self._cluster.close(timeout=20.0)
+
+    def _hush(self) -> None:
+        with suppress(Exception):
+            self._client.run(hushed)
+
+    def done(
+        self,
+        task: Callable[[Work], Result],
+        works: Sequence[Work],
+        tick: Callable[[], None] | None,
+        lost: Callable[[Work, str], Result] | None,
+    ) -> Iterator[tuple[int, Result]]:
+        """Compute points; arguments as in `Engine.done`.
+
+        A point whose worker is lost too often is a suspect, as are those that were at hand there: each is computed
+        again when nothing else is, so that no point is blamed for another.
+        """
+        arrived: queue.SimpleQueue[Future] = queue.SimpleQueue()
+        waiting: dict[str, tuple[int, Future]] = {}
+        begun, ended = time.monotonic() - LOOK, 0
+        places, suspects, alone = deque(range(len(works))), deque[int](), set[int]()
+        try:
+            while places or suspects or waiting:
+                self._look(ended)
+                count = max(self.count, 1)
+                in_time = AT_HAND * ended / (time.monotonic() - begun)
+                room = int(min(max(2 * count, in_time), MOST_AT_HAND * count)) - len(waiting)
+                batch = [places.popleft() for _ in range(min(room, len(places)))]
+                if not batch and not waiting:
+                    batch = [suspects.popleft()]
+                    alone.update(batch)
+                if batch:
+                    futures = self._client.map(
+                        partial(computed, task), [works[place] for place in batch], pure=False, key="point"
+                    )
+                    for place, future in zip(batch, futures, strict=True):
+                        waiting[future.key] = place, future
+                        future.add_done_callback(arrived.put)
+                together = _together(arrived)
+                results = self._gathered(together)
+                for future in together:
+                    place, _ = waiting[future.key]
+                    try:
+                        result: Result = results[future.key] if future.key in results else self._result(future)
+                    except TimeoutError:  # a worker was lost with the result: it is computed again
+                        future.add_done_callback(arrived.put)
+                        continue
+                    except _LostError as loss:
+                        if place not in alone:
+                            del waiting[future.key]
+                            suspects.append(place)
+                            continue
+                        if lost is None:
+                            raise OutOfMemory(f"a point could not be computed: {loss}") from None
+                        result = lost(works[place], str(loss))
+                    del waiting[future.key]
+                    future.release()
+                    ended += 1
+                    yield place, result
+                if tick is not None:
+                    tick()
+        finally:
+            if waiting:
+                with suppress(Exception):
+                    self._client.cancel([future for _, future in waiting.values()], force=True)
+
+    def _gathered(self, futures: Sequence[Future]) -> dict[str, Any]:
+        """Return the results of several points in one message, by key; those of points with errors are left out."""
+        sound = [future for future in futures if future.status == "finished"]
+        loop = self._client.loop.asyncio_loop
+        together = asyncio.run_coroutine_threadsafe(self._client.gather(sound, asynchronous=True), loop)
+        try:
+            return dict(zip([future.key for future in sound], together.result(RESULTS), strict=True))
+        except Exception:  # a worker was lost with its results: each is asked for alone
+            together.cancel()
+            return {}
+
+    def _result(self, future: Future) -> Any:
+        """Return the result of a point that is done; an error of the point is raised as it was there.
+
+        Raises:
+            TimeoutError: It is there no more.
+        """
+        from distributed import CancelledError, KilledWorker
+
+        try:
+            return future.result(timeout=LOOK)
+        except KilledWorker:
+            words = f"{LOSSES + 1} workers that computed nothing else were lost: killed, or out of memory"
+            raise _LostError(words + self._plan.limit_words) from None
+        except CancelledError:
+            raise OutOfMemory(
+                "the scheduler of Dask is gone, and its workers with it; what is done is on disk: call the study again"
+            ) from None
+
+    def _look(self, ended: int) -> None:
+        """Count the workers, report that there are none, and replace jobs; given is how many points have ended."""
+        now = time.monotonic()
+        if self.count and now - self._looked < LOOK:
+            return
+        self._looked = now
+        self.count = _workers_of(self._client)
+        if self.count:
+            self._seen = now
+        elif now - self._seen > PATIENCE:
+            self._seen = now
+            LOG.warning("no worker has answered for %.0f s; %s", PATIENCE, self._plan.where_to_look)
+        if self._jobs is not None:
+            self._jobs.look(now, ended)
+
+
+class _LostError(Exception):
+    """A point whose workers were lost too often."""
+
+
+def _workers_of(client: Client) -> int:
+    """Return how many workers there are; 0 where the scheduler does not answer."""
+    try:
+        return len(client.nthreads())
+    except Exception:  # of the network, of whatever kind
+        return 0
+
+
+def _together(arrived: queue.SimpleQueue[Future]) -> list[Future]:
+    """Return what has arrived, after waiting for the first for a while."""
+    found = []
+    with suppress(queue.Empty):
+        found.append(arrived.get(timeout=LOOK))
+        while True:
+            found.append(arrived.get_nowait())
+    return found

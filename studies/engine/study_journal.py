@@ -1,0 +1,71 @@
+"""The results of a study that is under way, on disk as they come: what a killed study goes on with."""
+
+from __future__ import annotations
+
+import json
+from contextlib import suppress
+from pathlib import Path
+from typing import Any
+
+from gapbeam.postprocess.results.bounded_files import read_plain
+from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.studies.study_folder import study_written
+
+REMEDY = "delete it, and the study begins anew"
+
+
+class StudyJournal:
+    """A file of one line a result, below a line that says what study it is of; it goes when the study is complete.
+
+    What another study, or another release, has left there is begun anew; so is what follows a line that was cut off.
+
+    Args:
+        path: The file.
+        plan: What the results depend on.
+
+    Attributes:
+        kept: Results that are there already, by the place of their point.
+
+    Raises:
+        NotWritten: It cannot be written.
+    """
+
+    def __init__(self, path: Path, plan: dict[str, Any]) -> None:
+        self._path, self.kept = path, dict[int, dict[str, Any]]()
+        head = json.dumps(plan, default=str)
+        if path.exists():
+            with suppress(ResultsError):
+                lines = read_plain(path, "a file of results", REMEDY).decode("utf-8", "replace").split("\n")
+                self.kept = _records(lines[1:-1]) if lines[0] == head else {}
+        with study_written(path):
+            path.write_text(head + "\n", encoding="utf-8")
+        for place, record in self.kept.items():
+            self.write(place, record)
+
+    def write(self, place: int, record: dict[str, Any]) -> None:
+        """Put a result on disk.
+
+        Raises:
+            NotWritten: The disk is full, or the like.
+        """
+        with study_written(self._path), self._path.open("a", encoding="utf-8") as file:
+            file.write(json.dumps([place, finite(record)], allow_nan=False) + "\n")
+
+    def close(self) -> None:
+        """Take the file away: the study is complete, and its results are in files of their own."""
+        self._path.unlink(missing_ok=True)
+
+
+def _records(lines: list[str]) -> dict[int, dict[str, Any]]:
+    """Return the results of whole lines, up to the first that is none."""
+    found: dict[int, dict[str, Any]] = {}
+    for line in lines:
+        try:
+            place, record = json.loads(line)
+        except (ValueError, TypeError, RecursionError):
+            break
+        if not isinstance(place, int) or not isinstance(record, dict):
+            break
+        found[place] = record
+    return found

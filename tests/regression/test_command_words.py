@@ -1,0 +1,75 @@
+"""Mistyped commands and options are answered with what was meant; shells complete them."""
+
+from __future__ import annotations
+
+import os
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from tests.shared.command import PROJECT, alone, called_in_turn, process_environment
+
+pytestmark = alone
+
+MISTYPED = {
+    ("rnu", "cases/demo.toml"): "No such command 'rnu'; did you mean: gapbeam run?",
+    ("wacth", "results/demo"): "did you mean: gapbeam watch?",
+    ("simulate", "cases/demo.toml"): "did you mean: gapbeam run?",
+    ("cases/demo.toml",): "did you mean: gapbeam run cases/demo.toml?",
+    ("cases",): "put a command before the folder",
+    ("zzzz",): "expected one of: run, check",
+    ("run", "cases/demo.toml", "--overwite"): "--overwrite",
+    ("render", "x", "--sise", "640x360"): "--size",
+    ("new", "x.toml", "--tempalte", "demo"): "--template",
+}
+
+
+def test_what_was_meant() -> None:
+    """Status 2, and the word that was probably meant."""
+    for done, said in zip(called_in_turn(*MISTYPED), MISTYPED.values(), strict=True):
+        assert done.returncode == 2
+        assert said in " ".join(done.stderr.split()), done.args
+        assert done.stdout == ""
+
+
+def bash(script: str, home: Path) -> subprocess.CompletedProcess[str]:
+    """Run a script of bash that finds gapbeam as a user does."""
+    path = f"{PROJECT / 'environment' / 'bin'}:{os.environ['PATH']}"
+    environment = {**process_environment(), "PATH": path, "HOME": str(home), "PYTHONPATH": str(PROJECT)}
+    return subprocess.run(
+        ["bash", "--norc", "-c", script], cwd=PROJECT, env=environment, capture_output=True, text=True, timeout=60,
+        check=False,
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize(
+    ("words", "completed"),
+    [
+        ("gapbeam ru", {"run"}),
+        ("gapbeam run --over", {"--overwrite"}),
+        ("gapbeam new my.toml --template tube", {"tube-baffles", "tube-holes", "tube-turbulence"}),
+        ("gapbeam plot results --window h", {"hann"}),
+    ],
+)
+def test_bash_completes(words: str, completed: set[str], tmp_path: Path) -> None:
+    """The function that the command prints for bash, called as bash calls it."""
+    last = len(words.split()) - 1
+    script = f"""
+        source <(_GAPBEAM_COMPLETE=source_bash gapbeam)
+        COMP_WORDS=({words}) COMP_CWORD={last}
+        _gapbeam_completion gapbeam
+        printf '%s\\n' "${{COMPREPLY[@]}}"
+    """
+    done = bash(script, tmp_path)
+    assert (set(done.stdout.split()), done.stderr) == (completed, "")
+
+
+def test_completion_is_installed(tmp_path: Path) -> None:
+    """What --install-completion leaves for bash completes in a new shell."""
+    done = bash("gapbeam --install-completion; true", tmp_path)
+    assert "completion installed" in done.stdout, done.stderr
+    script = (
+        "source ~/.bashrc; COMP_WORDS=(gapbeam wat) COMP_CWORD=1; _gapbeam_completion gapbeam; echo ${COMPREPLY[@]}"
+    )
+    assert bash(script, tmp_path).stdout.split() == ["watch"]

@@ -1,0 +1,179 @@
+"""Runs that measure wear: figures, the same motion, resumed, on two ranks, swept, reported, refused."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam
+from gapbeam.postprocess.report.blocks import TableBlock
+from gapbeam.postprocess.report.sections.wear_section import wear_section
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.faults import CaseError
+from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.models.body_key import body_key
+from gapbeam.solver.run.stop_rule import StopRule
+from tests.parallel.test_ranks_agree import CLOSE, disagreements
+from tests.regression.test_random_statistics_run import CASE, KEYS
+from tests.shared.command import alone, on_ranks
+from tests.shared.interrupted import differing, run_in_parts
+from tests.verification.test_rubbing_beam import SLICE
+
+WEAR = ("wear.coefficient=2e-14", "wear.area=1e-5")
+RUBBING: dict[str, Any] = {
+    "model": {"type": "beam", "elements": 51},
+    "output": {"errors": "none"},
+    "time": {"end": 0.02, "step": 1.0e-4},
+    "wear": {"coefficient": 2.0e-14},
+}
+
+
+@pytest.fixture(scope="module")
+def worn(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A run under noise that measures wear."""
+    folder = tmp_path_factory.mktemp("worn") / "run"
+    outcome = gapbeam.run(CASE, (*KEYS, *WEAR), folder)
+    assert outcome.exit_status == 0, outcome.message
+    return folder
+
+
+def test_rates_are_those_of_the_records(worn: Path) -> None:
+    """Work per time behind the burn-in, within the interval; volume and depth by coefficient and area."""
+    results = gapbeam.open_results(worn)
+    found, statistics = results.summary["wear"], results.summary["statistics"]
+    assert why_not_compiled(gapbeam.model(gapbeam.read_case(CASE, [*KEYS, *WEAR])).plan) is None
+    history = results.history["sliding_work"]
+    assert history.attrs["units"] == "J"
+    time, work = history["time"].values, history.values
+    assert np.all(np.diff(work, axis=0) >= 0.0)
+    first = int(np.searchsorted(time, statistics["burn_in"] - 1e-9))
+    for face, name in enumerate(("base", "gland")):
+        of_face = found["faces"][name]
+        assert of_face["work"] == pytest.approx(work[-1, face], rel=1e-12)
+        rate = of_face["work_rate"]
+        assert rate["value"] == pytest.approx((work[-1, face] - work[first, face]) / (time[-1] - time[first]), rel=0.02)
+        assert 0.0 < rate["low"] < rate["value"] < rate["high"]
+        figure = next(one for one in statistics["figures"] if one["name"] == f"face.{name}.work_rate")
+        assert [figure[key] for key in rate] == list(rate.values())
+        for key in ("value", "low", "high"):
+            assert of_face["volume_rate"][key] == pytest.approx(2e-14 * rate[key], rel=1e-12)
+            assert of_face["depth_rate"][key] == pytest.approx(2e-14 * rate[key] / 1e-5, rel=1e-12)
+
+
+def test_the_report_has_every_rate(worn: Path) -> None:
+    """Three rates of two faces, with intervals; nothing in the report of a run without wear."""
+    section = wear_section(gapbeam.open_results(worn).summary)
+    assert section is not None
+    (table,) = [block for block in section.blocks if isinstance(block, TableBlock)]
+    assert [row[:2] for row in table.rows] == [
+        (face, f"{rate} rate") for face in ("base", "gland") for rate in ("work", "volume", "depth")
+    ]
+    assert all(" to " in str(row[4]) for row in table.rows)
+    assert wear_section({}) is None
+
+
+def test_wear_changes_no_bit_of_the_motion(worn: Path, tmp_path: Path) -> None:
+    """The same run without [wear] has the same records; sliding_work is not among them."""
+    assert gapbeam.run(CASE, KEYS, tmp_path / "without").exit_status == 0
+    with_wear, without = (gapbeam.open_results(path).history for path in (worn, tmp_path / "without"))
+    assert set(with_wear.variables) - set(without.variables) == {"sliding_work", "worn_face"}
+    assert [name for name in without.variables if not with_wear[name].equals(without[name])] == []
+    assert "wear" not in gapbeam.open_results(tmp_path / "without").summary
+
+
+@pytest.mark.parametrize("rubs", [False, True], ids=["compiled", "python"])
+def test_a_resumed_run_has_the_same_work(rubs: bool, tmp_path: Path) -> None:
+    """Stopped and continued: no bit differs. Without noise there are no intervals."""
+    case = tmp_path / "case.toml"
+    smooth = {} if rubs else {"contact": {"stiffness": 2.0e10}}
+    case.write_text(case_to_toml(gapbeam.read_case(SLICE | RUBBING | smooth)))
+    whole = gapbeam.run(case, (), tmp_path / "whole")
+    assert whole.exit_status == 0, whole.message
+    parts = run_in_parts(case, (), tmp_path / "parts", (60 if rubs else 2,))
+    assert parts.exit_status == 0, parts.message
+    assert parts.summary["resumed"]
+    assert differing(tmp_path / "whole", tmp_path / "parts") == []
+    assert parts.summary["wear"] == whole.summary["wear"]
+    for of_face in whole.summary["wear"]["faces"].values():
+        assert of_face["work_rate"] == {"value": of_face["work"] / 0.02, "low": None, "high": None}
+        assert of_face["verdict"] == "no interval"
+        assert of_face["depth_rate"] is None
+    assert max(of_face["work"] for of_face in whole.summary["wear"]["faces"].values()) > 0.0
+
+
+@pytest.mark.slow(minutes=0.3)
+@alone
+def test_two_ranks(tmp_path: Path) -> None:
+    """A full model without friction: the work agrees on one rank and on two."""
+    case = tmp_path / "case.toml"
+    changes = RUBBING | {"model": {"type": "full"}, "contact": {"stiffness": 2.0e10}}
+    case.write_text(case_to_toml(gapbeam.read_case(SLICE | changes | {"time": {"end": 2e-3, "step": 1e-4}})))
+    assert gapbeam.run(case, (), tmp_path / "1").exit_status == 0
+    done = on_ranks(2, "run", case, "--output", tmp_path / "2")
+    assert done.returncode == 0, done.stderr
+    results = [gapbeam.open_results(tmp_path / name) for name in ("1", "2")]
+    assert float(results[0].history["sliding_work"].values[-1].max()) > 0.0
+    assert {name: apart for name, apart in disagreements(results).items() if not apart <= CLOSE} == {}
+
+
+def test_the_coefficient_shares_the_body() -> None:
+    """Coefficient and area are cheap to change; measuring at all is not."""
+    read = [gapbeam.read_case(CASE, [*KEYS, *keys]) for keys in (WEAR, ("wear.coefficient=1e-13",), ())]
+    assert body_key(read[0]) == body_key(read[1]) != body_key(read[2])
+
+
+def test_a_run_can_end_by_its_work_rate() -> None:
+    """The figure is one to ask for with [wear], and refused with the reason without."""
+    rule = StopRule("face.base.work_rate", 0.5, 0.3)
+    rule.refuse_misfit(gapbeam.read_case(CASE, [*KEYS, *WEAR]))
+    with pytest.raises(UserError, match=r"without \[wear\]"):
+        rule.refuse_misfit(gapbeam.read_case(CASE, [*KEYS]))
+
+
+PLACED = {"name": "front", "from": 0.0, "to": 0.05, "clearance": 1.0e-4}
+FAULTS: dict[str, tuple[dict[str, Any], str]] = {
+    "coefficient without wear": (
+        {"support": [PLACED | {"wear": 1e-14}], "wear": None},
+        r"support.*wear.*without \[wear\]",
+    ),
+    "area alone": ({"wear": {"area": 1e-5}}, "without a coefficient"),
+    "formulation": (
+        {"wear": {}, "contact": {"formulation": "nitsche"}, "model": {"type": "full"}},
+        "the work of sliding, with the formulation nitsche",
+    ),
+    "rigid sections": (
+        {
+            "wear": {},
+            "beam": {"length": 0.51, "thickness": 0.02, "width": 0.02, "section": "round"},
+            "mesh": {"dimension": 3, "size": 0.02, "support_size": 0.01},
+            "support": [PLACED | {"region": "hole"}],
+            "model": {"type": "reduced", "sections": "rigid"},
+        },
+        'the work of sliding, with sections = "rigid"',
+    ),
+    "a hole that moves": (
+        {
+            "wear": {},
+            "beam": {"length": 0.51, "thickness": 0.02, "width": 0.02, "section": "round"},
+            "mesh": {"dimension": 3, "size": 0.02, "support_size": 0.01},
+            "support": [PLACED | {"region": "hole"}],
+            "load": [{"type": "support_motion", "support": "front", "amplitude": 1e-4, "frequency": 20.0}],
+        },
+        "the work of sliding, with support_motion of the hole front",
+    ),
+    "negative": ({"wear": {"coefficient": -1e-14}}, "coefficient"),
+    "unknown": ({"wear": {"depth": 1e-4}}, "depth"),
+}
+
+
+@pytest.mark.parametrize("name", FAULTS)
+def test_contradictions_are_refused(name: str) -> None:
+    """Each with what was found."""
+    changes, message = FAULTS[name]
+    tables = {key: value for key, value in (SLICE | RUBBING | {"contact": {}} | changes).items() if value is not None}
+    with pytest.raises(CaseError, match=f"(?s){message}"):
+        gapbeam.read_case(tables)

@@ -1,0 +1,117 @@
+"""The model that "auto" stands for: which, why, and what is refused."""
+
+from __future__ import annotations
+
+from math import pi
+from pathlib import Path
+
+import pytest
+
+from gapbeam.solver.case.bending_waves import bending_wavelength
+from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.computed_defaults import overhang_frequency
+from gapbeam.solver.case.model_table import MOST_ELEMENTS, RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
+from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
+from gapbeam.solver.models.body_key import body_key
+from tests.shared.command import DEMO
+
+CASES = sorted(DEMO.parent.glob("*.toml"))
+EXPLICIT = {"time.scheme": "central-difference", "contact.stiffness": 1e11, "time.step": 1e-7, "time.end": 1e-4}
+CHOSEN = {"valve": "reduced"}
+"""Shipped cases on which no beam model is chosen: the overhang of the valve is short."""
+
+
+@pytest.mark.parametrize("path", CASES, ids=lambda path: path.stem)
+def test_choices_of_the_shipped_cases(path: Path) -> None:
+    """Slender beams whose motion is asked for are beams, of the dimension of the case; others are solids."""
+    case = read_case(path, {"model": "auto"})
+    assert case.model.type == CHOSEN.get(path.stem, "beam")
+    assert case.mesh.dimension == read_case(path).mesh.dimension
+    assert "not rigid" in case.model.reasons[1]
+    assert case.model.reasons[-1].startswith(case.model.type)
+
+
+@pytest.mark.parametrize(
+    ("changes", "model", "contact"),
+    [
+        ({"model": {"type": "auto", "wanted": "forces"}}, "reduced", "shapes"),
+        ({"model": {"type": "auto", "wanted": "pressures"}}, "reduced", "all"),
+        ({"output.stress": True}, "reduced", "shapes"),
+        ({"contact.friction": {"coefficient": 0.2}}, "beam", None),
+        ({"contact.friction": {"coefficient": 0.2}, "output.stress": True}, "reduced", "all"),
+        ({"contact.formulation": {"type": "nitsche"}, "time.scheme": "implicit-midpoint"}, "full", None),
+        (EXPLICIT, "full", None),
+        ({"time.frequency": 3e4, "time.step": "auto"}, "reduced", "shapes"),
+    ],
+)
+def test_what_a_case_asks_for_decides(changes: dict[str, object], model: str, contact: str | None) -> None:
+    """Results, friction, formulation, scheme and frequencies exclude models, and the simplest left is taken."""
+    case = read_case(DEMO, {"model": "auto", **changes})
+    assert case.model.type == model, case.model.reasons
+    assert getattr(case.model, "contact", None) == contact
+
+
+def test_a_soft_contact_on_a_stiff_beam_is_rigid() -> None:
+    """The frequency of the supported part on the contact, sqrt(K / (rho h)) / 2 pi, stays far below bending."""
+    thick = {"model": "auto", "beam.thickness": 0.03, "load.shaker.frequency": 2.0, "time.end": 1.0}
+    first = overhang_frequency(read_case(DEMO, thick))
+    for share, model in ((0.9, "rigid"), (1.1, "beam")):
+        stiffness = 7919.0 * 0.03 * (2.0 * pi * share * RIGID_SHARE * first) ** 2
+        assert read_case(DEMO, {**thick, "contact.stiffness": stiffness}).model.type == model
+
+
+def test_a_plane_scene_stays_plane_and_a_hole_asks_for_the_solid() -> None:
+    """Where the case leaves the dimension out, it is 2 unless something asks for 3."""
+    assert read_case(DEMO, {"model": "auto", "mesh.dimension": None}).mesh.dimension == 2
+    holes = read_case(DEMO.with_name("tube-holes.toml"), {"model": "auto", "mesh.dimension": None})
+    assert holes.mesh.dimension == 3
+    assert "beam on the solid: the simplest model that is left" in holes.model.reasons
+    assert any("on the slice" in reason for reason in holes.model.reasons)
+
+
+def test_choices_can_be_written_read_and_shared() -> None:
+    """The case as it was run holds choice and reasons; reasons do not keep bodies from being shared."""
+    case = read_case(DEMO, {"model": "auto"})
+    again = read_case_text(case_to_toml(case))
+    assert again.model == case.model
+    assert read_case(DEMO, {"model": "auto"}) == case
+    assert body_key(case) == body_key(read_case(DEMO, {"model": "beam"}))
+
+
+def test_elements_are_as_short_as_supports_ask_for() -> None:
+    """Five elements in the shortest support: 5 * 1.2 / 0.02."""
+    model = read_case(DEMO.with_name("baffles.toml"), {"model": "auto"}).model
+    assert isinstance(model, BeamModel)
+    assert model.elements == 300 <= MOST_ELEMENTS
+
+
+def test_a_scene_that_no_model_takes_is_refused_with_each_reason() -> None:
+    """Explicit steps need the full model and modal damping another one: the message has every model."""
+    with pytest.raises(CaseError) as error:
+        read_case(DEMO, {"model": "auto", "damping": {"ratio": 0.01}, **EXPLICIT})
+    words = str(error.value)
+    assert "no model fits" in words
+    assert all(f"not {name} on the slice" in words for name in ("rigid", "beam", "reduced", "full"))
+
+
+def test_faults_of_the_scene_are_those_that_all_models_have() -> None:
+    """A probe beside the beam is reported as it is with any model, once."""
+    with pytest.raises(CaseError) as error:
+        read_case(DEMO, {"model": "auto", "probe.tip.point": 0.6})
+    with pytest.raises(CaseError) as given:
+        read_case(DEMO, {"probe.tip.point": 0.6})
+    assert str(error.value) == str(given.value)
+
+
+def test_the_limit_of_beams_is_that_which_runs_are_judged_by() -> None:
+    """Thickness over wavelength just above the limit gives a solid, just below it a beam."""
+    found = {}
+    for share in (0.98, 1.02):
+        wavelength = 0.012 / (share * THICKNESS_OF_WAVE)
+        low, high = 1.0, 1.0e6  # bisect the frequency whose waves are that long
+        piece = read_case(DEMO).profile.pieces[0]
+        for _ in range(100):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if bending_wavelength(piece, middle) > wavelength else (low, middle)
+        found[share] = read_case(DEMO, {"model": "auto", "time.frequency": low, "time.step": "auto"}).model.type
+    assert found == {0.98: "beam", 1.02: "reduced"}

@@ -1,0 +1,43 @@
+"""What field files take of a motion at the corners of the cells, against interpolation by DOLFINx."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from dolfinx import fem
+from mpi4py import MPI
+
+import gapbeam
+from gapbeam.solver.models.model import build_model
+from gapbeam.solver.run.output.corner_values import CornerValues
+from tests.verification.test_joints_and_masses import ROOT, joint, tables
+
+SOLID: dict[str, Any] = {"dimension": 3, "size": 0.05, "support_size": 0.02, "cells_through_thickness": 2}
+
+
+@pytest.mark.parametrize(
+    "more",
+    [
+        {"model": {"type": "full"}},
+        {"model": {"type": "full"}, "mesh": {"degree": 1, "cell": "triangle"}},
+        {"model": {"type": "reduced"}, "mesh": SOLID},
+        {"model": {"type": "reduced"}, "mesh": SOLID | {"cell": "tetrahedron"}},
+        {"model": {"type": "beam", "elements": 12}},
+    ],
+    ids=["slice", "triangles of degree 1", "reduced solid", "reduced tetrahedra", "beam"],
+)
+def test_corners_move_as_interpolation_says(more: dict[str, Any]) -> None:
+    """The linear function through the corners is what DOLFINx interpolates, for any motion of what is marched."""
+    model = build_model(gapbeam.read_case(tables(joint=[joint(ROOT, "clamped")], **more)), MPI.COMM_SELF)
+    dimension = model.case.mesh.dimension
+    linear = fem.functionspace(model.space.mesh, ("Lagrange", 1, (dimension,)))
+    motion = np.random.default_rng(3).normal(size=model.system.operators.size)
+    fine, coarse = fem.Function(model.space), fem.Function(linear)
+    fine.x.array[:] = model.expand(motion)
+    coarse.interpolate(fine)
+    found = CornerValues.of_model(model, linear).vectors(motion)
+    wanted = coarse.x.array.reshape(-1, dimension)
+    assert found[:, :dimension] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max())
+    assert not np.any(found[:, dimension:])

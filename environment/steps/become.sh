@@ -24,7 +24,7 @@ shift
 # The holder tells its number, then writes until the pipe is full, and waits. It goes when the pipe is closed: below, or
 # with this process. It is nobody's child, so that the command has none that it does not know.
 exec {told}< <(exec bwrap "${frame[@]}" -- sh -c 'echo "$$" && exec yes 2>/dev/null' &)
-wait "$!"
+wait "$!" || true # bash may have forgotten how it ended; the line below says whether there is a holder
 read -r holder <&"$told" || {
   printf 'gapbeam: error: bubblewrap could not make the mounts (see above)\n' >&2
   exit 1

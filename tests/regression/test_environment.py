@@ -94,7 +94,9 @@ def signalled(words, path, name, to_all):
         start_new_session=True,
         env={**os.environ, "PATH": path},
     )
-    number = int(started.stdout.readline())
+    first = started.stdout.readline()
+    assert first, f"ended with {started.wait()} before it said its number"
+    number = int(first)
     (os.killpg if to_all else os.kill)(started.pid, getattr(signal, f"SIG{name}"))
     heard, _ = started.communicate(timeout=LONGEST)
     return number, heard.split(), started.returncode, started.pid

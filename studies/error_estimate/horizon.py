@@ -17,6 +17,7 @@ APART = 0.03  # of the range of the motion: beyond, two motions have parted
 PERIODS = 12  # of the forcing, in a window: whole cycles of 1, 2, 3, 4, 6 and 12 periods
 FEWEST_PERIODS = 4  # in a run, or there is no settled part
 FEWEST_WINDOWS = 4  # of which a standard error is taken
+ALL = 0.999  # of the time of a run: what ends earlier is a part of it
 _WHOLE = 1.0e-6
 
 
@@ -50,7 +51,8 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None) -> 
 
     A run under one forcing frequency, at least four periods long, has a start-up and a settled part, which begins
     after the smooth start of the loads and in the middle of the run at the earliest; windows of the settled part are
-    12 forcing periods long, or a quarter of it where it is shorter. Other runs are taken as a whole. What lies beyond
+    12 forcing periods long, or a quarter of it where it is shorter. Other runs are taken as a whole; where the records
+    end before the case does, as those of slow companions, they are the first part. What lies beyond
     the horizon is a span of its own; so few windows lie there at times that its figures have no error.
 
     Args:
@@ -62,7 +64,8 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None) -> 
     frequencies = forcing_frequencies(case.load)
     known = end if horizon is None else horizon
     if len(frequencies) != 1 or end * frequencies[0] < FEWEST_PERIODS:
-        whole = "whole run" if horizon is None else "up to the horizon"
+        everything = "whole run" if end > ALL * case.time.end - interval else "first part"
+        whole = everything if horizon is None else "up to the horizon"
         return [Span(whole, 0.0, known, 1)] if known > 2.0 * interval else []
     frequency = frequencies[0]
     rise = max((load.rise_time for load in case.load), default=0.0)

@@ -26,7 +26,7 @@ class Span:
     """Part of a motion, in windows of equal length.
 
     Attributes:
-        name: "whole run", "start-up", "settled part", "up to the horizon" or BEYOND_HORIZON.
+        name: "whole run", "first part", "start-up", "settled part", "up to the horizon" or BEYOND_HORIZON.
         start: s.
         width: Of a window, s.
         count: Number of windows.
@@ -85,6 +85,11 @@ def key_figures(motion: MotionRecord, span: Span) -> dict[str, KeyFigure]:
     }
 
 
+def peak_forces(motion: MotionRecord) -> Array:
+    """Return the largest 0.5 ms mean of the contact force on each face, N."""
+    return np.asarray(window_means(motion.impulse, motion.interval, FORCE_WINDOW).max(axis=0))
+
+
 def _figures(motion: MotionRecord, frequency: float | None) -> Iterator[tuple[str, str, str, float]]:
     """Yield name, unit, group and value of each figure in one window."""
     ranges = np.ptp(motion.displacement, axis=0)
@@ -100,7 +105,7 @@ def _figures(motion: MotionRecord, frequency: float | None) -> Iterator[tuple[st
     for number, gauge in enumerate(motion.gauges):
         yield f"{gauge} axial stress", "Pa", "stresses", float(np.ptp(motion.stress[:, 0, number]))
         yield f"{gauge} von Mises stress", "Pa", "stresses", float(motion.stress[:, 1, number].max())
-    peaks = window_means(motion.impulse, motion.interval, FORCE_WINDOW).max(axis=0)
+    peaks = peak_forces(motion)
     for number, face in enumerate(motion.faces):
         yield f"{face} peak force", "N", "peak forces", float(peaks[number])
         yield f"{face} impulse", "N s", "impulses", float(motion.impulse[-1, number] - motion.impulse[0, number])

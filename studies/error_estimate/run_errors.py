@@ -9,6 +9,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
 from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
@@ -27,11 +28,13 @@ from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, Es
 from gapbeam.studies.error_estimate.companions import SAME, STIFFER, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
 from gapbeam.studies.error_estimate.force_peaks import doubtful_peaks, force_peaks
-from gapbeam.studies.error_estimate.horizon import horizon_of, spans_of
+from gapbeam.studies.error_estimate.horizon import ALL, horizon_of, spans_of
+from gapbeam.studies.error_estimate.key_figures import peak_forces
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 LOG = logging.getLogger("gapbeam")
 
+LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 SHARE, LEAST = 0.15, 5.0  # of the wall time of a full run, s: what its estimate may take
 MARCHES, SET_UP = 5.0, 2.0  # marches of any other run, s
 FEWEST_RECORDS = 8
@@ -39,7 +42,7 @@ FAR = 2.0  # times the limit of an assumption on the frequencies that carry the 
 ACCELERATION = " smoothed acceleration"
 VARIABLE = "GAPBEAM_ERRORS"
 IN_THE_MESSAGE = (" displacement", " stress", " peak force")
-SHOWN = ("settled part", "whole run", "beyond the horizon", "up to the horizon", "start-up")
+SHOWN = ("settled part", "whole run", "first part", "beyond the horizon", "up to the horizon", "start-up")
 
 
 @dataclass(frozen=True)
@@ -50,6 +53,8 @@ class RunErrors:
         figures: Key figures with errors.
         horizon: Up to where the motion is predictable, s; None: up to the end of the estimate.
         reached: Up to where the companions went, s.
+        whole: Whether that is the end of the run.
+        later: Faces whose largest 0.5 ms mean force came after it.
         plan: The companions.
         marched: What they did, without their motions: DOFs, step, seconds by name.
     """
@@ -59,6 +64,8 @@ class RunErrors:
     reached: float
     plan: CompanionPlan
     marched: Mapping[str, Mapping[str, float]]
+    whole: bool = True
+    later: tuple[str, ...] = ()
 
 
 def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
@@ -166,7 +173,9 @@ def errors_of(case: Case, run: MotionRecord, found: Mapping[str, CompanionMotion
     """Return the errors of the key figures of a run, given the motions of its companions."""
     motions = {name: one.motion for name, one in found.items()}
     reached = min(motion.end for motion in motions.values())
+    whole, peaks = reached >= ALL * run.end, peak_forces(run)
     run = run.between(0.0, reached)
+    later = () if whole else tuple(np.array(run.faces)[peaks > peak_forces(run)].tolist())
     same = motions.get(SAME, run)
     others = [motion for name, motion in motions.items() if name not in (SAME, STIFFER)]
     parted = [horizon_of(same, others), None if plan.in_plane else horizon_of(run, [same])]
@@ -175,7 +184,7 @@ def errors_of(case: Case, run: MotionRecord, found: Mapping[str, CompanionMotion
     for span in spans_of(case, reached, run.interval, horizon):
         figures += figure_errors(run, motions, span, plan.in_plane)
     marched = {name: {"dofs": one.dofs, "step": one.step, "seconds": one.seconds} for name, one in found.items()}
-    return RunErrors(tuple(figures), horizon, reached, plan, marched)
+    return RunErrors(tuple(figures), horizon, reached, plan, marched, whole, later)
 
 
 def _budget(case: Case, summary: Mapping[str, Any]) -> float:
@@ -222,13 +231,16 @@ def last_line(found: RunErrors) -> str:
     span = next((name for name in SHOWN if any(one.span == name for one in known)), None)
     shown = [one for one in known if one.span == span and one.name.endswith(IN_THE_MESSAGE)]
     words = ", ".join(f"{one.name} {_with_unit(one.value, one.unit)} {_plus_minus(one)}" for one in shown)
-    return f"{span}: {words}" if words else "no figure could be estimated"
+    until = "" if found.whole else f", up to t = {found.reached:.3g} s"
+    return f"{span}{until}: {words}" if words else "no figure could be estimated"
 
 
 def _plus_minus(one: FigureError) -> str:
     if one.relative is None:
         return f"+- {one.error:.2g} {one.unit}"
     percent = 100.0 * one.relative
+    if percent < LEAST_SHOWN:
+        return f"+- less than {LEAST_SHOWN:g} %"
     return f"+- {percent:.0f} %" if percent >= 10.0 else f"+- {percent:.2g} %"
 
 
@@ -246,11 +258,13 @@ def doubts(found: RunErrors, end: float) -> list[str]:
             f"the motion can be predicted up to t = {found.horizon:.4g} s only: beyond, it depends on step and mesh, "
             "and only its statistics have errors"
         )
-    if found.reached < 0.999 * end:
+    if not found.whole:
         words.append(
             f"errors are estimated up to t = {found.reached:.4g} s of {end:g} s: the companions of the run would have "
             "taken too long"
         )
+    if found.later:
+        words.append(f"the largest force on {', '.join(found.later)} came later and has no error")
     if found.plan.left_out:
         words.append(f"the errors do not include {'; '.join(found.plan.left_out)}")
     return words

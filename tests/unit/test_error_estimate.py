@@ -11,7 +11,7 @@ import xarray as xr
 import gapbeam
 from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
-from gapbeam.studies.error_estimate.companion_marches import companion_motions
+from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, companion_motions
 from gapbeam.studies.error_estimate.companions import (
     COARSER,
     FINEST,
@@ -26,7 +26,14 @@ from gapbeam.studies.error_estimate.force_peaks import doubtful_peaks, force_pea
 from gapbeam.studies.error_estimate.horizon import horizon_of, spans_of
 from gapbeam.studies.error_estimate.key_figures import Span, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
-from gapbeam.studies.error_estimate.run_errors import RunErrors, beyond_resolution, without_accelerations
+from gapbeam.studies.error_estimate.run_errors import (
+    RunErrors,
+    beyond_resolution,
+    doubts,
+    errors_of,
+    last_line,
+    without_accelerations,
+)
 from gapbeam.studies.trials import kept_body
 from tests.shared.command import DEMO
 
@@ -94,7 +101,8 @@ def test_spans_are_whole_periods_and_respect_the_horizon() -> None:
     assert settled.end <= 3.7
     assert beyond.start == pytest.approx(settled.end)
     gravity = gapbeam.read_case(DEMO, {"time.end": 0.1})
-    assert [span.name for span in spans_of(gravity, 0.1, INTERVAL, None)] == ["whole run"]
+    assert [span.name for span in spans_of(gravity, 0.1 - INTERVAL, INTERVAL, None)] == ["whole run"]
+    assert [span.name for span in spans_of(gravity, 0.09, INTERVAL, None)] == ["first part"]
 
 
 def test_errors_are_the_stated_combination() -> None:
@@ -223,6 +231,24 @@ def test_accelerations_beyond_the_resolution_are_not_known() -> None:
     errors = {one.name: one.error for one in found.figures}
     assert errors["tip smoothed acceleration"] is None
     assert all(error is not None for name, error in errors.items() if name != "tip smoothed acceleration")
+
+
+def test_companions_that_end_early_say_nothing_of_what_comes_later() -> None:
+    """A force that grows to the end of a run, and companions that reached four fifths of it."""
+    case = gapbeam.read_case(DEMO, {"time.end": 0.05})
+    growing = sine(end=0.05)
+    growing = replace(growing, impulse=0.5 * growing.times[:, None] ** 2)
+    plan = CompanionPlan((), False, ())
+    for end, later in ((0.05, ()), (0.04, ("base",))):
+        motions = {name: growing.between(0.0, end) for name in (HALF_STEP, COARSER, FINEST)}
+        found = errors_of(
+            case, growing, {name: CompanionMotion(name, motions[name], 1, 1e-5, 1.0) for name in motions}, plan
+        )
+        assert found.later == later
+        assert last_line(found).startswith("first part, up to t = 0.04 s: tip" if later else "whole run: tip")
+        assert "+- less than 0.001 %" in last_line(found)
+        words = doubts(found, growing.end)
+        assert any("the largest force on base came later and has no error" in one for one in words) == bool(later)
 
 
 def in_space(lateral: float, noise: float = 0.0) -> MotionRecord:

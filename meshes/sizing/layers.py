@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import lru_cache
 from itertools import pairwise
 
 import numpy as np
@@ -42,6 +43,13 @@ def structured_partition(breakpoints: npt.ArrayLike, cell_length: CellLength) ->
         MeshError: more than MOST_LAYERS layers.
     """
     breaks = np.asarray(breakpoints, dtype=np.float64)
+    return _partition(tuple(float(x) for x in breaks), cell_length).copy()
+
+
+@lru_cache(maxsize=64)
+def _partition(breakpoints: tuple[float, ...], cell_length: CellLength) -> Positions:
+    """Divide an interval as `structured_partition` does: the size of a model is asked for several times."""
+    breaks = np.array(breakpoints)
     roughly = np.mean(1 / cell_length(np.linspace(breaks[0], breaks[-1], 1001))) * (breaks[-1] - breaks[0])
     if roughly > MOST_LAYERS:
         raise _too_many(cell_length.smallest, breaks, f"about {roughly:.2g}")

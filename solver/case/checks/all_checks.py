@@ -149,7 +149,6 @@ from gapbeam.solver.case.checks.time_checks import (
 from gapbeam.solver.case.checks.wear_checks import (
     moving_supports_do_not_wear_around,
     wear_fits_the_formulation,
-    wear_fits_the_model,
     wear_has_its_coefficients,
 )
 from gapbeam.solver.case.reading.known_keys import numbered
@@ -184,7 +183,6 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     own_contact_fits_the_case,
     wear_has_its_coefficients,
     wear_fits_the_formulation,
-    wear_fits_the_model,
     moving_supports_do_not_wear_around,
     bodies_need_few_dofs,
     bodies_stand_on_the_frame,

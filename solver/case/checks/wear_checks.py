@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import ModelTable, ReducedModel
 from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.loads.places import SupportWalls
@@ -46,18 +45,6 @@ def wear_fits_the_formulation(contact: Contact, wear: Wear | None) -> Iterator[F
             "contact whose forces are those of its points: the formulation does not follow motion along the faces",
             'formulation = "penalty" in [contact]',
             (("contact", "formulation"),),
-        )
-
-
-def wear_fits_the_model(model: ModelTable, wear: Wear | None) -> Iterator[Fault]:
-    """Rigid sections keep the motion of their circles across the beam alone, not that of points along the faces."""
-    if wear is not None and isinstance(model, ReducedModel) and model.rings is not None:
-        yield Fault(
-            ("wear",),
-            'the work of sliding, with sections = "rigid"',
-            'sections = "deformable", or beam elements: the basis of rigid sections has no motion along the faces',
-            'sections = "deformable" in [model]',
-            (("model", "sections"),),
         )
 
 

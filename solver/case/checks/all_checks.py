@@ -147,6 +147,7 @@ from gapbeam.solver.case.checks.time_checks import (
     step_follows_the_forcing,
 )
 from gapbeam.solver.case.checks.wear_checks import (
+    depth_limits_have_an_area,
     moving_supports_do_not_wear_around,
     wear_fits_the_formulation,
     wear_has_its_coefficients,
@@ -181,6 +182,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     supports_lie_on_the_beam,
     supports_keep_apart,
     own_contact_fits_the_case,
+    depth_limits_have_an_area,
     wear_has_its_coefficients,
     wear_fits_the_formulation,
     moving_supports_do_not_wear_around,

@@ -36,6 +36,17 @@ def wear_has_its_coefficients(support: AnySupports, wear: Wear | None) -> Iterat
         )
 
 
+def depth_limits_have_an_area(wear: Wear | None) -> Iterator[Fault]:
+    """A depth is a volume over an area."""
+    if wear is not None and wear.depth_limit is not None and wear.area is None:
+        yield Fault(
+            ("wear", "depth_limit"),
+            f"{wear.depth_limit:g} m, without the worn area",
+            "the area over which the volume is spread: without one no depth is known",
+            "area = 1e-5 in [wear], m^2",
+        )
+
+
 def wear_fits_the_formulation(contact: Contact, wear: Wear | None) -> Iterator[Fault]:
     """Work needs points with a normal force and a motion along the face."""
     if wear is not None and contact.formulation.stress_terms is not None:

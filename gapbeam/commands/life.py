@@ -4,13 +4,16 @@ from __future__ import annotations
 
 from math import inf
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import click
 import typer
 
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
 
 WIDTH = 160  # columns of the table where there is no terminal to fit it to
 
@@ -54,4 +57,11 @@ def life(
     return result.exit_status
 
 
-STUDY = StudyCommand(life)
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.life_section import LIFE_FILE, life_sections
+
+    return Kind("life", "Life", (LIFE_FILE,), life_sections)
+
+
+STUDY = StudyCommand(life, _kind)

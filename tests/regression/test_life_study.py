@@ -12,6 +12,8 @@ import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.postprocess.report.blocks import TableBlock, Verdict
+from gapbeam.postprocess.report.sections.life_section import life_sections
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.faults import CaseError
 from gapbeam.studies.life.case_rates import CaseRates
@@ -76,6 +78,12 @@ def test_a_life_is_found_written_and_gone_on_with(tmp_path: Path) -> None:
     assert "95 %" in again.headline()
     with pytest.raises(gapbeam.UserError, match="holds the life of another case"):
         gapbeam.life(NOISY, {"wear.depth_limit": 1e-4}, output=folder)
+    summary, over_time, runs = life_sections(folder, "gapbeam report")
+    assert isinstance(summary.blocks[0], Verdict)
+    assert summary.blocks[0].text == again.headline()
+    assert len(over_time.blocks) == 2
+    assert isinstance(runs.blocks[0], TableBlock)
+    assert len(runs.blocks[0].rows) == 2 * len(stored["states"])
     early = gapbeam.life(NOISY, at_most=0.3 * worn.life, output=tmp_path / "early")
     assert (early.exit_status, early.worn.reason) == (5, "time")
     assert early.worn.states[-1].time == pytest.approx(0.3 * worn.life)

@@ -18,7 +18,7 @@ one_thread_by_default()  # before anything loads a numerical library
 if TYPE_CHECKING:
     from gapbeam.interface.case_picture import view
     from gapbeam.interface.case_source import read_case
-    from gapbeam.interface.case_studies import Workers, identify, stability, sweep, tradeoff
+    from gapbeam.interface.case_studies import Workers, identify, life, stability, sweep, tradeoff
     from gapbeam.interface.error_classes import (
         AssumptionBroken,
         BrowserError,
@@ -50,7 +50,7 @@ _MODULES = {
     "case_picture": ("view",),
     "case_source": ("read_case",),
     "single_case": ("check", "model", "modes", "run"),
-    "case_studies": ("Workers", "identify", "stability", "sweep", "tradeoff"),
+    "case_studies": ("Workers", "identify", "life", "stability", "sweep", "tradeoff"),
     "shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
 }
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
@@ -82,6 +82,7 @@ __all__ = [
     "compare",
     "export",
     "identify",
+    "life",
     "model",
     "modes",
     "open_results",

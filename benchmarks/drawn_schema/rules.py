@@ -152,6 +152,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "wear"): never,  # only with [wear]
     ("Wear", "coefficient"): one_of(1.0e-14, 1.0e-13),
     ("Wear", "area"): seldom(powers(-6.0, -4.0)),
+    ("Wear", "depth_limit"): never,  # only with an area; runs do not see it
     ("SupportBody", "mass"): lambda chance, scene: scene.mass * chance.choice((0.03, 0.1, 0.5)),
     ("SupportBody", "stiffness"): _spring,
     ("SupportBody", "damping"): seldom(_damper, 0.7),

@@ -1,4 +1,4 @@
-"""What a Python session does with many runs of a case: sweep, stability, trade-off, identification."""
+"""What a Python session does with many runs of a case: sweep, stability, trade-off, identification, life."""
 
 from __future__ import annotations
 
@@ -25,6 +25,7 @@ from gapbeam.studies.engine.workers import as_workers
 
 if TYPE_CHECKING:
     from gapbeam.studies.identification.run_identification import IdentificationResult
+    from gapbeam.studies.life.run_life import LifeResult
     from gapbeam.studies.stability.run_stability import StabilityResult
     from gapbeam.studies.sweep.run_sweep import SweepResult
     from gapbeam.studies.tradeoff.run_tradeoff import TradeoffResult
@@ -211,3 +212,48 @@ def identify(
     problem = read_identification(Path(file), override_texts(overrides))
     folder = folder_from(output, Path(file).stem)
     return run_identification(problem, folder, leave_one_out, crew, overwrite, progress)
+
+
+def life(
+    case: CaseSource,
+    overrides: Overrides = (),
+    *,
+    tolerance: float = 0.02,
+    at_most: float | None = None,
+    runs: int = 40,
+    output: str | PathLike[str] | None = None,
+    overwrite: bool = False,
+    progress: Callable[[int, int | None], None] | None = None,
+) -> LifeResult:
+    """Find how long supports live until a face is worn to `wear.depth_limit`; goes on where it was interrupted.
+
+    Args:
+        case: As in `sweep`.
+        overrides: Keys to replace.
+        tolerance: Error of a block, as a fraction of its depth.
+        at_most: Longest life that is looked for, s; None: no end.
+        runs: Most runs that are made.
+        output: Folder; by default results/<case>-life.
+        overwrite: Begin anew.
+        progress: Called with the number of runs, and None.
+
+    Returns:
+        The life; its `exit_status` is 5 where the limit was not reached, and its `headline()` says why.
+
+    Raises:
+        CaseError: The case has faults.
+        UserError: The case has no limit or no wear, or the folder holds another life or cannot be written.
+        RunError: A run on worn gaps did not pass.
+        ResultsError: What an earlier life left cannot be read.
+    """
+    refuse_ranks("life")
+    from gapbeam.studies.life.run_life import run_life
+
+    check_fraction("tolerance", tolerance)
+    check_range("runs", runs, 2, 10_000)
+    longest = float("inf") if at_most is None else at_most
+    check_range("at_most", longest, 0.0)
+    folder = folder_from(output, f"{name_of(case)}-life")
+    return run_life(
+        case_file(case, folder), folder, override_texts(overrides), tolerance, longest, runs, overwrite, progress
+    )

@@ -8,6 +8,10 @@ motions u_j of the surface best,
 
 with pi_a the orthonormal polynomials of the measure. A force at a station is spread over the surface likewise: its
 resultant and its moments are those of a force at x_s, and around the section it is the same everywhere.
+
+How the surface of a section moves along its support is that of a rigid section, too: u_x = U + a y + b z along the
+beam, and r t around it. U, a, b and t are fitted along x likewise, to u_x, 2 y u_x / r^2, 2 z u_x / r^2 and
+(y u_z - z u_y) / r^2, whose means around a circle they are.
 """
 
 from __future__ import annotations
@@ -27,6 +31,7 @@ from gapbeam.solver.supports.support import Face
 from gapbeam.solver.system.operators import Array, Indices, Interface
 
 ACROSS = np.array([1, 2])  # components of displacement
+EVERY = np.array([0, 1, 2])
 FITTED = 4  # polynomials along a support
 
 
@@ -42,6 +47,7 @@ class RingRows:
         faces: Index of the face of each, (k,).
         fits: c of each face along y and z, on the interface DOFs, (c, interface.size).
         values: The motion of each station along y and z by c, (2k, c).
+        surface: U, a, b and t of each station on the interface DOFs, (4k, interface.size); None: not needed.
     """
 
     interface: Interface
@@ -51,6 +57,7 @@ class RingRows:
     faces: Indices
     fits: csr_matrix
     values: csr_matrix
+    surface: csr_matrix | None = None
 
     @property
     def motions(self) -> csr_matrix:
@@ -73,7 +80,12 @@ class RingRows:
 
 
 def ring_rows(
-    space: Any, faces: Mapping[str, Indices], supported: Sequence[Face], rule: PointRule, count: int
+    space: Any,
+    faces: Mapping[str, Indices],
+    supported: Sequence[Face],
+    rule: PointRule,
+    count: int,
+    follows: bool = False,
 ) -> RingRows:
     """Return the stations of supports around a beam.
 
@@ -83,6 +95,7 @@ def ring_rows(
         supported: These faces.
         rule: Where the points of a facet lie.
         count: Stations along each support; fewer where the mesh has fewer places.
+        follows: Whether motion along the faces is needed.
 
     Collective.
     """
@@ -92,13 +105,14 @@ def ring_rows(
         for face in supported
     ]
     used = [np.abs(points.values) > NO_ENTRY for points in surfaces]
-    numbers = [(points.nodes[which] * block)[:, None] + ACROSS for points, which in zip(surfaces, used, strict=True)]
+    held = EVERY if follows else ACROSS
+    numbers = [(points.nodes[which] * block)[:, None] + held for points, which in zip(surfaces, used, strict=True)]
     interface, slots = dof_interface(space, [found.reshape(-1) for found in numbers], block)
     listed = np.zeros(interface.size, dtype=np.int64)
     found = np.unique(np.concatenate([each.reshape(-1) for each in numbers]))
     listed[slots(found)] = found
     places, areas, owners = list[Array](), list[Array](), list[Indices]()
-    fits, values = list[csr_matrix](), list[Array]()
+    fits, values, surface = list[csr_matrix](), list[Array](), list[csr_matrix]()
     for face, points in enumerate(surfaces):
         x = points.positions[:, 0]
         gauss = gauss_rule(x, points.weights, count)
@@ -111,6 +125,9 @@ def ring_rows(
         values.append(
             np.einsum("as,yz->syza", gauss.at_nodes[:FITTED], np.identity(2)).reshape(2 * len(gauss.areas), -1)
         )
+        if follows:
+            axial = _values(points, used[face], slots, block, 0, interface.size)
+            surface.append(_surface(points, gauss.at_nodes[:FITTED].T @ gauss.moments[:FITTED], [axial, *nodal]))
     return RingRows(
         interface,
         listed,
@@ -119,7 +136,30 @@ def ring_rows(
         np.concatenate(owners),
         csr_matrix(vstack(fits, format="csr")),
         csr_matrix(block_diag(values)),
+        csr_matrix(vstack(surface, format="csr")) if follows else None,
     )
+
+
+def _surface(points: FacePoints, fit: Array, motions: Sequence[csr_matrix]) -> csr_matrix:
+    """Return U, a, b and t of the stations of a face one after the other, (4k, size).
+
+    Args:
+        points: Of the face, all around the beam.
+        fit: From values at the points to those at the stations, (k, points).
+        motions: Of the points along x, y and z, (points, size) each.
+    """
+    y, z = points.positions[:, 1:].T
+    squares, total = y**2 + z**2, points.weights.sum()
+    shares = [float(points.weights @ (part**2 / squares) / total) for part in (y, z)]  # 1/2 around a circle
+    along, sideways, up = motions
+    fields = (
+        along,
+        along.multiply((y / (shares[0] * squares))[:, None]),
+        along.multiply((z / (shares[1] * squares))[:, None]),
+        up.multiply((y / squares)[:, None]) - sideways.multiply((z / squares)[:, None]),
+    )
+    rows = vstack([csr_matrix(fit @ csr_matrix(each)) for each in fields], format="csr")
+    return csr_matrix(rows[np.arange(rows.shape[0]).reshape(len(fields), -1).T.reshape(-1)])
 
 
 def _values(points: FacePoints, used: Any, slots: Any, block: int, axis: int, size: int) -> csr_matrix:

@@ -20,3 +20,8 @@ class Wear(Table):
         description="worn area of each face, over which the volume is spread, m^2; default none: no depth is given",
         examples=[1.0e-5],
     )
+    depth_limit: Positive | None = Field(
+        default=None,
+        description="depth at which the life of a face ends, for `gapbeam life`, m; default none",
+        examples=[0.2e-3],
+    )

@@ -75,6 +75,10 @@ class LoadTable(Table, ABC):
     def at_full_amplitude(self) -> Self:
         """Return the load without its smooth start."""
 
+    def with_other_noise(self, number: int) -> Self:  # noqa: ARG002
+        """Return the load with noise that is independent of this one, another for each number; itself without noise."""
+        return self
+
     @abstractmethod
     def frequency_words(self, step: float) -> tuple[str, str] | None:
         """Return how fast it is and how steps, s, show that, in words; None for static loads."""

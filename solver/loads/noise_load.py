@@ -41,6 +41,10 @@ class NoiseLoad(UnrepeatedLoad):
         """The noise as a function of time."""
         return RandomSignal(self.spectrum.spectrum(), self.seed, self.name, self.ramp)
 
+    def with_other_noise(self, number: int) -> Self:
+        """Return the load with a seed that is so many times 1000 higher: seeds that users count up are not met."""
+        return self.model_copy(update={"seed": self.seed + 1000 * number})
+
     def time_function(self) -> TimeFunction:
         """Return the noise."""
         signal = self.signal

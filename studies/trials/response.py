@@ -12,6 +12,7 @@ from gapbeam.solver.diagnostics.assumptions.assumption import Finding
 from gapbeam.solver.diagnostics.assumptions.frequency_content import content_of_motion
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.errors import (
     AssumptionBroken,
     EnergyCreated,
@@ -97,6 +98,7 @@ def respond(
     longest: float | None = None,
     watched: bool = False,
     rings: bool = False,
+    statistics: RunStatistics | None = None,
 ) -> TrialResponse:
     """March a model from a start.
 
@@ -109,6 +111,7 @@ def respond(
         watched: Judge it as a run is judged: by its assumptions, and by the energy that the scheme took, too. The
             pose is looked at where there are records.
         rings: Whether free vibration from the start is part of it: the amplitude of a resonance is then no figure.
+        statistics: Sees the records, which have the interval of its own; None: nothing does.
 
     Returns:
         The response; one that is not to be trusted, or did not converge, says so, up to where it came.
@@ -117,7 +120,8 @@ def respond(
     """
     response, clock = TrialResponse(), time.perf_counter()
     try:
-        _march(model, start, steps, interval, response, None if longest is None else clock + longest, watched, rings)
+        deadline = None if longest is None else clock + longest
+        _march(model, start, steps, interval, response, deadline, watched, rings, statistics)
     except RunError as error:
         response.failed(error)
     response.seconds = time.perf_counter() - clock
@@ -133,10 +137,11 @@ def _march(
     deadline: float | None,
     watched: bool,
     rings: bool,
+    statistics: RunStatistics | None,
 ) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
-    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model))
+    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model), statistics)
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
     try:

@@ -17,7 +17,7 @@ FILES = sorted(
 )
 COMMAND = re.compile(
     r"\bgapbeam (new|view|watch|run|check|"
-    r"render|plot|film|export|report|compare|sweep|modes|stability|identify|tradeoff|paper)\b"
+    r"render|plot|film|export|report|compare|sweep|modes|stability|life|identify|tradeoff|paper)\b"
 )
 
 

@@ -145,16 +145,6 @@ FAULTS: dict[str, tuple[dict[str, Any], str]] = {
         {"wear": {}, "contact": {"formulation": "nitsche"}, "model": {"type": "full"}},
         "the work of sliding, with the formulation nitsche",
     ),
-    "rigid sections": (
-        {
-            "wear": {},
-            "beam": {"length": 0.51, "thickness": 0.02, "width": 0.02, "section": "round"},
-            "mesh": {"dimension": 3, "size": 0.02, "support_size": 0.01},
-            "support": [PLACED | {"region": "hole"}],
-            "model": {"type": "reduced", "sections": "rigid"},
-        },
-        'the work of sliding, with sections = "rigid"',
-    ),
     "a hole that moves": (
         {
             "wear": {},

@@ -19,7 +19,7 @@ from tests.shared.processes import LONGEST, beside, ended
 PROJECT = Path(__file__).parents[2]
 DEMO = PROJECT / "cases" / "demo.toml"
 GAPBEAM = (sys.executable, "-m", "gapbeam")
-FORKED = ("run", "check", "modes", "compare", "schema")
+FORKED = ("run", "check", "modes", "compare", "schema", "life")
 """Commands that start no processes of their own and draw nothing in three dimensions."""
 SEVERAL = "tests.programs.several_calls"
 

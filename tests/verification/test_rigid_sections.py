@@ -11,10 +11,11 @@ from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
 import gapbeam
+from gapbeam.solver.case.rigid_motion import unit_motions
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.python.march import march
+from gapbeam.solver.march.python.march import begun, march
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks
@@ -155,6 +156,28 @@ def test_orbits_are_those_of_beam_elements() -> None:
     assert found[0].mean(axis=0) == pytest.approx(expected[0].mean(axis=0), rel=0.01)
     means = [forces.reshape(10, -1, 2).max(axis=1).mean(axis=0) for forces in (found[0], expected[0])]
     assert means[0] == pytest.approx(means[1], rel=0.1)
+
+
+def test_the_surface_slides_as_the_section_does() -> None:
+    """Rigid motions move the surface along the holes and around them; the work of sliding is that of beam elements."""
+    model = model_of(RIGID, wear={})
+    contact, body = model.system.contact, model.body
+    places, around = contact.positions, np.stack([-contact.across[:, 1], contact.across[:, 0]], axis=1)
+    for number, motion in enumerate(unit_motions()):
+        q = body.rigid[number]  # V^T M u of a rigid motion u is its q
+        moved = motion.at(places)
+        wanted = np.stack([moved[:, 0], np.sum(moved[:, 1:] * around, axis=1)], axis=1)
+        assert contact.slip(q) == pytest.approx(wanted, abs=1e-6 * np.abs(moved).max())
+    shaken = {"load": [WEIGHT, SHAKER], "time": {"end": 0.03, "step": 1.0e-5}, "wear": {}}
+    works = []
+    for kind in (RIGID, BEAM):
+        simulation = Simulation(model_of(kind, **shaken))
+        start = begun(simulation.plan, simulation.seat().state)
+        accounts = Accounts.opened(simulation.plan.system, simulation.plan.law, start, simulation.plan.dt)
+        *_, _last = CompiledLoop(simulation.plan).blocks(start, simulation.plan.steps, accounts)
+        works.append(accounts.sliding.by_face)
+    assert works[0].min() > 0.0
+    assert works[0] == pytest.approx(works[1], rel=0.02)
 
 
 def test_the_compiled_march_takes_the_sections() -> None:

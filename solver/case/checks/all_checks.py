@@ -147,9 +147,9 @@ from gapbeam.solver.case.checks.time_checks import (
     step_follows_the_forcing,
 )
 from gapbeam.solver.case.checks.wear_checks import (
+    depth_limits_have_an_area,
     moving_supports_do_not_wear_around,
     wear_fits_the_formulation,
-    wear_fits_the_model,
     wear_has_its_coefficients,
 )
 from gapbeam.solver.case.reading.known_keys import numbered
@@ -182,9 +182,9 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     supports_lie_on_the_beam,
     supports_keep_apart,
     own_contact_fits_the_case,
+    depth_limits_have_an_area,
     wear_has_its_coefficients,
     wear_fits_the_formulation,
-    wear_fits_the_model,
     moving_supports_do_not_wear_around,
     bodies_need_few_dofs,
     bodies_stand_on_the_frame,

@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import ModelTable, ReducedModel
 from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.loads.places import SupportWalls
@@ -37,6 +36,17 @@ def wear_has_its_coefficients(support: AnySupports, wear: Wear | None) -> Iterat
         )
 
 
+def depth_limits_have_an_area(wear: Wear | None) -> Iterator[Fault]:
+    """A depth is a volume over an area."""
+    if wear is not None and wear.depth_limit is not None and wear.area is None:
+        yield Fault(
+            ("wear", "depth_limit"),
+            f"{wear.depth_limit:g} m, without the worn area",
+            "the area over which the volume is spread: without one no depth is known",
+            "area = 1e-5 in [wear], m^2",
+        )
+
+
 def wear_fits_the_formulation(contact: Contact, wear: Wear | None) -> Iterator[Fault]:
     """Work needs points with a normal force and a motion along the face."""
     if wear is not None and contact.formulation.stress_terms is not None:
@@ -46,18 +56,6 @@ def wear_fits_the_formulation(contact: Contact, wear: Wear | None) -> Iterator[F
             "contact whose forces are those of its points: the formulation does not follow motion along the faces",
             'formulation = "penalty" in [contact]',
             (("contact", "formulation"),),
-        )
-
-
-def wear_fits_the_model(model: ModelTable, wear: Wear | None) -> Iterator[Fault]:
-    """Rigid sections keep the motion of their circles across the beam alone, not that of points along the faces."""
-    if wear is not None and isinstance(model, ReducedModel) and model.rings is not None:
-        yield Fault(
-            ("wear",),
-            'the work of sliding, with sections = "rigid"',
-            'sections = "deformable", or beam elements: the basis of rigid sections has no motion along the faces',
-            'sections = "deformable" in [model]',
-            (("model", "sections"),),
         )
 
 

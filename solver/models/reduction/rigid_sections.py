@@ -4,10 +4,11 @@ The contact points around a station all move by the two motions s of its section
 
     g_i = g0_i + c_i . s,
 
-with the unit vectors c_i that open the gaps. A basis needs 8 shapes for a support, and not one for every shape of
-pressure around it. What is left out is the deformation of the sections in their plane: that a tube gives way
-under a force on one side, while a force on the rigid section is spread all around. It is measured, on the mesh, for a
-pressure over half of the circumference of each support, p = max(cos t, 0) about a direction.
+with the unit vectors c_i that open the gaps. Along their faces they move with the section as it turns. A basis needs 8
+shapes for a support, and not one for every shape of pressure around it. What is left out is the deformation of the
+sections in their plane: that a tube gives way under a force on one side, while a force on the rigid section is spread
+all around. It is measured, on the mesh, for a pressure over half of the circumference of each support,
+p = max(cos t, 0) about a direction.
 """
 
 from __future__ import annotations
@@ -50,8 +51,9 @@ class RigidSections:
     @classmethod
     def of_body(cls, body: Body, stations: int) -> RigidSections:
         """Return those of a body, so many along each support. Collective."""
-        meshed, supported = body.meshed, body.contact.support.faces
-        return cls(body, ring_rows(meshed.space, meshed.faces, supported, point_rule(body.case), stations))
+        meshed, case = body.meshed, body.case
+        supported, rule = body.contact.support.faces, point_rule(case)
+        return cls(body, ring_rows(meshed.space, meshed.faces, supported, rule, stations, case.follows_faces))
 
     @property
     def count(self) -> int:
@@ -100,6 +102,7 @@ def on_rigid_sections(contact: ContactOperator, space: Any, rings: RingRows) -> 
         contact,
         interface=rings.interface,
         gap_matrix=csr_matrix((entries.data, (entries.row, slots[entries.col])), whole),
+        tangents=None,
     )
     positions, weights, owners, stations, shares = [], [], [], [], []
     for face in range(len(contact.face_names)):
@@ -137,9 +140,40 @@ def on_rigid_sections(contact: ContactOperator, space: Any, rings: RingRows) -> 
         faces=faces,
         support=contact.support,
         positions=places,
+        tangents=None if rings.surface is None else _tangents(rings, rings.surface, opening, places[:, 1:], numbers),
+        frictionless=contact.frictionless,
         distributed=mesh,
         shares=spread,
     )
+
+
+def _tangents(rings: RingRows, surface: csr_matrix, opening: Array, across: Array, stations: Indices) -> csr_matrix:
+    """Return T: motion along the beam and around it, point by point, (2m, interface.size).
+
+    Args:
+        rings: The stations.
+        surface: Theirs.
+        opening: Unit vectors that open the gaps along y and z, (m, 2).
+        across: The points along y and z, (m, 2), m.
+        stations: That of each point, (m,).
+    """
+    count = len(stations)
+    y, z = across.T
+    around = np.stack([-opening[:, 1], opening[:, 0]], axis=1)
+    ones, rows = np.ones(count), np.arange(count)
+
+    def of(values: Array, row: Indices, first: Indices, columns: int) -> csr_matrix:
+        """Return a matrix with some neighbors in each row."""
+        places = first[:, None] + np.arange(values.shape[1])
+        return csr_matrix(
+            (values.reshape(-1), (np.repeat(row, values.shape[1]), places.reshape(-1))), (2 * count, columns)
+        )
+
+    along = of(np.stack([ones, y, z], axis=1), 2 * rows, 4 * stations, surface.shape[0])
+    moved = of(around, 2 * rows + 1, 2 * stations, rings.values.shape[0])
+    arms = around[:, 1] * y - around[:, 0] * z
+    turned = of(arms[:, None], 2 * rows + 1, 4 * stations + 3, surface.shape[0])
+    return csr_matrix((along + turned) @ surface + moved @ rings.motions)
 
 
 def _lobes(contact: ContactOperator) -> Array:

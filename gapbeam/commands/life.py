@@ -1,0 +1,67 @@
+"""The command `gapbeam life`."""
+
+from __future__ import annotations
+
+from math import inf
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import click
+import typer
+
+from gapbeam.commands.study import StudyCommand
+from gapbeam.commands.terminal import progress_bar, screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+WIDTH = 160  # columns of the table where there is no terminal to fit it to
+
+
+def life(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML) with wear.depth_limit")],
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    tolerance: Annotated[str, typer.Option(help="error of a block, as a share of its depth")] = "2%",
+    at_most: Annotated[
+        str | None, typer.Option(help="longest life that is looked for, such as 40y, 300d or 2000h; by default none")
+    ] = None,
+    runs: Annotated[int, typer.Option(min=2, max=10_000, help="most runs that are made")] = 40,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-life")] = None,
+    overwrite: Annotated[bool, typer.Option("--overwrite", help="begin anew")] = False,
+) -> int:
+    """Find how long supports live until a face is worn to wear.depth_limit; goes on where it was interrupted.
+
+    Exit status: 0 the limit was reached, 5 it was not, 3 energy was created or 4 not converged in a run, 2 a fault of
+    the input, 6 results could not be written.
+    """
+    from gapbeam.commands.compare import fraction
+    from gapbeam.studies.life.run_life import run_life
+    from gapbeam.studies.life.time_words import long_time
+
+    longest = inf if at_most is None else long_time(at_most)
+    if longest is None:
+        raise click.BadParameter(
+            f'found "{at_most}"; expected a time such as 40y, 300d, 2000h or 90 (seconds)', param_hint="--at-most"
+        )
+    folder = output if output is not None else Path("results") / f"{case.stem}-life"
+    share = fraction(tolerance, "--tolerance")
+    with progress_bar("runs on worn gaps") as bar:
+        result = run_life(case, folder, override or (), share, longest, runs, overwrite, bar.show)
+    console = screen(WIDTH)
+    for table in result.tables():
+        console.print(table)
+    console.print("\n".join(map(str, result.paths)), markup=False)
+    console.print(result.headline(), markup=False)
+    return result.exit_status
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.life_section import LIFE_FILE, life_sections
+
+    return Kind("life", "Life", (LIFE_FILE,), life_sections)
+
+
+STUDY = StudyCommand(life, _kind)

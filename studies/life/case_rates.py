@@ -1,0 +1,132 @@
+"""The rates at which a case wears its faces on given gaps: one run, its statistics, and what was found in it."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
+from gapbeam.solver.errors import RunError, UserError
+from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_of
+from gapbeam.studies.life.worn_case import worn_case
+from gapbeam.studies.life.worn_march import Array, DepthRates
+from gapbeam.studies.trials.kept_body import KeptBody
+from gapbeam.studies.trials.response import respond
+from gapbeam.studies.trials.starts import seated
+
+PERIODS = 100  # of a forcing, of which statistics need some dozens behind the burn-in
+WHOLE = 1.0e-6
+REPEATED = 1.0e-4  # of a rate, between the ends of the interval of a motion that repeats
+
+
+class RunFailed(RunError):  # noqa: N818 - as other ends of runs are called
+    """A run on worn gaps did not pass.
+
+    Attributes:
+        exit_status: Of that run.
+    """
+
+    def __init__(self, message: str, exit_status: int) -> None:
+        super().__init__(message, exit_status)
+        self.exit_status = exit_status
+
+
+@dataclass
+class CaseRates:
+    """Runs of a case on worn gaps, one after the other; the body is set up once.
+
+    Attributes:
+        case: Not worn, with [wear], a coefficient for every face and an area.
+        body: What the runs share.
+    """
+
+    case: Case
+    body: KeptBody = field(default_factory=KeptBody)
+
+    @property
+    def factors(self) -> Array:
+        """Depth worn per work of sliding of each face, (faces,), m/J."""
+        wear = self.case.wear
+        assert wear is not None
+        assert wear.area is not None
+        own = self.case.layout.own("wear")
+        return np.array([(wear.coefficient or 0.0) if one is None else one for one in own]) / wear.area
+
+    def __call__(self, depths: Array, number: int) -> DepthRates:
+        """Return the rates at given depths.
+
+        Args:
+            depths: Of all faces, (faces,), m.
+            number: Of the run, which chooses the noise.
+
+        Raises:
+            RunFailed: The run did not pass.
+            UserError: It has too few records for statistics.
+        """
+        model = self.body.model(worn_case(self.case, list(map(float, depths)), number))
+        case, factors = model.case, self.factors
+        every = _every(model)
+        steps = round(case.time.end / model.step)
+        statistics = _statistics(model, every)
+        start = seated(model).state
+        response = respond(model, start, steps, every * model.step, watched=True, statistics=statistics)
+        if response.exit_status:
+            worn = ", ".join(f"{name} {depth:.3g} m" for name, depth in zip(self.names, depths, strict=True))
+            raise RunFailed(
+                f"the run with the faces worn by {worn} did not pass: {response.verdict}: {response.message}",
+                response.exit_status,
+            )
+        found = _work_rates(statistics, case.time.end)
+        rates = [found[name] for name in self.names]
+        values, low, high = (
+            factors * np.array([max(float(one[key]), 0.0) for one in rates]) for key in ("value", "low", "high")
+        )
+        repeats = high - low < REPEATED * values
+        verdicts = ("good" if same else str(one["verdict"]) for same, one in zip(repeats, rates, strict=True))
+        return DepthRates(values, low, high, tuple(verdicts))
+
+    @property
+    def names(self) -> Sequence[str]:
+        """Names of the faces."""
+        return [face.name for face in self.case.layout.faces]
+
+
+def _every(model: Model) -> int:
+    """Return the steps between records: those of the case, or a period of a forcing that repeats often enough.
+
+    The work of whole periods is the same in a motion that repeats, and has no chance in it.
+    """
+    case, step = model.case, model.step
+    frequencies = forcing_frequencies(case.load)
+    if not has_statistics(case) and len(frequencies) == 1 and frequencies[0] * case.time.end >= PERIODS:
+        steps = round(1.0 / (frequencies[0] * step))
+        if abs(steps * step * frequencies[0] - 1.0) < WHOLE:
+            return steps
+    return max(1, round((case.output.history_interval or step) / step))
+
+
+def _statistics(model: Model, every: int) -> RunStatistics:
+    """Return what gathers the statistics of a run, of a case without noise, too."""
+    case, faces = model.case, tuple(model.system.contact.face_names)
+    return statistics_of(model, every) or RunStatistics(
+        faces, tuple(model.probes), bends_in_two_planes(case), every * model.step, decay_time(case), True
+    )
+
+
+def _work_rates(statistics: RunStatistics, end: float) -> dict[str, Mapping[str, Any]]:
+    """Return the work rate of each face with its interval, as statistics describe it, W."""
+    figures = {one["name"]: one for one in statistics.describe()["figures"]}
+    if not figures:
+        raise UserError(
+            f"time.end: {end:g} s with a record every {statistics.interval:g} s are too few records for the mean of a "
+            "work rate; expected a hundred and more: a later time.end, or a shorter output.history_interval"
+        )
+    return {face: figures[f"face.{face}.{WORK_RATE}"] for face in statistics.faces}

@@ -1,0 +1,230 @@
+"""The life of the supports of a case: runs on gaps that grow, block by block, until a face is worn to the limit."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+from math import inf
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from gapbeam.solver.case.analysis_table import Transient
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.all_checks import contradictions_in
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.errors import RangeNotCovered, UserError
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.studies.life.case_rates import CaseRates
+from gapbeam.studies.life.kept_runs import KeptRuns
+from gapbeam.studies.life.time_words import time_words
+from gapbeam.studies.life.worn_case import worn_case, worn_clearances
+from gapbeam.studies.life.worn_march import Blocks, Worn, WornState, wear_down
+from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.study_folder import study_folder, study_written
+
+LIFE_FILE, TABLE_FILE = "life.json", "life.csv"
+ORDER = ("good", "no event", "too short", "not settled")
+WHY = {
+    "time": "the longest time was reached",
+    "runs": "as many runs were made as allowed; more of them go on where this ended",
+    "nothing slides": "no face slides any more under a force",
+}
+
+
+@dataclass(frozen=True, repr=False)
+class LifeResult(PrintedResult):
+    """How long the supports of a case live.
+
+    Attributes:
+        folder: Where its files are.
+        case: Not worn.
+        limit: Depth at which a life ends, m.
+        faces: Names of the faces.
+        worn: What was found.
+        kept: How many of the runs were on disk already.
+    """
+
+    folder: Path
+    case: Case
+    limit: float
+    faces: Sequence[str]
+    worn: Worn
+    kept: int = 0
+
+    @property
+    def exit_status(self) -> int:
+        """0: the limit was reached; 5: it was not."""
+        return 0 if self.worn.life is not None else RangeNotCovered.exit_status
+
+    @property
+    def paths(self) -> list[Path]:
+        """The files."""
+        return [self.folder / LIFE_FILE, self.folder / TABLE_FILE]
+
+    @property
+    def verdict(self) -> str:
+        """The worst verdict on an interval of a rate of the face in question."""
+        first = self.worn.first
+        words = [state.rates.verdicts[first] for state in self.worn.states] if first is not None else ["no event"]
+        return max(words, key=ORDER.index)
+
+    def headline(self) -> str:
+        """Return the life, or why there is none, in one line."""
+        worn = self.worn
+        if worn.first is None:
+            return f"no life: nothing slides under a force at any face, so none reaches {self.limit:g} m"
+        last, name = worn.states[-1], self.faces[worn.first]
+        if worn.life is None or worn.low is None or worn.high is None:
+            return (
+                f"{self.limit:g} m is not reached: after {time_words(last.time)} the deepest face, {name}, is worn by "
+                f"{last.depths[worn.first]:.3g} m; {WHY[worn.reason]}"
+            )
+        doubt = "" if self.verdict == "good" else f"; intervals of the rates: {self.verdict}"
+        return (
+            f"life {time_words(worn.life)} ({time_words(worn.low)} to {time_words(worn.high)}, 95 %) until {name} is "
+            f"worn by {self.limit:g} m; chance +- {100.0 * worn.chance:.2g} %, blocks +- "
+            f"{100.0 * worn.block_error / worn.life:.2g} %; {worn.runs} runs{doubt}"
+        )
+
+    def tables(self) -> list[Table]:
+        """Return depths and rates over time."""
+        table = Table(
+            "time", *(f"{name}: depth (m)" for name in self.faces), *(f"{name}: rate (m/s)" for name in self.faces)
+        )
+        for state in self.worn.states:
+            rates = zip(state.rates.values, state.rates.low, state.rates.high, strict=True)
+            table.add_row(
+                time_words(state.time),
+                *(f"{depth:.4g}" for depth in state.depths),
+                *(f"{value:.3g} ({low:.3g} to {high:.3g})" for value, low, high in rates),
+            )
+        return [table]
+
+
+def run_life(
+    case: Path,
+    folder: Path,
+    fixed: Sequence[str] = (),
+    tolerance: float = 0.02,
+    longest: float = inf,
+    runs: int = 40,
+    overwrite: bool = False,
+    progress: Callable[[int, int | None], None] | None = None,
+) -> LifeResult:
+    """March the gaps of a case until a face is worn to `wear.depth_limit`; goes on where it was interrupted.
+
+    Args:
+        case: Path of the case file.
+        folder: Where the files go.
+        fixed: Overrides, KEY=VALUE.
+        tolerance: Share of the depth of a block that its error may be.
+        longest: Time after which the march ends, s.
+        runs: At most so many.
+        overwrite: Begin anew.
+        progress: Called with the number of runs, and how many there may be.
+
+    Raises:
+        CaseError: The case has faults, or has some when it is worn.
+        UserError: It has no limit, or is no march; or the folder holds another study.
+        RunFailed: A run did not pass.
+        NotWritten: A file could not be written.
+    """
+    read = read_case(case, fixed)
+    limit = refuse_unworn(read)
+    rates = CaseRates(read)
+    faces = list(rates.names)
+    plan = {"case": json.loads(read.model_dump_json()), "tolerance": tolerance}
+
+    def seen(number: int) -> None:
+        if progress is not None:
+            progress(number, None)
+
+    with study_folder(folder):
+        kept = KeptRuns.of_folder(folder, plan, rates, seen, overwrite)
+        worn = wear_down(kept, len(faces), Blocks(limit, tolerance, longest, runs))
+        result = LifeResult(folder, read, limit, faces, worn, kept.taken)
+        _write(result)
+    return result
+
+
+def refuse_unworn(case: Case) -> float:
+    """Return the depth at which the life of a face ends, m.
+
+    Raises:
+        UserError: The case states none, wears nothing, or is no march.
+        CaseError: It has faults when it is worn.
+    """
+    wear = case.wear
+    if wear is None or wear.depth_limit is None or wear.area is None:
+        raise UserError(
+            "a life ends at a depth, which is a volume over an area: expected depth_limit, coefficient and area in "
+            f"[wear]; found {'no [wear]' if wear is None else 'no depth_limit'}; try depth_limit = 0.2e-3"
+        )
+    own = case.layout.own("wear")
+    if not any((wear.coefficient or 0.0) if one is None else one for one in own):
+        raise UserError(
+            "wear.coefficient: found no coefficient but 0: nothing wears and no face has a life; expected one above 0 "
+            "for a support at least, such as 2e-14 1/Pa"
+        )
+    if not isinstance(case.analysis, Transient):
+        raise UserError(
+            f'analysis.type: found "{case.analysis.type}"; expected "transient": the rates of a life are means of '
+            "marches"
+        )
+    faults = contradictions_in(worn_case(case, [wear.depth_limit] * len(own)))
+    if faults:
+        raise UserError(
+            f"wear.depth_limit: with all faces worn by {wear.depth_limit:g} m the case has faults: "
+            + "; ".join(" ".join(str(one).split()) for one in faults[:3])
+        )
+    return wear.depth_limit
+
+
+def _write(result: LifeResult) -> None:
+    worn = result.worn
+    summary: dict[str, Any] = {
+        "reached": worn.life is not None,
+        "message": result.headline(),
+        "reason": worn.reason,
+        "limit": result.limit,
+        "face": None if worn.first is None else result.faces[worn.first],
+        "life": worn.life,
+        "low": worn.low,
+        "high": worn.high,
+        "relative_chance": worn.chance,
+        "block_error": worn.block_error,
+        "verdict": result.verdict,
+        "runs": worn.runs,
+        "faces": list(result.faces),
+        "states": [_described(state, result) for state in worn.states],
+    }
+    with study_written(result.folder / LIFE_FILE):
+        write_beside(result.folder / LIFE_FILE, json.dumps(summary, indent=1) + "\n")
+    text = io.StringIO()
+    names = [f"{name}_{key}" for name in result.faces for key in ("depth", "depth_rate", "rate_low", "rate_high")]
+    writer = csv.writer(text, lineterminator="\n")
+    writer.writerow(["time", *names])
+    for state in worn.states:
+        columns = np.stack([state.depths, state.rates.values, state.rates.low, state.rates.high], axis=1)
+        writer.writerow([state.time, *columns.reshape(-1).tolist()])
+    with study_written(result.folder / TABLE_FILE):
+        write_beside(result.folder / TABLE_FILE, text.getvalue())
+
+
+def _described(state: WornState, result: LifeResult) -> dict[str, Any]:
+    return {
+        "time": state.time,
+        "depths": state.depths.tolist(),
+        "depth_rates": state.rates.values.tolist(),
+        "low": state.rates.low.tolist(),
+        "high": state.rates.high.tolist(),
+        "verdicts": list(state.rates.verdicts),
+        "errors": state.errors.tolist(),
+        "clearances": worn_clearances(worn_case(result.case, list(map(float, state.depths)))),
+    }

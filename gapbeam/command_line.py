@@ -13,7 +13,6 @@ import platform
 import re
 import sys
 from collections.abc import Mapping
-from importlib.metadata import version
 from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, NoReturn
@@ -21,7 +20,6 @@ from typing import Annotated, NoReturn
 import click
 import typer
 from rich.console import Console, Group
-from rich.logging import RichHandler
 
 from gapbeam.commands.command_group import SuggestingGroup
 from gapbeam.commands.compare import fraction
@@ -68,6 +66,8 @@ def _print_versions(wanted: bool) -> None:
 
             words = versions()
         except ImportError as lacking:
+            from importlib.metadata import version
+
             words = {"gapbeam": version("gapbeam"), "python": platform.python_version(), "lacking": str(lacking)}
         print(*(f"{name} {harmless(number)}" for name, number in words.items()), sep="\n")
     raise typer.Exit
@@ -271,6 +271,8 @@ def _terminal_handler() -> logging.Handler:
     """Return a handler with colors on a terminal, and whole lines where there is none; nothing commands that."""
     console = Console(stderr=True, highlight=False)
     if console.is_terminal:
+        from rich.logging import RichHandler
+
         handler: logging.Handler = RichHandler(console=console, show_path=False, show_time=False, markup=False)
         handler.setFormatter(_Harmless("%(message)s"))
     else:

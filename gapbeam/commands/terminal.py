@@ -6,11 +6,14 @@ import logging
 import time
 from collections.abc import Iterator
 from contextlib import contextmanager
+from typing import TYPE_CHECKING
 
 from rich.console import Console
-from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
 
 from gapbeam.studies.engine.time_left import TimeLeft
+
+if TYPE_CHECKING:
+    from rich.progress import Progress
 
 LOG = logging.getLogger("gapbeam")
 LINE = 30.0  # s between plain lines where there is no terminal
@@ -44,6 +47,8 @@ class Bar:
 @contextmanager
 def progress_bar(words: str) -> Iterator[Bar]:
     """Show a bar on a terminal; elsewhere a line now and then."""
+    from rich.progress import BarColumn, MofNCompleteColumn, Progress, TextColumn
+
     console = Console(stderr=True)
     console.quiet = not console.is_terminal  # else a disabled bar still leaves an empty line
     columns = (TextColumn("{task.description}"), BarColumn(), MofNCompleteColumn(), TextColumn("{task.fields[left]}"))

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import multiprocessing
 import os
 import signal
 import sys
@@ -28,7 +27,8 @@ def _is_the_command() -> bool:
     if called == "-m":
         words = sys.orig_argv
         called = words[words.index("-m") + 1] if "-m" in words[:-1] else ""
-    return called == "gapbeam" and multiprocessing.parent_process() is None
+    processes = sys.modules.get("multiprocessing.process")  # loaded in every process that another one has started
+    return called == "gapbeam" and (processes is None or processes.parent_process() is None)
 
 
 def _hear(number: int, frame: FrameType | None) -> None:

@@ -113,22 +113,6 @@ def moving_average(signal: Signal, points: int = POINTS) -> Signal:
     )
 
 
-def moving_average_response(frequency: FloatArray, rate: float = RATE, points: int = POINTS) -> FloatArray:
-    """Gain of the moving average, |sin(n pi f/fs) / (n sin(pi f/fs))|.
-
-    Args:
-        frequency: f in Hz, any shape.
-        rate: fs in Hz.
-        points: n.
-
-    Source: Smith, The Scientist and Engineer's Guide to Digital Signal Processing (1997), eq. 15-2.
-    """
-    whole = np.asarray(frequency, dtype=float) / rate
-    # sin(n x)/(n sin x) = sinc(n f/fs)/sinc(f/fs), with the removable zeros at multiples of fs taken out
-    offset = whole - np.round(whole)
-    return np.abs(np.sinc(points * offset) / np.sinc(offset))
-
-
 def _integral_of_steps(signal: Signal, at: FloatArray) -> FloatArray:
     step = signal.interval
     edges = signal.time[0] + (np.arange(signal.time.size + 1) - 0.5) * step

@@ -12,14 +12,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, Protocol
 
 from gapbeam.solver.attachments.attached import Attached
+from gapbeam.solver.attachments.joint_table import Joint
+from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, MotionName
 from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.case import Case, Mesh
+from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, BeamMotion
 from gapbeam.solver.case.symmetry import moves_in_space
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.support_tables import AnySupports
 
 SECTION_MOTIONS: Mapping[BeamMotion, tuple[MotionName, ...]] = {
     "bending": ("vertical", "rotation"),
@@ -47,9 +51,23 @@ Reasons = dict[BeamMotion, str]
 
 def beam_motions(case: Case) -> Reasons:
     """Return the motions of a beam model in the order of `SECTION_MOTIONS`, with what calls for each."""
-    rubs = case.contact.rubs is not None
-    needed = needed_motions(case.mesh.dimension, case.layout, case.load, (*case.joint, *case.mass), rubs, case.analysis)
+    fixtures = (*case.joint, *case.mass)
+    needed = needed_motions(case.mesh, case.layout, case.load, fixtures, case.contact, case.analysis)
     return with_given(needed, getattr(case.model, "motions", "auto"))
+
+
+def motions_of_tables(
+    mesh: Mesh,
+    support: AnySupports,
+    load: Mapping[int, Load],
+    joint: Mapping[int, Joint],
+    mass: Mapping[int, PointMass],
+    contact: Contact,
+    analysis: Analysis,
+) -> Reasons:
+    """Return the motions that the tables of a case call for, before they are a case; arguments as in `checks`."""
+    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
+    return needed_motions(mesh, Layout.of(support), tuple(load.values()), fixtures, contact, analysis)
 
 
 def with_given(needed: Reasons, given: Literal["auto"] | Sequence[BeamMotion]) -> Reasons:
@@ -78,11 +96,11 @@ def motions_in_words(case: Case) -> list[tuple[str, str]]:
 
 
 def needed_motions(
-    dimension: int,
+    mesh: Mesh,
     layout: Layout,
     loads: Sequence[Load],
     fixtures: Sequence[Fixture],
-    rubs: bool,
+    contact: Contact,
     analysis: Analysis,
 ) -> Reasons:
     """Return the motions that a case calls for.
@@ -91,13 +109,14 @@ def needed_motions(
     moves sideways.
 
     Args:
-        dimension: Of the mesh.
+        mesh: A slice or a solid.
         layout: The supports.
         loads: The loads.
         fixtures: Joints and masses.
-        rubs: Whether there is friction.
+        contact: With or without friction.
         analysis: What is computed, from which start.
     """
+    dimension, rubs = mesh.dimension, contact.rubs is not None
     found: Reasons = {"bending": "every beam bends"}
     along = [*_along(loads), *_attached(fixtures, "axial"), *(["friction acts along the beam"] if rubs else [])]
     if "axial" in analysis.moves_aside:

@@ -164,7 +164,7 @@ def test_no_class_name_repeats() -> None:
     found = [
         node.name
         for path in FILES
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        for node in ast.walk(tree(path))
         if isinstance(node, ast.ClassDef) and not node.name.startswith("_")
     ]
     assert sorted(name for name in set(found) if found.count(name) > 1) == []

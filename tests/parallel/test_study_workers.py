@@ -54,8 +54,19 @@ def descendants(process: int) -> list[int]:
     """Return the processes that a process has started, and those that these have started."""
     found = []
     for task in Path(f"/proc/{process}/task").glob("*/children"):
-        for child in map(int, task.read_text(encoding="ascii").split()):
-            found += [child, *descendants(child)]
+        with suppress(OSError):  # the thread may have ended meanwhile
+            for child in map(int, task.read_text(encoding="ascii").split()):
+                found += [child, *descendants(child)]
+    return found
+
+
+def spawned(process: int) -> list[int]:
+    """Return the workers that a process has started."""
+    found = []
+    for one in descendants(process):
+        with suppress(OSError):  # it may have ended meanwhile
+            if b"spawn_main" in Path(f"/proc/{one}/cmdline").read_bytes():
+                found.append(one)
     return found
 
 
@@ -97,10 +108,8 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_two_workers_find_the_same_bits_and_a_lost_one_costs_nothing(whole: Path, tmp_path: Path) -> None:
     """One of two workers is killed in the middle: every response is there, to the last bit as in one process."""
     with sweeping(tmp_path, 40, "--workers", "2") as process:
-        started = {one: Path(f"/proc/{one}/cmdline").read_bytes() for one in descendants(process.pid)}
-        workers = [one for one, called in started.items() if b"spawn_main" in called]
-        assert len(workers) >= 2
-        os.kill(workers[-1], signal.SIGKILL)
+        until(lambda: len(spawned(process.pid)) >= 2, "both workers are there")
+        os.kill(spawned(process.pid)[-1], signal.SIGKILL)
         _, errors = process.communicate(timeout=LONGEST)
     assert (process.returncode, "Traceback" in errors) == (0, False), errors
     assert figures(tmp_path) == figures(whole)

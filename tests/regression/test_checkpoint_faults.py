@@ -8,7 +8,6 @@ import random
 import resource
 import signal
 import socket
-import time
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -27,7 +26,7 @@ from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.output.folder_lock import locked
 from tests.shared.command import DEMO, RATTLE, alone, called, settings
 from tests.shared.interrupted import differing, run_in_parts, stopped_after
-from tests.shared.processes import appears, beside, ended, often, until
+from tests.shared.processes import beside, ended, often, until
 
 pytestmark = alone
 
@@ -57,21 +56,32 @@ def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def until_killed(*arguments: str | Path, steps: int, ready: Path) -> Callable[[], int]:
-    """Return the command line as work that says when to kill it, after so many steps, and waits at its end."""
+def until_killed(*arguments: str | Path, steps: int, within: float) -> Callable[[], int]:
+    """Return the command line as work that is ended by the system, s after so many steps; at its end at the latest.
+
+    With no steps it is ended so long after its start, or at its first step. The process sets its own alarm, which
+    nothing hears: a test that is kept waiting would kill it late.
+    """
+
+    def end() -> None:
+        os.kill(os.getpid(), signal.SIGKILL)
+
+    def alarm() -> None:
+        signal.signal(signal.SIGALRM, signal.SIG_DFL)
+        signal.setitimer(signal.ITIMER_REAL, within)
 
     def first() -> None:
         often()
         if steps:
-            after(steps, ready.touch)
+            after(steps, alarm)
         else:
-            ready.touch()
+            alarm()
+            after(1, end)
 
     def work() -> int:
         status = command(*arguments, first=first)()
-        ready.touch()
         if status == 0:
-            signal.pause()
+            end()
         return status
 
     return work
@@ -79,19 +89,15 @@ def until_killed(*arguments: str | Path, steps: int, ready: Path) -> Callable[[]
 
 def kill_and_resume(folder: Path, keys: tuple[str, ...], whole: Path, kills: int, seed: int) -> None:
     """Kill a run at random moments, one in four of them in its set-up; look at what is left, and resume each time."""
-    chance, shown, ready = random.Random(seed), folder.parent / "messages", folder.parent / "ready"
+    chance, shown = random.Random(seed), folder.parent / "messages"
     expected, summary = open_results(whole).history, open_results(whole).summary
     set_up = summary["wall_time"]["total"] - summary["wall_time"]["march"]
     words = ("run", DEMO, *settings(*keys), "--output", folder, "--resume")
     for _ in range(kills):
         steps = chance.randint(1, round(1.4 * summary["convergence"]["steps"] / kills))
         steps, within = (0, set_up) if chance.random() < 0.25 else (steps, 0.02)
-        process = beside(until_killed(*words, steps=steps, ready=ready), shown)
-        appears(ready)
-        time.sleep(chance.uniform(0.0, within))
-        os.kill(process, signal.SIGKILL)
-        assert ended(process) == -signal.SIGKILL, shown.read_text(encoding="utf-8")
-        ready.unlink()
+        process = beside(until_killed(*words, steps=steps, within=chance.uniform(1e-6, within)), shown)
+        assert ended(process) in (-signal.SIGKILL, -signal.SIGALRM), shown.read_text(encoding="utf-8")
         if (folder / "history.h5").exists():
             check_is_part_of(open_results(folder).history, expected)
         if (folder / "fields.xdmf").exists():

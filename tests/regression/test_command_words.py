@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from tests.shared.command import PROJECT, alone, called_in_turn, process_environment
+from tests.shared.processes import LONGEST
 
 pytestmark = alone
 
@@ -38,7 +39,7 @@ def bash(script: str, home: Path) -> subprocess.CompletedProcess[str]:
     path = f"{PROJECT / 'environment' / 'bin'}:{os.environ['PATH']}"
     environment = {**process_environment(), "PATH": path, "HOME": str(home), "PYTHONPATH": str(PROJECT)}
     return subprocess.run(
-        ["bash", "--norc", "-c", script], cwd=PROJECT, env=environment, capture_output=True, text=True, timeout=60,
+        ["bash", "--norc", "-c", script], cwd=PROJECT, env=environment, capture_output=True, text=True, timeout=LONGEST,
         check=False,
     )  # fmt: skip
 

@@ -21,6 +21,7 @@ from tests.shared.processes import LONGEST, until
 
 pytestmark = [alone, pytest.mark.versions]
 
+ATTEMPTS = 5
 LONG = settings("time.end=600.0", "output.fields_interval=1e-2")
 
 
@@ -156,13 +157,21 @@ def test_closed_pipe_ends_short_commands_quietly(words: tuple[str | Path, ...]) 
 
 @pytest.mark.parametrize("library", ["h5py", "libpetsc"])
 def test_interrupt_while_libraries_load(library: str, tmp_path: Path) -> None:
-    """Ctrl-C in the first seconds: exit status 130, one line, no trace, no abort, nothing written."""
-    words = (*GAPBEAM, "run", DEMO, "--output", tmp_path / "out")
-    gently = ("nice", "-n", "19")  # so that it does not get past its libraries before anybody looks
-    with started(*gently, *words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
-        maps = Path(f"/proc/{process.pid}/maps")
-        until(lambda: library in maps.read_text(encoding="utf-8"), f"{library} is loaded")
-        process.send_signal(signal.SIGINT)
-        said = process.communicate(timeout=LONGEST)[1].decode()
-    assert (process.returncode, said) == (130, "gapbeam: interrupted\n")
-    assert not (tmp_path / "out").exists()
+    """Ctrl-C in the first seconds: exit status 130, one line, no trace, no abort, nothing written.
+
+    On a busy machine the run may be past its libraries before the test looks again: then once more.
+    """
+    gently = ("nice", "-n", "10")
+    for attempt in range(ATTEMPTS):
+        out = tmp_path / str(attempt)
+        words = (*gently, *GAPBEAM, "run", DEMO, *LONG, "--output", out)
+        with started(*words, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE) as process:
+            maps = Path(f"/proc/{process.pid}/maps")
+            until(lambda maps=maps: library in maps.read_text(encoding="utf-8"), f"{library} is loaded")
+            process.send_signal(signal.SIGINT)
+            said = process.communicate(timeout=LONGEST)[1].decode()
+        assert process.returncode == 130, said
+        if not out.exists():
+            break
+    assert said == "gapbeam: interrupted\n"
+    assert not out.exists()

@@ -51,7 +51,7 @@ def test_models_that_do_not_fit_are_refused(monkeypatch: pytest.MonkeyPatch, tmp
     started = time.process_time()
     with pytest.raises(UserError) as refused:
         gapbeam.run(DEMO, keys, tmp_path / "out")
-    assert time.process_time() - started < 5.0
+    assert time.process_time() - started < 60.0  # meshed, it would take minutes
     for message in (
         "would need about",
         "8 GB are free",

@@ -16,6 +16,7 @@ from pathlib import Path
 import pytest
 
 from tests.shared.command import PROJECT, alone
+from tests.shared.processes import LONGEST
 
 pytestmark = alone
 # What .dockerignore lets into an image, and sdists hold.
@@ -69,7 +70,7 @@ def done(command: list[str | Path], folder: Path) -> subprocess.CompletedProcess
     hidden = ("PYTHONPATH", "PYTHONDONTWRITEBYTECODE")
     variables: Mapping[str, str] = {name: value for name, value in os.environ.items() if name not in hidden}
     said = subprocess.run(
-        list(map(str, command)), cwd=folder, env=variables, capture_output=True, text=True, timeout=500.0, check=False
+        list(map(str, command)), cwd=folder, env=variables, capture_output=True, text=True, timeout=LONGEST, check=False
     )
     assert said.returncode == 0, said.stdout[-4000:] + said.stderr[-4000:]
     return said

@@ -13,6 +13,7 @@ from gapbeam.new_case.shipped_cases import CASES, copy_of, template_named, templ
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text, warnings
 from gapbeam.solver.errors import UserError
 from tests.shared.command import GAPBEAM, PROJECT, called_anew, process_environment
+from tests.shared.processes import LONGEST
 
 NAMES = [one.name for one in templates()]
 TUBE = CaseAnswers(1.0, "tube", 0.025, 0.025, {"wall": 0.003}, supports=3, region="hole", clearance=1e-4)
@@ -128,7 +129,7 @@ def answered(path: Path, *answers: str) -> subprocess.CompletedProcess[str]:
     """Call `gapbeam new` and type answers."""
     return subprocess.run(
         [*GAPBEAM, "new", path], input="".join(f"{one}\n" for one in answers), cwd=PROJECT, env=process_environment(),
-        capture_output=True, text=True, timeout=60, check=False,
+        capture_output=True, text=True, timeout=LONGEST, check=False,
     )  # fmt: skip
 
 

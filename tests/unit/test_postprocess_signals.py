@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning, probe_signal
 from gapbeam.postprocess.signals.signal_peaks import peaks, peaks_per_period
-from gapbeam.postprocess.signals.smoothing import moving_average, moving_average_response, resample, smooth
+from gapbeam.postprocess.signals.smoothing import moving_average, resample, smooth
 from tests.unit.test_postprocess_synthetic import write_results
 
 FORCING = 20.0
@@ -100,17 +100,12 @@ def test_peaks_scale_and_shift_with_the_signal(scale: float, offset: float, valu
 @pytest.mark.parametrize("points", [1, 2, 5, 8])
 @pytest.mark.parametrize("frequency", [20.0, 130.0, 400.0, 777.0, 950.0])
 def test_moving_average_has_the_gain_of_its_transfer_function(points: int, frequency: float) -> None:
+    """Source: Smith, The Scientist and Engineer's Guide to Digital Signal Processing (1997), Eq. 15-2."""
     rate = 2000.0
     signal = sampled(lambda t: np.sin(2 * np.pi * frequency * t), rate)
     averaged = moving_average(signal, points)
     gain = np.sin(points * np.pi * frequency / rate) / (points * np.sin(np.pi * frequency / rate))
     np.testing.assert_allclose(averaged.values, gain * np.sin(2 * np.pi * frequency * averaged.time), atol=1e-11)
-    assert moving_average_response(np.array([frequency]), rate, points)[0] == pytest.approx(abs(gain), abs=1e-12)
-
-
-def test_response_at_multiples_of_the_rate_is_one() -> None:
-    np.testing.assert_allclose(moving_average_response(np.array([0.0, 2000.0, 4000.0]), 2000.0, 5), 1.0)
-    np.testing.assert_allclose(moving_average_response(np.array([400.0, 800.0]), 2000.0, 5), 0.0, atol=1e-15)
 
 
 def test_mean_resampling_of_interval_means_is_exact_for_any_rate() -> None:

@@ -18,10 +18,15 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.contact.laws.hunt_crossley import hunt_crossley_product, nearly_elastic_product
 from gapbeam.solver.contact.laws.springs import Spring
+from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from gapbeam.solver.system.semi_discrete import Step
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
 
 SPEED = 0.7
-ORDER_TWO = ("discrete-gradient", "newmark", "generalized-alpha")
+STEPS = {"discrete-gradient": 2500, "newmark": 800, "generalized-alpha": 800}
+"""Steps of an impact by scheme, all of order two: the usual one is held to 1e-6, the others to what 800 steps give."""
+WITHIN = {name: 1e-6 * (2500 / count) ** 2 for name, count in STEPS.items()}
+ORDER_TWO = tuple(STEPS)
 
 
 def impact_length(spring: Spring) -> tuple[float, float]:
@@ -31,20 +36,31 @@ def impact_length(spring: Spring) -> tuple[float, float]:
     return deepest, 2.0 * deepest / SPEED * sqrt(pi) * gamma(1.0 + q) / gamma(0.5 + q)
 
 
+def impact(law: ContactLaw, name: str, dt: float, most: int, gap: float = 0.0) -> list[Step]:
+    """March a unit mass until it has left the stop again; in at most so many steps."""
+    system, scheme = stopped_oscillator(gap=gap), SCHEMES[name]
+    plan = March(system, law, scheme, EffectiveOperators(system, scheme), dt, most)
+    steps = list[Step]()
+    for step in march(plan, start(system, v=SPEED)):
+        steps.append(step)
+        if step.new.depth[0] < 0.0 and step.new.v[0, 0] < 0.0:
+            return steps
+    raise AssertionError(f"still in contact after {most} steps")
+
+
 @pytest.mark.parametrize("exponent", [1.0, 1.5, 2.2])
 @pytest.mark.parametrize("name", ORDER_TWO)
 def test_elastic_impact(exponent: float, name: str) -> None:
     """Depth, duration and return speed of an elastic impact to 1e-6."""
     spring = Spring(1.0e5, exponent)
     deepest, duration = impact_length(spring)
-    count = 2500
-    system = stopped_oscillator()
-    steps = steps_of(system, ContactLaw(spring), SCHEMES[name], start(system, v=SPEED), duration / count, count + 10)
-    assert max(step.new.depth[0] for step in steps) == pytest.approx(deepest, rel=1e-6)
-    assert -steps[-1].new.v[0, 0] == pytest.approx(SPEED, rel=1e-6)
-    open_again = next(step.new for step in steps[10:] if step.new.depth[0] < 0.0)
+    count, within = STEPS[name], WITHIN[name]
+    steps = impact(ContactLaw(spring), name, duration / count, count + 10)
+    open_again = steps[-1].new
+    assert max(step.new.depth[0] for step in steps) == pytest.approx(deepest, rel=within)
+    assert -open_again.v[0, 0] == pytest.approx(SPEED, rel=within)
     lifted_off = open_again.time + open_again.depth[0] / SPEED
-    assert lifted_off == pytest.approx(duration, rel=2e-6)
+    assert lifted_off == pytest.approx(duration, rel=2.0 * within)
 
 
 @pytest.mark.parametrize(("product", "expected"), [(0.1, 0.93747557995), (0.5, 0.74843493160), (2.0, 0.41071968606)])
@@ -55,10 +71,8 @@ def test_hunt_crossley_restitution(product: float, expected: float, exponent: fl
     spring = Spring(1.0e5, exponent)
     law = ContactLaw(spring, Damper("hunt-crossley", product / SPEED))
     _, duration = impact_length(spring)
-    count = 2500
-    system = stopped_oscillator()
-    steps = steps_of(system, law, SCHEMES[name], start(system, v=SPEED), duration / count, 3 * count // 2)
-    assert -steps[-1].new.v[0, 0] / SPEED == pytest.approx(expected, abs=1e-6)
+    steps = impact(law, name, duration / STEPS[name], 3 * STEPS[name] // 2)
+    assert -steps[-1].new.v[0, 0] / SPEED == pytest.approx(expected, abs=WITHIN[name])
 
 
 @pytest.mark.parametrize(("asked", "product"), [(0.9, 0.16648), (0.7, 0.63483), (0.5, 1.43275), (0.3, 3.08708)])
@@ -68,8 +82,7 @@ def test_restitution_is_solved_exactly(asked: float, product: float) -> None:
     spring = Spring(1.0e5, 1.5)
     law = ContactLaw(spring, Damper("hunt-crossley", 0.0), touch_product=hunt_crossley_product(asked))
     _, duration = impact_length(spring)
-    system = stopped_oscillator(gap=1e-5)
-    steps = steps_of(system, law, SCHEMES["discrete-gradient"], start(system, v=SPEED), duration / 2500, 6000)
+    steps = impact(law, "discrete-gradient", duration / 2500, 6000, gap=1e-5)
     assert -steps[-1].new.v[0, 0] / SPEED == pytest.approx(asked, abs=2e-6)
 
 
@@ -79,8 +92,7 @@ def test_lankarani_nikravesh_gives_another_restitution(asked: float, given_by_it
     spring = Spring(1.0e5, 1.5)
     law = ContactLaw(spring, Damper("hunt-crossley", 0.0), touch_product=nearly_elastic_product(asked))
     _, duration = impact_length(spring)
-    system = stopped_oscillator(gap=1e-5)
-    steps = steps_of(system, law, SCHEMES["discrete-gradient"], start(system, v=SPEED), duration / 500, 1500)
+    steps = impact(law, "discrete-gradient", duration / 500, 1500, gap=1e-5)
     assert -steps[-1].new.v[0, 0] / SPEED == pytest.approx(given_by_it, abs=1e-3)
 
 
@@ -100,10 +112,10 @@ def test_adams_impact(name: str) -> None:
     _, duration = impact_length(law.spring)
     end = 1.6 * duration
     exact = solve_ivp(motion, (0.0, end), [0.0, SPEED], method="DOP853", rtol=1e-12, atol=1e-14, max_step=end / 500)
-    count = 3000
+    count = 6 * STEPS[name] // 5
     system = stopped_oscillator()
     steps = steps_of(system, law, SCHEMES[name], start(system, v=SPEED), end / count, count)
-    assert steps[-1].new.v[0, 0] == pytest.approx(exact.y[1, -1], abs=1e-6)
+    assert steps[-1].new.v[0, 0] == pytest.approx(exact.y[1, -1], abs=WITHIN[name])
     assert abs(exact.y[1, -1]) < 0.9 * SPEED  # it did lose energy
 
 
@@ -130,7 +142,7 @@ def test_mean_pressure_does_the_work(exponent: float, old: float, new: float, st
 @pytest.mark.parametrize("zeta", [0.05, 0.3, 0.7])
 @pytest.mark.parametrize("adhesive", [False, True])
 def test_duration_of_kelvin_voigt(zeta: float, adhesive: bool) -> None:
-    """Clipped, the force ends after (pi - 2 asin zeta) / w_d, adhesive with the depth after pi / w_d: to 1e-6.
+    """Clipped, the force ends after (pi - 2 asin zeta) / w_d, adhesive with the depth after pi / w_d: to 4e-6.
 
     Source: the force K d + c d' of the damped half wave d = v0 / w_d exp(-zeta w t) sin w_d t vanishes there.
     """
@@ -138,7 +150,7 @@ def test_duration_of_kelvin_voigt(zeta: float, adhesive: bool) -> None:
     damped = sqrt(stiffness * (1.0 - zeta * zeta))
     expected = (pi if adhesive else pi - 2.0 * asin(zeta)) / damped
     law = kelvin_voigt(stiffness, 2.0 * zeta * sqrt(stiffness), adhesive)
-    count, system = 6000, stopped_oscillator()
+    count, system = 3000, stopped_oscillator()
     dt = expected / count
     steps = steps_of(system, law, SCHEMES["discrete-gradient"], start(system, v=SPEED), dt, count - 1)
     times = np.array([step.new.time for step in steps[-6:]])
@@ -148,13 +160,13 @@ def test_duration_of_kelvin_voigt(zeta: float, adhesive: bool) -> None:
         times, falling = times - 0.5 * dt, np.array([step.stage.pressure[0] for step in steps[-6:]])
     assert np.all(falling[:-1] > 0.0)
     ended = np.polyval(np.polyfit(falling[:-1], (times[:-1] - expected) / expected, 2), 0.0)
-    assert abs(ended) < 1e-6
+    assert abs(ended) < 4e-6
 
 
 @pytest.mark.parametrize("product", [0.1, 0.5, 2.0])
 @pytest.mark.parametrize("exponent", [1.0, 1.5])
 def test_duration_of_hunt_crossley(product: float, exponent: float) -> None:
-    """The time to lift-off against an adaptive integrator at 1e-12: to 1e-6."""
+    """The time to lift-off against an adaptive integrator at 1e-12: to 4e-6."""
     spring, factor = Spring(1.0e5, exponent), product / SPEED
     _, elastic = impact_length(spring)
 
@@ -175,8 +187,6 @@ def test_duration_of_hunt_crossley(product: float, exponent: float) -> None:
         atol=1e-16,
     )
     expected = float(motion.t_events[0][0])
-    law, count, system = ContactLaw(spring, Damper("hunt-crossley", factor)), 5000, stopped_oscillator()
-    steps = steps_of(system, law, SCHEMES["discrete-gradient"], start(system, v=SPEED), expected / count, count + 10)
-    last = steps[-1].new
-    assert last.depth[0] < 0.0
-    assert last.time - last.depth[0] / last.v[0, 0] == pytest.approx(expected, rel=1e-6)
+    law, count = ContactLaw(spring, Damper("hunt-crossley", factor)), 2500
+    last = impact(law, "discrete-gradient", expected / count, count + 10)[-1].new
+    assert last.time - last.depth[0] / last.v[0, 0] == pytest.approx(expected, rel=4e-6)

@@ -117,6 +117,7 @@ def test_sinking_converges_under_refinement() -> None:
     assert np.diff(shrinking) == pytest.approx(2.0 * log(2.0) / pi, rel=0.06)
 
 
+@pytest.mark.slow(minutes=0.4)
 def test_smaller_patches_sink_as_flamant_says() -> None:
     """On a fine mesh halving a patch adds 2 ln 2 / (pi E b) to its compliance: 1.5 % with patches of 4, 2 and 1 mm."""
     found = [compliance(patch, 0.125e-3, 24) for patch in (4.0e-3, 2.0e-3, 1.0e-3)]

@@ -183,7 +183,9 @@ def test_creep_below_the_limit(share: float, name: str) -> None:
     slip_velocity = 0.01
     system = slider(pull=share * MU * PRESSED)
     start = pressed_start(system, name, [0.0])
-    steps = steps_of(system, sliding_law(slip_velocity, name), FRICTION_SCHEMES[name], start, 0.05, 500)
+    steps_to_settle = 500 if share > 0.9 else 150  # it settles at a rate of (1 - q^2)^(3/2) mu N / (m v0)
+    law = sliding_law(slip_velocity, name)
+    steps = steps_of(system, law, FRICTION_SCHEMES[name], start, 0.05, steps_to_settle)
     assert steps[-1].new.v[0, 0] == pytest.approx(slip_velocity * share / sqrt(1.0 - share**2), rel=1e-8)
 
 
@@ -193,8 +195,8 @@ def test_friction_opposes_a_skew_velocity(name: str) -> None:
     system = slider(components=2)
     start = pressed_start(system, name, [0.6, 0.8])
     law = sliding_law(1.0e-3, name)
-    steps = steps_of(system, law, FRICTION_SCHEMES[name], start, 2.0e-3, 200)
-    _, straight = slid(name, 1.0e-3, 1.0, 2.0e-3, 200)
+    steps = steps_of(system, law, FRICTION_SCHEMES[name], start, 2.0e-3, 130)  # rest after 111
+    _, straight = slid(name, 1.0e-3, 1.0, 2.0e-3, 130)
     for step, same in zip(steps, straight, strict=True):
         assert step.new.u[0, :2] == pytest.approx(step.new.u[0, 0] / 0.6 * np.array([0.6, 0.8]), abs=1e-10)
         assert np.linalg.norm(step.new.u[0, :2]) == pytest.approx(abs(same.new.u[0, 0]), abs=1e-9)

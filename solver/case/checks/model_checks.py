@@ -7,7 +7,7 @@ from collections.abc import Iterator, Mapping
 from gapbeam.solver.attachments.joint_table import Joint
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.beam_motions import Fixture, needed_motions, with_given
+from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Beam, Damping, Material, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads
@@ -16,7 +16,7 @@ from gapbeam.solver.case.model_table import BeamModel, FullModel, ModelTable, Re
 from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 
 TYPE = ("model", "type")
@@ -136,10 +136,7 @@ def beams_move_as_asked(
             key, f'"{beyond[0]}", of a slice (dimension = 2)', '"bending" and "axial"', "dimension = 3", related
         )
         return
-    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
-    layout, loads = Layout.of(support), tuple(load.values())
-    needed = needed_motions(mesh.dimension, layout, loads, fixtures, contact.rubs is not None, analysis)
-    for name, why in needed.items():
+    for name, why in motions_of_tables(mesh, support, load, joint, mass, contact, analysis).items():
         if name not in model.motions:
             given = ", ".join(f'"{one}"' for one in (*model.motions, name))
             yield Fault(key, f"{list(model.motions)}", f'"{name}" among them: {why}', f"motions = [{given}], or auto")
@@ -161,9 +158,7 @@ def twisting_sections_have_a_figure(
     """A section that twists has a torsion constant."""
     if not isinstance(model, BeamModel):
         return
-    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
-    layout, loads = Layout.of(support), tuple(load.values())
-    needed = needed_motions(mesh.dimension, layout, loads, fixtures, contact.rubs is not None, analysis)
+    needed = motions_of_tables(mesh, support, load, joint, mass, contact, analysis)
     motions = with_given(needed, model.motions)
     if "torsion" not in motions:
         return

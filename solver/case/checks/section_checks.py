@@ -8,14 +8,14 @@ from math import hypot
 from gapbeam.solver.attachments.joint_table import Joint
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.beam_motions import Fixture, needed_motions, with_given
+from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
 from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, ModelTable, RigidModel
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 from gapbeam.solver.table import Vector
 
@@ -85,9 +85,7 @@ def beam_elements_bend_alone(
     """Beam elements neither twist as they bend nor bend in one plane with the other, and their axis is straight."""
     if not isinstance(model, BeamModel):
         return
-    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
-    layout, rubs = Layout.of(support), contact.rubs is not None
-    needed = needed_motions(mesh.dimension, layout, tuple(load.values()), fixtures, rubs, analysis)
+    needed = motions_of_tables(mesh, support, load, joint, mass, contact, analysis)
     in_space = not {"lateral", "torsion"}.isdisjoint(with_given(needed, model.motions))
     heights = list[float]()
     for here in dict.fromkeys((beam, *(one.beam(beam) for one in segment.values()))):

@@ -20,6 +20,8 @@ LOOSE = 80  # stations of a mesh without planes across the beam
 _SAME = 1.0e-6  # of the length: planes that are one
 _LEAST = 0.02  # of the largest displacement: what less rotation moves is not drawn
 _CORNERS = 48  # of an outline
+_ROUND_FROM = 8  # corners of a section that is drawn round
+_ROUND = 0.02  # of the radius: what its corners differ by
 
 
 @dataclass(frozen=True)
@@ -135,6 +137,9 @@ def _outline(stations: Stations) -> FloatArray:
         hull = scaled[ConvexHull(scaled).vertices]
     except QhullError:
         return np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    if len(hull) >= _ROUND_FROM and np.ptp(np.hypot(*hull.T)) < _ROUND:
+        angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
     hull = _without_flat_corners(hull)
     return hull[:: -(-len(hull) // _CORNERS)]
 

@@ -49,7 +49,7 @@ def test_rigid_sections_are_taken_back() -> None:
     assert beam.twist == pytest.approx(np.outer([0.2, 0.0], share), abs=1e-9)
     assert beam.slide == pytest.approx([2e-3, 2e-3])
     assert np.hypot(*beam.outline.T) == pytest.approx(1.0, abs=1e-9)
-    assert len(beam.outline) == 12
+    assert len(beam.outline) == 48
     assert beam.thickness == pytest.approx(2 * RADIUS)
 
 
@@ -69,9 +69,10 @@ def test_mesh_without_planes_is_gathered_in_bins() -> None:
 def test_frames_are_few_and_follow_the_forcing() -> None:
     """All of few; every second of many; the last ones where every second would be too few for the forcing."""
     assert frames_shown(100, 1000, 1e-3, 20.0) == list(range(100))
+    assert frames_shown(MOST + 1, 1000, 1e-3, 20.0) == list(range(MOST + 1))
     assert frames_shown(800, 1000, 1e-3, None) == list(range(0, 800, 2))
-    assert frames_shown(800, 1000, 5e-3, 20.0) == list(range(800 - MOST, 800))
-    assert len(frames_shown(800, 10_000_000, 1e-3, None)) <= 24
+    assert frames_shown(801, 1000, 5e-3, 20.0) == list(range(800 - MOST, 801))
+    assert len(frames_shown(800, 10_000_000, 1e-3, None)) <= 25
 
 
 def test_magnification_is_round_and_shows_gaps() -> None:

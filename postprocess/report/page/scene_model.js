@@ -76,7 +76,7 @@
     for (let s = 0; s < all; s += 1) { width = Math.max(width, half[2 * s]); height = Math.max(height, half[2 * s + 1]); }
     for (const name of ["y", "z"]) if (motion[name]) for (const value of motion[name].values) farthest = Math.max(farthest, Math.abs(value * motion[name].unit));
     const start = stations[0], length = stations[all - 1] - start, thickness = 2 * height;
-    const squeeze = Math.min(1, (LONGEST * thickness) / length);
+    const short = (LONGEST * thickness) / length, squeeze = short > 0.8 ? 1 : short;
     const kept = thinned(Array.from(stations), coarse ? 48 : 200);
     const outline = coarse ? thinned(data.outline, 14).map((k) => data.outline[k]) : data.outline;
     const sides = sidesOf(outline, width, height);

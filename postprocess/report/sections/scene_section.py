@@ -69,11 +69,11 @@ def frames_shown(count: int, points: int, interval: float, frequency: float | No
         frequency: Of the forcing, Hz.
     """
     most = int(min(MOST, max(FEWEST, POINTS // max(points, 1))))
-    if count <= most:
+    every = -(-(count - 1) // most)  # the start and `most` fields after it, at least every second
+    if every < 2:
         return list(range(count))
-    every = -(-count // most)
     if frequency is not None and every * interval * frequency * SMOOTH > 1.0:
-        return list(range(count - most, count))
+        return list(range(count - most - 1, count))
     return list(range(0, count, every))
 
 

@@ -120,8 +120,6 @@ def result_figures(results: Results) -> list[Row]:
     supports = supports_of(summary, results.case) if results.case.get("support") else ()
     alone = len(supports) == 1
     rows: list[Row] = [
-        *(("clearance" if alone else f"clearance of {one.name}", _MILLI * one.clearance, "mm") for one in supports),
-        ("forcing frequency", results.forcing_frequency, "Hz"),
         *(
             (f"largest contact force on the {face}", float(force), "N")
             for face, force in (summary.get("peak_contact_force") or {}).items()
@@ -130,6 +128,8 @@ def result_figures(results: Results) -> list[Row]:
         ("largest penetration over the clearance", _of(summary, "penetration", "relative_to_clearance", 100.0), "%"),
         ("energy exchanged", _of(summary, "energy", "exchanged", _MILLI), "mJ"),
         ("impacts", _of(summary, "gates", "impacts"), ""),
+        *(("clearance" if alone else f"clearance of {one.name}", _MILLI * one.clearance, "mm") for one in supports),
+        ("forcing frequency", results.forcing_frequency, "Hz"),
     ]
     return [row for row in rows if row[1] is not None]
 

@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+import xarray as xr
 
 from gapbeam.postprocess.report.moving_scene import SceneBeam, scene_values
 from gapbeam.postprocess.report.packed_numbers import packed, packed_shorts
+from gapbeam.postprocess.report.sections.orbits_section import _body_orbits
 from gapbeam.postprocess.report.sections.scene_section import MOST, frames_shown, magnification_of, scene_of
 from gapbeam.postprocess.report.station_motion import beam_of, stations_of
 from gapbeam.postprocess.results.field_reader import Frame
@@ -128,3 +130,18 @@ def test_scene_of_a_run_has_its_supports_and_forces(tmp_path: Path) -> None:
     values = scene_values(scene)
     assert sorted(values["motion"]) == ["z"]  # type: ignore[call-overload]
     assert scene_of(open_results(write_results(tmp_path / "bare", np.linspace(0.0, 0.5, 51))), "c") is None
+
+
+def test_supports_that_give_way_have_orbits() -> None:
+    """A support that goes round has its circle with its times; one that stands still has none."""
+    time = np.linspace(0.0, 1.0, 101)
+    moved = np.zeros((101, 2, 2))
+    moved[:, 0] = 1e-3 * np.stack([np.cos(time), np.sin(time)], axis=1)
+    history = xr.Dataset(
+        {"support_displacement": (("time", "support_body", "support_axis"), moved)},
+        {"time": time, "support_body": ["ring", "block"], "support_axis": ["y", "z"]},
+    )
+    (orbit,) = _body_orbits(history, 1e3, slice(None, None, 10))
+    assert orbit.choice == "support ring"
+    assert np.hypot(orbit.x, orbit.y) == pytest.approx(1.0)
+    assert orbit.times == pytest.approx(time[::10])

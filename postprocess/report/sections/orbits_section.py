@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import numpy as np
+import xarray as xr
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.figures.orbits_figure import farthest, moves_in_space, rooms_at_probes, shifts_at_probes
@@ -42,10 +43,27 @@ def orbits_section(results: Results, command: str, anchor: str = "orbits") -> Re
         if room is not None and len(room):
             aside, up = factor * np.asarray(room).T
             curves.append(ChartCurve("room in the support", aside, up, choice=name, dashed=True))
+    bodies = _body_orbits(history, factor, every)
+    curves += bodies
     words = "Orbit of each probe across the beam, from the undeformed beam in the origin; the dot follows the time."
     if rooms:
         words += " Dashed: the region that a support leaves to a probe on the axis in it."
+    if bodies:
+        words += " Supports with a mass have orbits of their own, from where their springs are relaxed."
     if shifts:
         words += f" Orbits of {', '.join(shifts)} are drawn in their supports, which move."
-    chart = Chart(words, f"y ({unit})", f"z ({unit})", curves, command, choices=names, choice="probe", equal=True)
+    choices = [*names, *(str(curve.choice) for curve in bodies)]
+    chart = Chart(words, f"y ({unit})", f"z ({unit})", curves, command, choices=choices, choice="of", equal=True)
     return ReportSection("Orbits", anchor, [chart])
+
+
+def _body_orbits(history: xr.Dataset, factor: float, every: slice) -> list[ChartCurve]:
+    """Return the orbits of the supports that give way in space."""
+    if "support_displacement" not in history or not {"y", "z"} <= set(map(str, history["support_axis"].values)):
+        return []
+    moved, curves = factor * history["support_displacement"].isel(time=every), []
+    for name in moved["support_body"].values:
+        y, z = (moved.sel(support_body=name, support_axis=axis).values for axis in "yz")
+        if np.any(y) or np.any(z):
+            curves.append(ChartCurve("orbit", y, z, choice=f"support {name}", times=moved["time"].values))
+    return curves

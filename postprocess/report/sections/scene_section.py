@@ -154,8 +154,7 @@ def _opening(beam: SceneBeam, walls: Sequence[SceneWall]) -> int:
 def _words(times: np.ndarray, shown: int, total: int, frequency: float | None) -> str:
     span = f"from {number(float(times[0]), 3)} to {number(float(times[-1]), 3)} s"
     which = f"all {total} fields" if shown == total else f"{shown} of {total} fields"
-    words = f"The structure in its supports, {which} {span}; displacements and gaps are magnified alike. "
-    words += "Drag it to turn it; the charts below follow its time, and a click on one of them sets the time."
+    words = f"The structure in its supports, {which} {span}; displacements and gaps are magnified alike."
     interval = float(np.diff(times).max(initial=0.0))
     if frequency is not None and interval * frequency * 8.0 > 1.0:
         words += (

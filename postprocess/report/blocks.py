@@ -18,6 +18,7 @@ from pathlib import Path
 from typing import Literal
 
 from gapbeam.postprocess.report.charts import Chart, Surface
+from gapbeam.postprocess.report.moving_scene import MovingScene
 from gapbeam.postprocess.results_errors import BlockError
 
 Cell = str | float | int | None
@@ -192,7 +193,19 @@ class ReportSection:
             raise BlockError(f"{self.title}: anchor {self.anchor!r}; expected lower-case letters, digits and hyphens")
 
 
-Block = Words | Verdict | Command | Listing | Picture | TableBlock | ComparisonBlock | Chart | Surface | ReportSection
+Block = (
+    Words
+    | Verdict
+    | Command
+    | Listing
+    | Picture
+    | TableBlock
+    | ComparisonBlock
+    | Chart
+    | Surface
+    | MovingScene
+    | ReportSection
+)
 
 
 @dataclass(frozen=True)

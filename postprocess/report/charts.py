@@ -26,6 +26,7 @@ class ChartCurve:
         choice: The choice with which it is shown; None: always.
         dashed: Whether the line is dashed, as for unstable branches and references.
         texts: Text of each point, shown when it is pointed at, (n,); empty: its coordinates only.
+        times: Of its points, (n,), s, increasing: a dot on the curve follows the time of the page; empty: none does.
         like: Name of the curve whose color it shares, such as that whose points it marks; empty: a color of its own.
 
     Raises:
@@ -40,6 +41,7 @@ class ChartCurve:
     dashed: bool = False
     texts: Sequence[str] = ()
     like: str = ""
+    times: FloatArray | Sequence[float] = ()
 
     def __post_init__(self) -> None:
         shapes = np.shape(self.x), np.shape(self.y)
@@ -47,6 +49,8 @@ class ChartCurve:
             raise BlockError(f"{self.name}: x has shape {shapes[0]} and y {shapes[1]}; expected (n,) twice")
         if self.texts and len(self.texts) != len(self.x):
             raise BlockError(f"{self.name}: {len(self.texts)} texts for {len(self.x)} points")
+        if len(self.times) not in (0, len(self.x)):
+            raise BlockError(f"{self.name}: {len(self.times)} times for {len(self.x)} points")
 
 
 @dataclass(frozen=True)

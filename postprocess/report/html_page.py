@@ -15,12 +15,14 @@ from markupsafe import Markup
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock
 from gapbeam.postprocess.report.charts import Chart, Surface
 from gapbeam.postprocess.report.markdown_text import inline, paragraphs
+from gapbeam.postprocess.report.moving_scene import MovingScene, scene_values
 from gapbeam.postprocess.report.number_text import cell, percent
 from gapbeam.postprocess.report.plotly_figures import chart_figure, surface_figure
 from gapbeam.postprocess.report.surface_picture import surface_picture
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results_errors import ResultsError
 
+SCRIPTS = ("numbers.js", "clock.js", "scene_model.js", "scene_painters.js", "scene.js", "page.js")  # in this order
 SENTENCE = 40  # letters
 LARGEST_PICTURE = 32 * 2**20  # bytes
 IMAGES = {
@@ -66,13 +68,14 @@ def html_of(report: Report) -> str:
         "text_alternative": _text_alternative,
         "twin": lambda block: _data("image/png", surface_picture(block)),
         "inlined": _inlined,
+        "scene_json": _scene_json,
         "sections": _sections,
         "css_text": _css_text,
     }
     return page.from_string(_part("page.html")).render(
         report=report,
-        style=Markup(_part("style.css")),
-        script=Markup(_part("page.js")),
+        style=Markup(_part("style.css") + _part("scene.css")),
+        scripts=[Markup(_part(name)) for name in SCRIPTS],
         plotly=Markup(_plotly()),
         figures=lambda: Markup(f"[{','.join(figures)}]".replace("<", "\\u003c")),
     )
@@ -147,8 +150,15 @@ def _is_wordy(table: TableBlock, column: int) -> bool:
     return any(isinstance(row[column], str) and len(str(row[column])) > SENTENCE for row in table.rows)
 
 
-def _text_alternative(block: Chart | Surface) -> str:
+def _scene_json(scene: MovingScene) -> Markup:
+    """Return what the script draws a scene from, as the text of a script element."""
+    return Markup(json.dumps(scene_values(scene), separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"))
+
+
+def _text_alternative(block: Chart | Surface | MovingScene) -> str:
     """Return the text alternative of a figure, for those who cannot see it."""
+    if isinstance(block, MovingScene):
+        return f"Moving scene. {block.caption} Arrow keys turn it, the space bar plays it, comma and period step it."
     if isinstance(block, Surface):
         return f"Surface: {block.z} over {block.x} and {block.y}. {block.caption}"
     names = ", ".join(dict.fromkeys(curve.name for curve in block.curves))

@@ -18,6 +18,8 @@ COLORS = (BLUE, VERMILION, GREEN, BLACK, PURPLE, SKY, GRAY)
 DASHES = ("solid", "solid", "solid", "solid", "solid", "solid", "solid", "dash", "dashdot", "dot")
 SYMBOLS = ("circle", "square", "diamond", "triangle-up", "triangle-down", "cross", "x")
 
+TIME_AXES = {"time (s)": 1.0, "time (ms)": 1e-3}  # s; a cursor follows the time of the page on them
+
 FEW_DECADES = 2.0  # of a logarithmic axis, which then has more labels than one a decade
 
 
@@ -66,6 +68,8 @@ def _traces(curve: ChartCurve, place: int, chart: Chart) -> list[go.Scatter | go
     if curve.texts:
         texts = [html.escape(text, quote=False).replace("\n", "<br>") for text in curve.texts]
         shared |= {"text": texts, "hovertemplate": f"%{{text}}<extra>{name}</extra>"}
+    if len(curve.times):
+        shared["customdata"] = _single(curve.times)
     if curve.mode == "bars":
         return [go.Bar(x=x, y=y, marker={"color": color}, **shared)]
     mark: dict[str, Any] = {"color": color, "symbol": SYMBOLS[place % len(SYMBOLS)], "size": 7}
@@ -107,6 +111,7 @@ def _layout(chart: Chart) -> dict[str, Any]:
     upward = _axis(chart.y, chart.log_y, chart.y_range, [curve.y for curve in chart.curves])
     return {
         "template": {},
+        "meta": {"seconds": TIME_AXES.get(chart.x)},
         "xaxis": along | ({"constrain": "domain"} if chart.equal else {}),
         "yaxis": upward | ({"scaleanchor": "x", "constrain": "domain"} if chart.equal else {}),
         "barmode": "group",

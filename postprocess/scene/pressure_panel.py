@@ -17,6 +17,7 @@ from gapbeam.postprocess.scene.surface_color import PRESSURES
 
 _MEGA = 1.0e-6
 _TOP = 179.99  # degrees
+_BETWEEN_TICKS = -16.0  # points: the name of the angle stands beside its short label 0, between those of -180 and 180
 
 
 class PressurePanel:
@@ -121,7 +122,7 @@ class PressurePanel:
                     vmax=self._limit,
                 )
                 self._numbers[face] = numbers
-            panel.set_ylabel("angle (°)" if around else "y (mm)")
+            panel.set_ylabel("angle (°)" if around else "y (mm)", labelpad=_BETWEEN_TICKS if around else 4.0)
             panel.set_yticks([-180.0, 0.0, 180.0] if around else [1e3 * support.front, 0.0, 1e3 * support.back])
             panel.set_title(
                 f"pressure on the {face} (MPa)" if face in BASE_AND_GLAND else f"{face} (MPa)",

@@ -1,5 +1,6 @@
 "use strict";
 (() => {
+  const { numbersOf, clock, scenes } = window.gapbeam;
   const specs = JSON.parse(document.getElementById("figures").textContent);
   const root = document.documentElement;
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
@@ -65,11 +66,11 @@
       plot.style.height = `${300 + 21 * Math.max(0, layout.showlegend ? names.size - 2 : 0)}px`;
     }
     Plotly.react(plot, still ? traces.filter((trace) => trace.visible) : traces, layout, {
-      responsive: !still, staticPlot: still, displaylogo: false, displayModeBar: coarse ? false : "hover",
-      modeBarButtonsToRemove: ["select2d", "lasso2d", "autoScale2d"],
+      responsive: !still, staticPlot: still, displaylogo: false, displayModeBar: false, doubleClick: "reset",
     });
     if (!still && plot.dataset.drawn === undefined) plot.on("plotly_click", (event) => tellPicked(plot, event.points[0]));
     plot.dataset.drawn = choice ?? "";
+    if (!still) clock.follow(plot, spec, choice);
   }
 
   // The text of a point stays below the chart once it is clicked or touched.
@@ -161,6 +162,7 @@
 
   function toScreen() {
     root.classList.remove("paper");
+    for (const scene of scenes) scene.toScreen();
     for (const figure of charts) {
       figure.querySelector(".panels")?.remove();
       figure.querySelector(".plot").style.display = "";
@@ -170,18 +172,12 @@
 
   function toPaper() {
     root.classList.add("paper");
+    for (const scene of scenes) scene.toPaper();
     for (const details of document.querySelectorAll("details")) details.open = true;
     for (const figure of charts) {
       seen.unobserve(figure);
       drawOnPaper(figure);
     }
-  }
-
-  function numbersOf(values) {
-    if (!values || !values.bdata) return values || [];
-    const bytes = Uint8Array.from(atob(values.bdata), (letter) => letter.charCodeAt(0));
-    const kinds = { f4: Float32Array, f8: Float64Array };
-    return kinds[values.dtype] ? new kinds[values.dtype](bytes.buffer) : [];
   }
 
   function asCsv(spec) {

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import Cell, TableBlock
 
 
@@ -26,16 +27,16 @@ def errors_table(summary: Mapping[str, Any]) -> TableBlock | None:
 
 
 def _row(one: Mapping[str, Any]) -> tuple[Cell, ...]:
-    relative = one.get("relative_error")
+    relative, (unit, factor) = one.get("relative_error"), shown(str(one.get("unit")))
     return (
         str(one.get("name")),
         str(one.get("span")),
-        _number(one.get("value")),
-        str(one.get("unit")),
-        _number(one.get("error")),
+        _number(one.get("value"), factor),
+        unit,
+        _number(one.get("error"), factor),
         None if relative is None else 100.0 * float(relative),
     )
 
 
-def _number(value: Any) -> float | None:
-    return None if value is None else float(value)
+def _number(value: Any, factor: float) -> float | None:
+    return None if value is None else factor * float(value)

@@ -175,7 +175,13 @@ def _portrait(probe: str, analysis: Analysis) -> list[ChartCurve]:
     part, seen = slice(first, None, every), analysis.section.time >= start - 1e-9
     points = length * analysis.section.displacement[seen], speed * analysis.section.velocity[seen]
     return [
-        ChartCurve("motion", length * displacement.values[part], speed * velocity.values[part], choice=probe),
+        ChartCurve(
+            "motion",
+            length * displacement.values[part],
+            speed * velocity.values[part],
+            choice=probe,
+            times=displacement.time[part],
+        ),
         ChartCurve("once in a forcing period", *points, mode="markers", choice=probe),
     ]
 

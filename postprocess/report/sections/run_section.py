@@ -21,14 +21,22 @@ from gapbeam.postprocess.report.sections.curve_section import curve_section, per
 from gapbeam.postprocess.report.sections.energy_section import energy_section
 from gapbeam.postprocess.report.sections.impacts_section import impacts_section
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section
+from gapbeam.postprocess.report.sections.orbits_section import orbits_section
+from gapbeam.postprocess.report.sections.peak_rows import peak_rows
 from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
+from gapbeam.postprocess.report.sections.scene_section import scene_of
 from gapbeam.postprocess.report.sections.spectra_section import spectra_section
 from gapbeam.postprocess.report.sections.statistics_section import statistics_section
-from gapbeam.postprocess.report.sections.verdict_section import summary_section
+from gapbeam.postprocess.report.sections.verdict_section import (
+    computation_section,
+    limits_section,
+    opening_section,
+)
 from gapbeam.postprocess.report.sections.wear_section import wear_section
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
 from gapbeam.postprocess.signals.signal import SignalError
@@ -42,7 +50,7 @@ PICTURE_WORDS = {
 
 
 def run_report(results: Results, command: str) -> Report:
-    """Return the report on a run: verdicts and figures then motion, spectra, contact, energy, random loads, the case.
+    """Return the report on a run: how it ended, the moving scene, results; then motion, contact, energy, margins, cost.
 
     What the results do not allow is left out, or reported where it would stand.
 
@@ -53,7 +61,11 @@ def run_report(results: Results, command: str) -> Report:
     Raises:
         ResultsError: A file of the results cannot be read.
     """
-    sections = [summary_section(results)]
+    recorded = (results.folder / HISTORY_FILE).is_file()
+    scene = _scene(results, command) if recorded else []
+    sections = [opening_section(results, scene, peak_rows(results.history) if recorded else ())]
+    chance = (statistics_section(results.summary), wear_section(results.summary))
+    sections += [section for section in chance if section is not None]
     if (results.folder / HISTORY_FILE).is_file():
         sections += _of_history(results, command)
     else:
@@ -61,10 +73,19 @@ def run_report(results: Results, command: str) -> Report:
     curve = results.folder / CURVE_FILE
     if curve.is_file():
         sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
-    chance = (wear_section(results.summary), statistics_section(results.summary), random_loads_section(results.summary))
-    ends = (*chance, _pictures(results.folder), case_section(results))
+    margins, cost = limits_section(results), computation_section(results)
+    ends = (random_loads_section(results.summary), margins, _pictures(results.folder), case_section(results), cost)
     sections += [section for section in ends if section is not None]
     return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
+
+
+def _scene(results: Results, command: str) -> list[Block]:
+    """Return the moving scene; fields that cannot be read are reported in its place."""
+    try:
+        scene = scene_of(results, command)
+    except (ResultsError, SignalError) as fault:
+        return [Verdict("warning", f"There is no moving scene: {fault}")]
+    return [] if scene is None else [scene]
 
 
 def meta_of(results: Results, command: str) -> dict[str, str]:
@@ -106,6 +127,8 @@ def _of_history(results: Results, command: str) -> list[ReportSection]:
     ]
     if periodic:
         makers.append(("Periodic response", "periodic", lambda: [periodic_section(periodic, command)]))
+    if not periodic:
+        makers.append(("Orbits", "orbits", lambda: [orbits_section(results, command)]))
     if "contact_force" in history and "penetration" in history:
         makers.append(("Contact", "contact", lambda: [contact_section(history, frequency, command)]))
     if not periodic:

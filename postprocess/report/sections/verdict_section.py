@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, warnings_of
@@ -11,6 +12,8 @@ from gapbeam.postprocess.report.sections.errors_table import errors_table
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 
+Row = tuple[Cell, ...]
+FIGURE_HEADS = ("figure", "value", "unit")
 _MICRO, _MILLI, _MEGA = 1.0e6, 1.0e3, 1.0e-6
 
 
@@ -22,6 +25,8 @@ def run_verdicts(results: Results) -> list[Verdict]:
     """
     summary = results.summary
     message = str(summary.get("message") or "")
+    if results.status == "completed" and summary.get("errors"):
+        message = message.split("; ")[0]  # the figures behind it stand in the table of their errors
     found = [_ending(results.status, message)]
     created = created_energy(summary)
     if created is not None and results.status == "completed":
@@ -43,67 +48,119 @@ def created_energy(summary: dict[str, Any]) -> str | None:
 
 
 def summary_section(results: Results, anchor: str = "summary") -> ReportSection:
-    """Return the verdicts on a run and its key figures.
+    """Return the verdicts on a run and its key figures, what it cost at the end.
 
     Args:
         results: Of a run.
         anchor: Of the section.
     """
-    blocks: list[Block] = [*run_verdicts(results)]
-    rows = key_figures(results)
-    if rows:
-        blocks.append(TableBlock("Key figures of the run", ("figure", "value", "unit"), rows))
-    blocks += [table for made in (errors_table, assumptions_table) if (table := made(results.summary)) is not None]
-    defaults = results.summary.get("defaults") or ()
-    if defaults:
-        blocks.append(
-            TableBlock(
-                "Values that decide how accurate the run is, and where they come from",
-                ("key", "value", "unit", "reason"),
-                [(one["key"], float(one["value"]), one["unit"], one["reason"]) for one in defaults],
-            )
-        )
+    rows = [*result_figures(results), *cost_figures(results)]
+    table = [TableBlock("Key figures of the run", FIGURE_HEADS, rows)] if rows else []
+    made = (errors_table(results.summary), assumptions_table(results.summary), defaults_table(results.summary))
+    blocks: list[Block] = [*run_verdicts(results), *table, *(one for one in made if one is not None)]
     return ReportSection("Summary", anchor, blocks)
 
 
-def key_figures(results: Results) -> list[tuple[Cell, ...]]:
-    """Return name, value and unit of what the summary reports, as far as it is there."""
+def opening_section(
+    results: Results, scene: Sequence[Block] = (), peaks: Sequence[Row] = (), anchor: str = "summary"
+) -> ReportSection:
+    """Return what a reader of one run sees first: how it ended, the moving scene, warnings, what an engineer asks for.
+
+    Args:
+        results: Of a run.
+        scene: Shown behind failures and the end of the run.
+        peaks: Rows of the table of results that its history gives.
+        anchor: Of the section.
+    """
+    found = run_verdicts(results)
+    first = [one for one in found if one.level == "error"] or found[:1]
+    blocks: list[Block] = [*first, *scene, *(one for one in found if one not in first)]
+    rows = [*peaks, *result_figures(results)]
+    if rows:
+        blocks.append(TableBlock("Results of the run", FIGURE_HEADS, rows))
+    errors = errors_table(results.summary)
+    return ReportSection("Summary", anchor, [*blocks, *([errors] if errors else [])])
+
+
+def limits_section(results: Results, anchor: str = "limits") -> ReportSection | None:
+    """Return the margins of a run to what its equations assume; None where the summary has none."""
+    table = assumptions_table(results.summary)
+    return None if table is None else ReportSection("Margins", anchor, [table])
+
+
+def computation_section(results: Results, anchor: str = "computation") -> ReportSection | None:
+    """Return what a run cost and with which steps and defaults; None where the summary says nothing of it."""
+    rows = cost_figures(results)
+    tables = [TableBlock("Steps, time and memory", FIGURE_HEADS, rows)] if rows else []
+    defaults = defaults_table(results.summary)
+    blocks: list[Block] = [*tables, *([defaults] if defaults else [])]
+    return ReportSection("Computation", anchor, blocks) if blocks else None
+
+
+def defaults_table(summary: Mapping[str, Any]) -> TableBlock | None:
+    """Return the computed defaults of a run with their reasons; None where there are none."""
+    defaults = summary.get("defaults") or ()
+    if not defaults:
+        return None
+    return TableBlock(
+        "Values that decide how accurate the run is, and where they come from",
+        ("key", "value", "unit", "reason"),
+        [(one["key"], float(one["value"]), one["unit"], one["reason"]) for one in defaults],
+    )
+
+
+def key_figures(results: Results) -> list[Row]:
+    """Return name, value and unit of what the summary reports, as far as it is there: results, then cost."""
+    return [*result_figures(results), *cost_figures(results)]
+
+
+def result_figures(results: Results) -> list[Row]:
+    """Return name, value and unit of the results that the summary reports, as far as they are there."""
     summary = results.summary
-
-    def of(table: str, key: str, factor: float = 1.0) -> float | int | None:
-        value = (summary.get(table) or {}).get(key)
-        if value is None or isinstance(value, str):
-            return None
-        return value if isinstance(value, int) else factor * float(value)
-
     supports = supports_of(summary, results.case) if results.case.get("support") else ()
     alone = len(supports) == 1
-    memory = (summary.get("memory") or {}).get("peak_per_rank")
-    rows: list[tuple[Cell, ...]] = [
-        *(("clearance" if alone else f"clearance of {one.name}", _MILLI * one.clearance, "mm") for one in supports),
-        ("forcing frequency", results.forcing_frequency, "Hz"),
-        ("unknowns", of("model", "dofs"), ""),
-        ("steps", of("convergence", "steps"), ""),
+    rows: list[Row] = [
         *(
             (f"largest contact force on the {face}", float(force), "N")
             for face, force in (summary.get("peak_contact_force") or {}).items()
         ),
-        ("largest penetration", of("penetration", "largest", _MICRO), "µm"),
-        ("largest penetration over the clearance", of("penetration", "relative_to_clearance", 100.0), "%"),
-        ("energy exchanged", of("energy", "exchanged", _MILLI), "mJ"),
-        ("energy created by the scheme", of("energy", "created", _MILLI), "mJ"),
-        ("residual of the energy balance over the energy exchanged", of("energy", "relative_residual"), ""),
-        ("impacts", of("gates", "impacts"), ""),
-        ("impacts outside the gates", of("gates", "violations"), ""),
-        ("contact iterations of a step, mean", of("convergence", "iterations_mean"), ""),
-        ("wall time", of("wall_time", "total"), "s"),
-        ("wall time of a step", of("wall_time", "per_step", _MICRO), "µs"),
+        ("largest penetration", _of(summary, "penetration", "largest", _MICRO), "µm"),
+        ("largest penetration over the clearance", _of(summary, "penetration", "relative_to_clearance", 100.0), "%"),
+        ("energy exchanged", _of(summary, "energy", "exchanged", _MILLI), "mJ"),
+        ("impacts", _of(summary, "gates", "impacts"), ""),
+        *(("clearance" if alone else f"clearance of {one.name}", _MILLI * one.clearance, "mm") for one in supports),
+        ("forcing frequency", results.forcing_frequency, "Hz"),
+    ]
+    return [row for row in rows if row[1] is not None]
+
+
+def cost_figures(results: Results) -> list[Row]:
+    """Return name, value and unit of steps, energy errors, time and memory of a run, as far as they are there."""
+    summary = results.summary
+    memory = (summary.get("memory") or {}).get("peak_per_rank")
+    rows: list[Row] = [
+        ("unknowns", _of(summary, "model", "dofs"), ""),
+        ("steps", _of(summary, "convergence", "steps"), ""),
+        ("energy created by the scheme", _of(summary, "energy", "created", _MILLI), "mJ"),
+        ("residual of the energy balance over the energy exchanged", _of(summary, "energy", "relative_residual"), ""),
+        ("impacts outside the gates", _of(summary, "gates", "violations"), ""),
+        ("contact iterations of a step, mean", _of(summary, "convergence", "iterations_mean"), ""),
+        ("wall time", _of(summary, "wall_time", "total"), "s"),
+        ("wall time of a step", _of(summary, "wall_time", "per_step", _MICRO), "µs"),
         ("memory, all ranks", None if not memory else _MEGA * float(sum(memory)), "MB"),
     ]
     return [row for row in rows if row[1] is not None]
 
 
+def _of(summary: Mapping[str, Any], table: str, key: str, factor: float = 1.0) -> float | int | None:
+    value = (summary.get(table) or {}).get(key)
+    if value is None or isinstance(value, str):
+        return None
+    return value if isinstance(value, int) else factor * float(value)
+
+
 def _ending(status: str, message: str) -> Verdict:
+    message = message.replace("+-", "±")
     words = f" {message}" if message else ""
     if status == "completed":
         return Verdict("passed", f"The run completed: {message}" if message else "The run completed.")

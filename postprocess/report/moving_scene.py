@@ -1,0 +1,146 @@
+"""The structure in its supports as a scene that a page moves: stations along the beam, and walls around it."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, field
+
+import numpy as np
+
+from gapbeam.postprocess.report.packed_numbers import packed, packed_shorts
+from gapbeam.postprocess.results.supports_of_run import RunFace
+from gapbeam.postprocess.results_errors import BlockError
+
+FloatArray = np.ndarray
+
+
+@dataclass(frozen=True)
+class SceneBeam:
+    """The beam of a scene: an outline across it, carried by the motion of stations along it.
+
+    Attributes:
+        stations: x, (s,), m, increasing.
+        outline: Corners of the section, counter-clockwise, (n, 2), y and z, between -1 and 1.
+        half: Half of its width and height at every station, (s, 2), m.
+        middle: y and z of the middle of that box, (s, 2), m.
+        lateral: Displacement of the stations along y, (frames, s), m.
+        vertical: Along the bending direction, (frames, s), m.
+        twist: Rotation about x, (frames, s), rad.
+        slide: Mean displacement along x, (frames,), m; drawn as large as it is.
+        planar: Whether the model is a slice, whose width is drawn only.
+
+    Raises:
+        BlockError: Shapes that differ.
+    """
+
+    stations: FloatArray
+    outline: FloatArray
+    half: FloatArray
+    middle: FloatArray
+    lateral: FloatArray
+    vertical: FloatArray
+    twist: FloatArray
+    slide: FloatArray
+    planar: bool
+
+    def __post_init__(self) -> None:
+        expected = (len(self.slide), len(self.stations))
+        for name in ("lateral", "vertical", "twist"):
+            if np.shape(getattr(self, name)) != expected:
+                raise BlockError(f"scene: {name} of shape {np.shape(getattr(self, name))}; expected {expected}")
+
+    @property
+    def thickness(self) -> float:
+        """Largest height of the section, m."""
+        return float(2.0 * self.half[:, 1].max())
+
+    @property
+    def farthest(self) -> float:
+        """Largest displacement of a station across the beam, m."""
+        return float(np.hypot(self.lateral, self.vertical).max(initial=0.0))
+
+
+@dataclass(frozen=True)
+class SceneWall:
+    """A face of a support in a scene.
+
+    Attributes:
+        met: The face where the run starts.
+        support: Name of its support.
+        along: Where it begins and ends along the beam, m.
+        bottom: Of the beam there, in the bending direction, m.
+        top: Of the beam there, m.
+        moved: Gap, offset and lateral in every frame, (frames, 3), m; None: it stands still.
+        force: Normal contact force in every frame, (frames,), N; empty: not recorded.
+    """
+
+    met: RunFace
+    support: str
+    along: tuple[float, float]
+    bottom: float
+    top: float
+    moved: FloatArray | None = None
+    force: FloatArray = field(default_factory=lambda: np.empty(0))
+
+
+@dataclass(frozen=True)
+class MovingScene:
+    """A structure that moves in its supports; the charts of the page follow its time.
+
+    Attributes:
+        caption: What it shows.
+        times: Of the frames, (frames,), s.
+        beam: What moves.
+        walls: What it moves in.
+        magnification: Of displacements and gaps at the start.
+        opening: Number of the frame that is shown first, and on paper.
+        command: That makes it.
+    """
+
+    caption: str
+    times: FloatArray
+    beam: SceneBeam
+    walls: Sequence[SceneWall]
+    magnification: float
+    opening: int = 0
+    command: str = ""
+
+
+def scene_values(scene: MovingScene) -> dict[str, object]:
+    """Return what the script of a page draws a scene from, displacements to 1/32767 of the largest."""
+    beam = scene.beam
+    motion = {"y": beam.lateral, "z": beam.vertical, "twist": beam.twist}
+    return {
+        "times": packed(scene.times),
+        "stations": packed(beam.stations),
+        "outline": np.round(beam.outline, 5).tolist(),
+        "half": packed(beam.half),
+        "middle": packed(beam.middle),
+        "motion": {name: packed_shorts(values) for name, values in motion.items() if np.any(values)},
+        "slide": packed(beam.slide),
+        "planar": beam.planar,
+        "walls": [_wall(wall) for wall in scene.walls],
+        "magnification": scene.magnification,
+        "opening": scene.opening,
+    }
+
+
+def _wall(wall: SceneWall) -> dict[str, object]:
+    met = wall.met
+    return {
+        "name": met.face,
+        "support": wall.support,
+        "kind": "around" if met.around else "below" if met.below else "above",
+        "along": [float(end) for end in wall.along],
+        "bottom": wall.bottom,
+        "top": wall.top,
+        "gap": met.gap,
+        "offset": met.offset,
+        "lateral": met.lateral,
+        "tilt": met.tilt,
+        "angles": list(met.angles),
+        "recesses": list(met.recesses),
+        "flat": met.flat,
+        "moved": None if wall.moved is None else packed(wall.moved),
+        "force": packed(wall.force) if wall.force.size else None,
+    }

@@ -1,0 +1,164 @@
+"""The moving scene of a run: which fields are shown, how much they are magnified, and the walls at their times."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from gapbeam.postprocess.report.moving_scene import MovingScene, SceneBeam, SceneWall
+from gapbeam.postprocess.report.number_text import number
+from gapbeam.postprocess.report.station_motion import beam_of, stations_of
+from gapbeam.postprocess.results.field_reader import Fields
+from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.results.supports_of_run import RunSupport, supports_of, wall_motion_series
+from gapbeam.solver.record_table import FIELDS_FILE
+
+MOST = 400  # frames
+FEWEST = 24  # of a large mesh
+POINTS = 2.0e7  # of the mesh, in all frames together: a few seconds to read
+SMOOTH = 12  # frames in a forcing period, that a motion looks as it is
+_SHARE = 0.8  # of the thickness: the largest motion as it is drawn
+_GAP = 0.25  # of the thickness: the largest gap as it is drawn, where the motion allows that
+_SWING = 0.1  # of the length: the largest motion as it is drawn for that
+_ROUND = (1.0, 2.0, 5.0, 10.0)
+
+
+def scene_of(results: Results, command: str) -> MovingScene | None:
+    """Return the scene of a run; None where it wrote fewer than two fields.
+
+    Args:
+        results: Of a run.
+        command: That makes the report.
+
+    Raises:
+        ResultsError: The fields or the history cannot be read.
+    """
+    if not (results.folder / FIELDS_FILE).is_file():
+        return None
+    with results.fields() as fields:
+        if len(fields) < 2:
+            return None
+        history, frequency = results.history, results.forcing_frequency
+        numbers = frames_shown(len(fields), len(fields.points), _interval(fields), frequency)
+        frames = [fields.frame(k) for k in numbers]
+        beam = beam_of(stations_of(fields.points, fields.dimension), frames, fields.dimension, _width(results.case))
+        bending = fields.points[:, fields.dimension - 1]
+        size = float(bending.min()), float(bending.max())
+        total = len(fields)
+    times = np.array([frame.time for frame in frames])
+    start = float(beam.stations[0])
+    walls = walls_of(supports_of(results.summary, results.case), history, times, start, size)
+    gaps = [wall.met.gap + max(wall.met.recesses, default=0.0) for wall in walls]
+    opening = _opening(beam, walls)
+    words = _words(times, len(numbers), total, frequency)
+    return MovingScene(words, times, beam, walls, magnification_of(beam, gaps), opening, command)
+
+
+def frames_shown(count: int, points: int, interval: float, frequency: float | None) -> list[int]:
+    """Return the numbers of the fields that a scene shows: all, some evenly, or the last ones.
+
+    The last ones where every second or third of a forced motion would be too few to see it as it is.
+
+    Args:
+        count: Fields there are.
+        points: Of the mesh.
+        interval: Between fields, s.
+        frequency: Of the forcing, Hz.
+    """
+    most = int(min(MOST, max(FEWEST, POINTS // max(points, 1))))
+    every = -(-(count - 1) // most)  # the start and `most` fields after it, at least every second
+    if every < 2:
+        return list(range(count))
+    if frequency is not None and every * interval * frequency * SMOOTH > 1.0:
+        return list(range(count - most - 1, count))
+    return list(range(0, count, every))
+
+
+def magnification_of(beam: SceneBeam, gaps: Sequence[float] = ()) -> float:
+    """Return a round factor, at least 1, of displacements and gaps.
+
+    With it the largest motion is drawn nearly as large as the beam is thick; a larger one draws the gaps as a quarter
+    of it, where the motion stays a small part of the length.
+
+    Args:
+        beam: What moves.
+        gaps: Of the walls, m.
+    """
+    if beam.farthest == 0.0:
+        return 1.0
+    wished = _SHARE * beam.thickness / beam.farthest
+    gap = max(gaps, default=0.0)
+    if gap > 0.0:
+        length = float(np.ptp(beam.stations))
+        wished = max(wished, min(_GAP * beam.thickness / gap, _SWING * length / beam.farthest))
+    decade = 10.0 ** np.floor(np.log10(wished))
+    return max(1.0, float(max(one for one in _ROUND if one * decade <= wished * (1.0 + 1e-9)) * decade))
+
+
+def walls_of(
+    supports: Sequence[RunSupport], history: xr.Dataset, times: np.ndarray, start: float, size: tuple[float, float]
+) -> list[SceneWall]:
+    """Return the faces of the supports with their motion and contact force at the times of the frames.
+
+    Args:
+        supports: Of the run.
+        history: Of the run.
+        times: Of the frames, s.
+        start: x of the end of the beam that their places count from, m.
+        size: Lowest and highest place of the beam in the bending direction, m.
+    """
+    recorded, middle = history["time"].values, 0.5 * (size[0] + size[1])
+    motions = wall_motion_series(history)
+    forces = history.get("contact_force")
+    known = [] if forces is None else [str(name) for name in forces["face"].values]
+    walls = []
+    for one in supports:
+        bottom, top = size
+        if one.thickness is not None:
+            bottom, top = middle - 0.5 * one.thickness, middle + 0.5 * one.thickness
+        for met in one.faces:
+            moved = None
+            if any(name in motions for name, _ in met.moves):
+                places = [met.moved({name: float(v[k]) for name, v in motions.items()}) for k in range(len(recorded))]
+                rows = np.array([(place.gap, place.offset, place.lateral) for place in places])
+                moved = np.column_stack([np.interp(times, recorded, rows[:, k]) for k in range(3)])
+            force = np.empty(0)
+            if forces is not None and met.face in known:
+                force = np.interp(times, recorded, forces.sel(face=met.face).values)
+            along = (start + one.start, start + one.end)
+            walls.append(SceneWall(met, one.name, along, bottom, top, moved, force))
+    return walls
+
+
+def _interval(fields: Fields) -> float:
+    return fields.frame(1).time - fields.frame(0).time
+
+
+def _width(case: Mapping[str, Any]) -> float:
+    beam = case.get("beam") or {}
+    return float(beam.get("width") or beam.get("thickness") or 0.0)
+
+
+def _opening(beam: SceneBeam, walls: Sequence[SceneWall]) -> int:
+    """Return the frame with the largest contact force, or with the largest displacement."""
+    forces = [wall.force for wall in walls if wall.force.size]
+    total = np.sum(forces, axis=0) if forces else np.zeros(len(beam.slide))
+    if np.any(total > 0.0):
+        return int(np.argmax(total))
+    return int(np.argmax(np.hypot(beam.lateral, beam.vertical).max(axis=1)))
+
+
+def _words(times: np.ndarray, shown: int, total: int, frequency: float | None) -> str:
+    span = f"from {number(float(times[0]), 3)} to {number(float(times[-1]), 3)} s"
+    which = f"all {total} fields" if shown == total else f"{shown} of {total} fields"
+    words = f"The structure in its supports, {which} {span}; displacements and gaps are magnified alike."
+    interval = float(np.diff(times).max(initial=0.0))
+    if frequency is not None and interval * frequency * 8.0 > 1.0:
+        words += (
+            f" There is a field every {number(1e3 * interval, 3)} ms, fewer than eight in a forcing period: the motion "
+            "looks slower or rougher than it is. A smaller `output.fields_interval` shows it as it is."
+        )
+    return words

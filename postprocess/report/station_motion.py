@@ -1,0 +1,153 @@
+"""The motion of stations along a beam, from the fields of a mesh: three numbers a station instead of all its points."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from scipy.sparse import csr_matrix, lil_matrix
+from scipy.spatial import ConvexHull, QhullError
+
+from gapbeam.postprocess.report.moving_scene import SceneBeam
+from gapbeam.postprocess.results.field_reader import Frame
+
+FloatArray = np.ndarray
+
+MOST = 200  # stations
+LOOSE = 80  # stations of a mesh without planes across the beam
+_SAME = 1.0e-6  # of the length: planes that are one
+_LEAST = 0.02  # of the largest displacement: what less rotation moves is not drawn
+_CORNERS = 48  # of an outline
+_ROUND_FROM = 8  # corners of a section that is drawn round
+_ROUND = 0.02  # of the radius: what its corners differ by
+
+
+@dataclass(frozen=True)
+class Stations:
+    """Points of a mesh, gathered by their place along the beam.
+
+    Attributes:
+        places: x, (s,), m.
+        members: Numbers of the points of each.
+        points: Of the mesh, y and z, (n, 2), m.
+        regular: Whether every station is a plane of the mesh.
+    """
+
+    places: FloatArray
+    members: tuple[np.ndarray, ...]
+    points: FloatArray
+    regular: bool
+
+
+def stations_of(points: FloatArray, dimension: int) -> Stations:
+    """Gather the points of a mesh in stations: its planes across the beam, or bins where these are too many.
+
+    Args:
+        points: (n, 3), m.
+        dimension: 2 or 3; the bending direction is y or z.
+    """
+    x, length = points[:, 0], float(np.ptp(points[:, 0])) or 1.0
+    across = np.column_stack([np.zeros(len(x)), points[:, 1]]) if dimension == 2 else points[:, 1:]
+    order = np.argsort(x, kind="stable")
+    jumps = np.flatnonzero(np.diff(x[order]) > _SAME * length) + 1
+    groups = np.split(order, jumps)
+    regular = len(groups) <= MOST or min(map(len, groups)) == max(map(len, groups))
+    if regular and len(groups) > MOST:
+        groups = [groups[k] for k in np.unique(np.linspace(0, len(groups) - 1, MOST).astype(int))]
+    elif not regular:
+        edges = np.linspace(x.min(), x.max(), LOOSE + 1)
+        bins = np.digitize(x, edges[1:-1])
+        groups = [found for k in range(LOOSE) if (found := np.flatnonzero(bins == k)).size]
+    places = np.array([x[group].mean() for group in groups])
+    if not regular:  # the ends are those of the beam
+        places[[0, -1]] = x.min(), x.max()
+    return Stations(places, tuple(groups), across, regular)
+
+
+def beam_of(stations: Stations, frames: Iterable[Frame], dimension: int, width: float) -> SceneBeam:
+    """Return the beam of a scene.
+
+    The motion of a station is the rigid motion next to that of its points, in the sense of least squares:
+    u_y = v - phi (z - z0), u_z = w + phi (y - y0). Where sections stay flat and keep their shape nothing is lost.
+
+    Args:
+        stations: Of the mesh.
+        frames: The fields to show.
+        dimension: Of the mesh; of 2, w is the mean.
+        width: Drawn for a slice, m.
+    """
+    fit, count = _fit(stations, dimension), len(stations.places)
+    rows, slides = [], []
+    for frame in frames:
+        moved = frame.displacement
+        slides.append(float(moved[:, 0].mean()))
+        flat = np.zeros_like(moved[:, 0]) if dimension == 2 else moved[:, 1]
+        rows.append((fit @ np.concatenate([flat, moved[:, dimension - 1]])).reshape(3, count))
+    motion = np.array(rows, dtype=float).reshape(len(rows), 3, count)
+    half, middle = _boxes(stations)
+    if dimension == 2:
+        half[:, 0] = 0.5 * width
+    twist = motion[:, 2]
+    if np.abs(twist).max(initial=0.0) * half.max() < _LEAST * np.abs(motion[:, :2]).max(initial=0.0):
+        twist = np.zeros_like(twist)
+    outline = _outline(stations) if dimension == 3 else np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    return SceneBeam(
+        stations.places, outline, half, middle, motion[:, 0], motion[:, 1], twist, np.array(slides), dimension == 2
+    )
+
+
+def _fit(stations: Stations, dimension: int) -> csr_matrix:
+    """Return the matrix (3 s, 2 n) from displacements along y and z to v, w and phi of all stations."""
+    count, size = len(stations.places), len(stations.points)
+    matrix = lil_matrix((3 * count, 2 * size))
+    for k, members in enumerate(stations.members):
+        rest = stations.points[members] - stations.points[members].mean(axis=0)
+        share = 1.0 / len(members)
+        matrix[k, members] = share
+        matrix[count + k, size + members] = share
+        inertia = float(np.sum(rest**2))
+        if dimension == 3 and inertia > 0.0:
+            matrix[2 * count + k, members] = -rest[:, 1] / inertia
+            matrix[2 * count + k, size + members] = rest[:, 0] / inertia
+    return csr_matrix(matrix)
+
+
+def _boxes(stations: Stations) -> tuple[FloatArray, FloatArray]:
+    """Return half width and height of the section at every station and their middle, (s, 2) each."""
+    if not stations.regular:  # a bin may miss the corners of its section
+        low, high = stations.points.min(axis=0), stations.points.max(axis=0)
+        ends = [(low, high)] * len(stations.places)
+    else:
+        parts = [stations.points[members] for members in stations.members]
+        ends = [(part.min(axis=0), part.max(axis=0)) for part in parts]
+    lows, highs = (np.array([pair[side] for pair in ends]) for side in (0, 1))
+    return 0.5 * (highs - lows), 0.5 * (highs + lows)
+
+
+def _outline(stations: Stations) -> FloatArray:
+    """Return the convex outline of the largest section in its box, counter-clockwise, (n, 2)."""
+    members = max(stations.members, key=len) if stations.regular else np.arange(len(stations.points))
+    section = stations.points[members]
+    low, high = section.min(axis=0), section.max(axis=0)
+    size = np.where(high > low, high - low, 1.0)
+    scaled = 2.0 * (section - low) / size - 1.0
+    try:
+        hull = scaled[ConvexHull(scaled).vertices]
+    except QhullError:
+        return np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    if len(hull) >= _ROUND_FROM and np.ptp(np.hypot(*hull.T)) < _ROUND:
+        angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    hull = _without_flat_corners(hull)
+    return hull[:: -(-len(hull) // _CORNERS)]
+
+
+def _without_flat_corners(hull: FloatArray) -> FloatArray:
+    """Drop corners on a straight side."""
+    closed = np.vstack([hull, hull[:1]])
+    sides = np.array([(b - a) / np.linalg.norm(b - a) for a, b in pairwise(closed)])
+    before = np.roll(sides, 1, axis=0)
+    turned = np.abs(before[:, 0] * sides[:, 1] - before[:, 1] * sides[:, 0]) > 1e-3
+    return hull[turned] if turned.sum() >= 3 else hull

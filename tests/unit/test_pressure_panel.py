@@ -1,0 +1,35 @@
+"""The map of pressures around a hole: its labels are whole, between the picture beside it and its own axis."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from matplotlib import rc_context
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.figure import Figure
+
+from gapbeam.postprocess.results.supports_of_run import RunFace, RunSupport
+from gapbeam.postprocess.scene.pressure_panel import PressurePanel
+from gapbeam.postprocess.scene.sheet import _DPI, _PRESSURE, STYLE, ZOOM
+from gapbeam.postprocess.scene.support_surface import support_of
+from tests.unit.test_moving_scene import RADIUS, tube
+
+
+@pytest.mark.parametrize("size", [(16.0, 9.0), (19.2, 10.8)])
+def test_name_of_the_angle_is_not_clipped(size: tuple[float, float]) -> None:
+    """It begins right of the picture of the support, and neither it nor the labels of the ticks hide each other."""
+    points = tube()
+    face = RunFace("hole", False, 1e-4, True)
+    support = support_of(points, 3, [RunSupport("baffle", 0.4, 0.6, 1e-4, (face,))])
+    touching = np.flatnonzero((points[:, 0] >= 0.4) & (points[:, 0] <= 0.6))
+    with rc_context(STYLE):
+        figure = Figure(figsize=size, dpi=_DPI)
+        canvas = FigureCanvasAgg(figure)
+        PressurePanel(figure, _PRESSURE, support, points, {"hole": touching}, 1e6)
+        canvas.draw()
+        panel = next(axes for axes in figure.axes if axes.get_ylabel() == "angle (°)")
+        name = panel.yaxis.label.get_window_extent()
+        assert name.x0 > (ZOOM[0] + ZOOM[2]) * size[0] * _DPI
+        labels = [tick.label1.get_window_extent() for tick in panel.yaxis.get_major_ticks()]
+    assert not any(name.overlaps(label) for label in labels)
+    assert float(np.ptp(points[:, 1])) == pytest.approx(2 * RADIUS)

@@ -9,6 +9,7 @@ import numpy as np
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, contact_damping, contact_stiffness
+from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.supports.support_tables import OneSupport
 from gapbeam.solver.system.operators import Array
@@ -61,7 +62,7 @@ def friction_coefficients(case: Case, body: Body) -> float | Array:
 
 def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], list[float], tuple[Default, ...]]:
     """Return K and c of each face, and the values that were computed or that supports bring themselves."""
-    usual = contact_stiffness(case, body.meshed.facet_length, face)
+    usual = squeezed_stiffness(case) or contact_stiffness(case, body.meshed.facet_length, face)
     stiffness = [usual.value if own is None else own for own in case.layout.own("stiffness")]
     owners = [one for one in case.layout.supports for _ in one.faces]
     asked = [contact_damping(case, value, one) for value, one in zip(stiffness, owners, strict=True)]

@@ -25,12 +25,13 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.meshes.sections.delaunay_refinement import Triangulation, edges_of, refined_delaunay
+from gapbeam.meshes.gmsh_models.graded_triangles import graded_triangles
+from gapbeam.meshes.sections.delaunay_refinement import Triangulation, edges_of
 from gapbeam.meshes.sections.polygon_outline import PolygonOutline, signed_area
 from gapbeam.meshes.sections.section_curve import Array, Place
 
 ALONG = 24  # wanted edges along the larger extent
-GROWTH = 0.4  # of the distance from a re-entrant corner: how long edges are there
+GROWTH = 0.7  # of the distance from a re-entrant corner: how long edges are there
 SHARP = 1.05 * pi  # rad: inner angles from which on a corner makes a singularity that counts
 WALL = 0.18  # of the way through a wall: how long edges are there
 CORNER = 3.0e-6  # aimed at for the share that a re-entrant corner takes away
@@ -39,6 +40,7 @@ SHARE = (
     0.5  # of the difference between two meshes that is left: the error of h^(4/3) at the sharpest corners falls by 2.5
 )
 MOST_TRIANGLES = 60_000
+AT_ONCE = 1000  # places whose lengths are looked up together
 # Dunavant (1985): exact for polynomials of degree 4
 _NEAR, _FAR = 0.445948490915965, 0.091576213509771
 _BARYCENTRIC = np.array([[1.0 - 2.0 * a if i == j else a for i in range(3)] for a in (_NEAR, _FAR) for j in range(3)])
@@ -101,11 +103,13 @@ def _graded(outline: PolygonOutline) -> Triangulation:
 
     def wanted(places: Array) -> Array:
         found = np.full(len(places), base)
-        for source, length in zip(sources, least, strict=True):
-            found = np.minimum(found, length + GROWTH * np.linalg.norm(places - source, axis=1))
+        for part in range(0, len(places), AT_ONCE):
+            some = slice(part, part + AT_ONCE)
+            away = np.linalg.norm(places[some, None] - sources, axis=2)
+            found[some] = np.min(least + GROWTH * away, axis=1, initial=base)
         return found
 
-    return refined_delaunay(outline.sides, outline.contains, wanted, outline.moments.area)
+    return graded_triangles(outline, wanted)
 
 
 def _solved(outline: PolygonOutline, mesh: Triangulation) -> Array:

@@ -8,6 +8,7 @@ import numpy as np
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, RigidModel
+from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
 from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, ROTATION, STRAIN, STRESS, TRAVEL, PoseWatch
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
@@ -85,7 +86,7 @@ def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding
     shared = [own is None for own in case.layout.own("stiffness")]  # a support that gives way by design is no penalty
     deepest, clearance = float(np.max(peaks.deepest[shared], initial=0.0)), case.layout.clearance
     yield Finding(SHALLOW, deepest / case.profile.thinnest, detail=f"{deepest:.3g} m")
-    if clearance != 0.0:
+    if clearance != 0.0 and squeezed_stiffness(case) is None:  # there the springs are the squeezed section
         name, unit, limit = BESIDE_CLEARANCE
         size = "interference" if clearance < 0.0 else "clearance"
         one = Assumption(name, f"largest penetration over the {size}", unit, limit, None, _remedy(case))

@@ -149,6 +149,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
     ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
+    ("PlacedSupport", "law"): never,  # its stiffness has a unit of its own
     ("PlacedSupport", "wear"): never,  # only with [wear]
     ("Wear", "coefficient"): one_of(1.0e-14, 1.0e-13),
     ("Wear", "area"): seldom(powers(-6.0, -4.0)),

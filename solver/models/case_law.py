@@ -10,6 +10,7 @@ from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
+from gapbeam.solver.contact.laws.shaped_law import shaped_law
 from gapbeam.solver.models.contact_setting import ContactSetting
 from gapbeam.solver.system.operators import Array, Indices
 
@@ -43,7 +44,8 @@ def _made(
 ) -> ContactLaw:
     contact = case.contact
     adhesive, augmented = contact.tension == "adhesive", contact.formulation.left_by_multipliers
-    return make_law(law, stiffness, touch_depth(case), damping, areas, adhesive=adhesive, augmented=augmented)
+    made = make_law(law, stiffness, touch_depth(case), damping, areas, adhesive=adhesive, augmented=augmented)
+    return shaped_law(law, made, areas)
 
 
 def _taken(value: float | Array, points: Indices) -> float | Array:

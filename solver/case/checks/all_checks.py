@@ -84,6 +84,7 @@ from gapbeam.solver.case.checks.own_law_checks import (
     own_laws_fit_the_rest,
     own_laws_follow_the_penetration,
     own_laws_have_their_stiffness,
+    yielding_laws_are_marched,
 )
 from gapbeam.solver.case.checks.periodic_checks import (
     balance_has_a_law,
@@ -263,6 +264,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     own_laws_follow_the_penetration,
     own_laws_have_their_stiffness,
     own_laws_fit_the_rest,
+    yielding_laws_are_marched,
     impulses_are_unilateral,
     exact_contact_starts_outside,
     adaptive_steps_resolve_a_contact,

@@ -5,12 +5,16 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.placed_support import own_law
+from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
+from gapbeam.solver.wording.short_words import either
 
 
 def laws_of(support: AnySupports, contact: Contact) -> Iterator[tuple[Key, ChosenLaw]]:
@@ -63,6 +67,31 @@ def own_laws_fit_the_rest(support: AnySupports, contact: Contact) -> Iterator[Fa
         for fault in law.contradictions(contact.formulation, one.damping or 0.0):
             related = tuple(_placed(other, key) for other in fault.related)
             yield replace(fault, key=_placed(fault.key, key), related=related)
+
+
+def yielding_laws_are_marched(
+    support: AnySupports, contact: Contact, time: Time, analysis: Analysis
+) -> Iterator[Fault]:
+    """What yields remembers: it is marched, by a scheme whose work over a step is known."""
+    for key, law in laws_of(support, contact):
+        if not law.keeps_set:
+            continue
+        if not time.scheme.marches_sets:
+            yield Fault(
+                key,
+                f"{law.type}, with the scheme {time.scheme.type}",
+                f"{either(scheme_names('marches_sets'))}: the plastic work of their steps is known",
+                'scheme = "discrete-gradient" in [time]',
+                (("time", "scheme"),),
+            )
+        if isinstance(analysis, Periodic):
+            yield Fault(
+                key,
+                f"{law.type}, which keeps a plastic set, in the search for a periodic response",
+                "a law that depends on the state alone: what yields is not the same after a period",
+                'type = "transient" in [analysis]',
+                (("analysis", "type"),),
+            )
 
 
 def _placed(key: Key, law: Key) -> Key:

@@ -91,7 +91,7 @@ def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterato
                 "leave damping out",
                 ((*key, "law"),) if own and plain else (("contact", "law" if plain else "formulation"),),
             )
-        elif one.damping is not None and law.dissipates and not own:
+        elif one.damping is not None and getattr(law, "restitution", None) is not None and not own:
             yield Fault(
                 (*key, "damping"),
                 f"{one.damping:g} {contact.damping_unit}, with a restitution in [contact]",

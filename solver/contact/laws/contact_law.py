@@ -84,6 +84,24 @@ class ContactLaw:
         """Why kernels do not take the law, in words; None where they do."""
         return None
 
+    @property
+    def keeps_set(self) -> bool:
+        """Whether points yield and keep a plastic set."""
+        return False
+
+    def yielded_by(self, plastic_set: Array | None) -> ContactLaw:
+        """Return the law of points that have plastic sets, (m,), m; itself where nothing yields."""
+        del plastic_set
+        return self
+
+    def set_after(self, depth: Array) -> Array:
+        """Return the plastic sets that are left of penetrations, (m,), m: none."""
+        return np.zeros_like(depth)
+
+    def closed_slope(self, depth: Array) -> Array:
+        """Return the slope of the law in small vibrations about penetrations, (m,), Pa/m."""
+        return self.static(depth).slope
+
     def softened(self, share: float) -> ContactLaw:
         """Return the law with a share of its stiffness and, where that is in proportion to it, of its damping."""
         return replace(self, spring=replace(self.spring, stiffness=share * self.spring.stiffness))

@@ -59,6 +59,25 @@ class MixedLaw(ContactLaw):
             return self
         return self._with(lambda group: group.law.touched_at(speed[group.points]))
 
+    @property
+    def keeps_set(self) -> bool:
+        """Whether a law does."""
+        return any(law.keeps_set for _, law in self.groups)
+
+    def yielded_by(self, plastic_set: Array | None) -> ContactLaw:
+        """Return the laws of points that have plastic sets, (m,), m."""
+        if plastic_set is None or not self.keeps_set:
+            return self
+        return self._with(lambda group: group.law.yielded_by(plastic_set[group.points]))
+
+    def set_after(self, depth: Array) -> Array:
+        """Return the plastic sets that are left of penetrations, (m,), m."""
+        return self._gathered(depth, lambda points, law: law.set_after(depth[..., points]))
+
+    def closed_slope(self, depth: Array) -> Array:
+        """Return the slopes of the laws in small vibrations, (m,), Pa/m."""
+        return self._gathered(depth, lambda points, law: law.closed_slope(depth[..., points]))
+
     def potential(self, depth: Array) -> Array:
         """Return psi(d), J/m^2."""
         return self._gathered(depth, lambda points, law: law.potential(depth[..., points]))

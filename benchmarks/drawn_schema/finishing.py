@@ -129,6 +129,9 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
         whole["load"] = [load | last if load["type"] in _of_walls() else load for load in whole["load"]]
     whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
     whole["damping"] = _damping(draw, whole.get("damping", {}))
+    if whole.get("analysis", {}).get("type") == "periodic":  # nothing that yields is periodic
+        yields = whole["contact"].get("law", {}).get("type") == "elastic-plastic"
+        whole["contact"] = {key: value for key, value in whole["contact"].items() if not (yields and key == "law")}
     whole["contact"] = _contact(draw, whole["contact"], whole["time"].get("scheme"))
     if isinstance(whole["support"], list):
         whole["support"] = [_own_contact(draw, one, whole["contact"]) for one in whole["support"]]
@@ -240,6 +243,8 @@ def _contact(draw: Draw, contact: dict[str, Any], scheme: dict[str, Any] | None)
     if creator and draw.scene.seed % STIFF and isinstance(contact.get("stiffness"), float):
         contact = contact | {"stiffness": min(contact["stiffness"], SOFT * scene.modulus / scene.support)}
     law = _LAW.validate_python(contact.get("law", {"type": "kelvin-voigt"}))
+    if law.keeps_set and scheme is not None and not _SCHEME.validate_python(scheme).marches_sets:
+        return _contact(draw, {key: value for key, value in contact.items() if key != "law"}, scheme)
     exponent = float(law.spring_exponent)
     usual = (SOFT * scene.modulus / scene.support) if creator else 0.1 * scene.stiffness
     share = scene.width * scene.support / len(points) if points else 1.0

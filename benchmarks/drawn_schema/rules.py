@@ -149,6 +149,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
     ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
+    ("PlacedSupport", "law"): never,  # its stiffness has a unit of its own
     ("PlacedSupport", "wear"): never,  # only with [wear]
     ("Wear", "coefficient"): one_of(1.0e-14, 1.0e-13),
     ("Wear", "area"): seldom(powers(-6.0, -4.0)),
@@ -219,6 +220,10 @@ RULES: dict[tuple[str, str], Rule] = {
     ("AdamsImpact", "exponent"): one_of(1.0, 1.5, 2.2, LEFT_OUT),
     ("AdamsImpact", "damping"): lambda chance, scene: scene.stiffness * scene.step * 10.0 ** chance.uniform(-4, -1),
     ("AdamsImpact", "full_depth"): lambda chance, scene: scene.shallow * chance.choice((0.1, 1.0)),
+    ("PiecewiseLinear", "depths"): lambda _, scene: [scene.shallow, 2.0 * scene.shallow],
+    ("PiecewiseLinear", "factors"): lambda chance, _: [chance.choice((0.5, 2.0)), chance.choice((1.0, 5.0))],
+    ("ElasticPlastic", "yield_pressure"): lambda _, scene: scene.stiffness * scene.shallow,
+    ("ElasticPlastic", "hardening"): seldom(one_of(0.0, 0.1, 0.5), 0.5),
     ("LoadTable", "name"): never,  # numbered where the loads are put together
     ("LoadTable", "direction"): never,  # drawn for the dimension of the mesh where the loads are put together
     ("Gravity", "acceleration"): seldom(one_of(1.62, 9.81, 20.0)),

@@ -11,6 +11,7 @@ from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.contact_table import Friction
+from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.support_walls import interference
 from gapbeam.solver.supports.support_tables import OneSupport
@@ -222,8 +223,8 @@ def contact_damping(case: Case, stiffness: float, support: OneSupport | None = N
         mass = support.impact_mass(mass, piece.beam.width)
     if contact.points is not None:
         mass, unit = mass * piece.beam.width * case.layout.length / len(contact.points), "kg a point"
-    units = (unit, contact.stiffness_unit)
-    computed = contact.law.computed_damping(stiffness, mass, contact.tension == "adhesive", units)
+    law = law_at(contact, support)
+    computed = law.computed_damping(stiffness, mass, contact.tension == "adhesive", (unit, contact.unit_with(law)))
     if computed is None:
         return None
     return Default("contact.damping", computed.value, contact.damping_unit, computed.reason, computed.consequence)

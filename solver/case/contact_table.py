@@ -8,6 +8,7 @@ from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.contact.formulations.formulation_choice import Formulation
 from gapbeam.solver.contact.formulations.penalty import Penalty
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.kelvin_voigt import KelvinVoigt
 from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.table import NonNegative, Number, Positive, Table, Whole, named
@@ -80,7 +81,11 @@ class Contact(Table):
     @property
     def stiffness_unit(self) -> str:
         """Unit of `stiffness`."""
-        exponent = self.law.spring_exponent
+        return self.unit_with(self.law)
+
+    def unit_with(self, law: ChosenLaw) -> str:
+        """Return the unit of the stiffness of a law."""
+        exponent = law.spring_exponent
         return ("Pa/m" if self.points is None else "N/m") + ("" if exponent == 1.0 else f"^{exponent:g}")
 
     @property

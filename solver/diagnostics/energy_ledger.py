@@ -196,4 +196,4 @@ def round_off(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> floa
 
 
 def _contact_energy(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:
-    return float(system.contact.weights @ law.potential(state.depth))
+    return float(system.contact.weights @ law.yielded_by(state.plastic_set).potential(state.depth))

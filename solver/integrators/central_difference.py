@@ -123,7 +123,7 @@ class CentralDifference(TimeScheme):
             inertia_and_elastic=0.5 * (old.a[MASS] + acceleration[MASS] + old.u[STIFFNESS] + u[STIFFNESS]),
             velocity=np.stack([*(0.5 * (old.v + new.v))[:STIFFNESS], 0.5 * (old_lagged + middle[STIFFNESS])]),
             pressure=0.5 * (old.pressure + pressure),
-            elastic_pressure=0.5 * (law.spring.pressure(old.depth) + closed.elastic),
+            elastic_pressure=0.5 * (law.static(old.depth).pressure + closed.elastic),
             unresolved=unresolved,
         )
         return Step(old, new, stage, iterations, timings={"back_substitution": seconds})

@@ -158,7 +158,7 @@ class AlphaFamily(TimeScheme):
         if law.friction is not None:
             slip = contact.slip(trace(new.v[VALUE], operators))
             new = replace(new, traction=law.friction.traction(new.pressure, slip))
-        old_elastic = law.spring.pressure(old.depth)
+        old_elastic = law.static(old.depth).pressure
         stage = Stage(
             load_factors=factors,
             inertia_and_elastic=(1.0 - alpha_m) * acceleration[MASS]

@@ -45,6 +45,7 @@ class Midpoint(TimeScheme):
     carries_acceleration: ClassVar[bool] = False
     contact_range: ClassVar[StiffnessRange] = STIFF_CONTACT
     has_period_map: ClassVar[bool] = True
+    marches_sets: ClassVar[bool] = True
 
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
         """Return (c_m, c_k, c_d) of the effective operator."""
@@ -65,7 +66,7 @@ class Midpoint(TimeScheme):
         max_iterations: int = 60,
     ) -> Step:
         """Advance by one step; the stage pressure is the mean over the step. Collective."""
-        law = law.touched_at(old.touch_speed)
+        law = law.touched_at(old.touch_speed).yielded_by(old.plastic_set)
         pressure_over_step: PressureOverStep = law.implicit if self.implicit else law.discrete_gradient
         contact, operators = system.contact, system.operators
         factors = system.load_factors(old.time + 0.5 * dt)

@@ -53,7 +53,7 @@ def stable_step(system: SemiDiscreteSystem, law: ContactLaw) -> StableStep:
     masses = body.apply_mass(np.ones(operators.size))
     scale = np.where(operators.massless, 0.0, 1.0 / np.sqrt(np.where(operators.massless, 1.0, masses)))
     touched = np.full(contact.size, TYPICAL_DEPTH)
-    stiffness, damping = law.spring.slope(touched), law.damping(touched)
+    stiffness, damping = law.static(touched).slope, law.damping(touched)
 
     def springs(per_area: Array, x: Array) -> Array:
         point_forces = contact.weights * per_area * (contact.gap_matrix @ contact.interface.trace(x, operators))

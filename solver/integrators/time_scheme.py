@@ -63,6 +63,7 @@ class TimeScheme(Table, ABC):
         needs_potential: Whether the contact has to have a potential.
         conserves_energy: Whether every step conserves the energy of a contact without damping.
         has_period_map: Whether the derivative of its march over a period is known.
+        marches_sets: Whether it marches contact that yields: its work over a step is known.
         implicit: Whether a scheme with a period map takes the law at the end of the step, or its discrete gradient.
     """
 
@@ -76,6 +77,7 @@ class TimeScheme(Table, ABC):
     needs_potential: ClassVar[bool] = False
     conserves_energy: ClassVar[bool] = False
     has_period_map: ClassVar[bool] = False
+    marches_sets: ClassVar[bool] = False
     implicit: ClassVar[bool] = False
 
     @abstractmethod

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,6 +19,8 @@ from gapbeam.solver.system.semi_discrete import State, Step
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+LOG = logging.getLogger("gapbeam")
 
 
 @dataclass(frozen=True)
@@ -96,6 +99,8 @@ def marched(
     """
     if why_not_compiled(plan) is None:
         return _compiled(plan, start, accounts, recorder, wanted, comm)
+    if plan.law.why_not_compiled is not None:
+        LOG.info("marched step by step, not compiled: %s", plan.law.why_not_compiled)
     return step_blocks_of(march(plan, start), plan.steps, accounts, recorder, wanted, start)
 
 

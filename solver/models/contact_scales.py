@@ -6,6 +6,7 @@ from math import pi, sqrt
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import lightest_supported
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 
 DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
 DEPTH_WITHOUT_CLEARANCE = 1.0e-6  # m, in its place
@@ -17,10 +18,28 @@ def compared_depth(case: Case) -> float:
     return DEPTH_RATIO * clearance if clearance > 0.0 else DEPTH_WITHOUT_CLEARANCE
 
 
-def slope_factor(case: Case) -> float:
-    """Return the slope of the law over its stiffness K, n d^(n-1) at `compared_depth`, m^(n-1); 1 for n = 1."""
-    exponent = case.contact.law.spring_exponent
+def slope_factor(case: Case, law: ChosenLaw | None = None) -> float:
+    """Return the slope of a law over its stiffness K, n d^(n-1) at `compared_depth`, m^(n-1); 1 for n = 1.
+
+    Args:
+        case: The case.
+        law: The law; None: that of [contact].
+    """
+    exponent = (law or case.contact.law).spring_exponent
     return float(exponent * compared_depth(case) ** (exponent - 1.0))
+
+
+def compared_stiffness(case: Case, stiffness: float, law: ChosenLaw) -> float:
+    """Return K of the law of [contact] that has the slope of another law at `compared_depth`, Pa/m^n.
+
+    Args:
+        case: The case.
+        stiffness: K of the other law, in its unit.
+        law: The other law; with the exponent of that of [contact], its K itself is returned.
+    """
+    if law.spring_exponent == case.contact.law.spring_exponent:
+        return stiffness
+    return stiffness * slope_factor(case, law) / slope_factor(case)
 
 
 def contact_duration(case: Case, stiffness: float) -> float:

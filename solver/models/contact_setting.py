@@ -9,8 +9,10 @@ import numpy as np
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, contact_damping, contact_stiffness
+from gapbeam.solver.case.placed_support import law_at, own_law
 from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
 from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.contact_scales import compared_stiffness
 from gapbeam.solver.supports.support_tables import OneSupport
 from gapbeam.solver.system.operators import Array
 
@@ -22,7 +24,7 @@ class ContactSetting:
     Attributes:
         stiffness: K of the law: one number, or one of each point, (m,), as with Nitsche's gamma.
         defaults: Values that were computed, with their reasons.
-        face_stiffness: K of all points of the stiffest face together, N/m^n.
+        face_stiffness: K of all points of the stiffest face together, compared as the law of [contact], N/m^n.
         damping: c of the law kelvin-voigt: one number, or one of each point, (m,).
         areas: What K and c are divided by, (m,), m^2; 1 where they are per area.
     """
@@ -46,10 +48,12 @@ def contact_setting(case: Case, body: Body) -> ContactSetting:
         return ContactSetting(body.gamma, (gamma,), face * largest)
     stiffness, damping, defaults = _law_of_faces(case, body, face)
     points, places = _at_points(stiffness, body), case.contact.points
+    laws = [law_at(case.contact, one) for one in case.layout.supports for _ in one.faces]
+    stiffest = max(compared_stiffness(case, one, law) for one, law in zip(stiffness, laws, strict=True))
     if places is None:
-        return ContactSetting(points, defaults, face * max(stiffness), _at_points(damping, body))
+        return ContactSetting(points, defaults, face * stiffest, _at_points(damping, body))
     assert body.patch is not None
-    whole = len(places) * max(stiffness)
+    whole = len(places) * stiffest
     return ContactSetting(points, (*defaults, body.patch), whole, _at_points(damping, body), body.contact.weights)
 
 
@@ -71,7 +75,7 @@ def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], lis
         damping.append(own if own is not None else case.contact.damping if computed is None else computed.value)
     of_supports = {one.name: computed for one, computed in zip(owners, asked, strict=True)}
     shared = [usual] if None in case.layout.own("stiffness") else []
-    plain = [of_supports[one.name] for one in owners if one.stiffness is None and one.body is None]
+    plain = [of_supports[one.name] for one in owners if not _stands_alone(one)]
     shared += [computed for computed in plain[:1] if computed is not None]
     brought = [default for one in case.layout.supports for default in _own(case, one, of_supports[one.name])]
     return stiffness, damping, (*shared, *brought)
@@ -81,10 +85,15 @@ def _own(case: Case, support: OneSupport, damping: Default | None) -> Iterator[D
     """Yield the stiffness that a support brings, and the damping that is computed for its stiffness or its body."""
     key = f"support.{support.name}"
     if support.stiffness is not None:
-        yield Default(f"{key}.stiffness", support.stiffness, case.contact.stiffness_unit, "given in the case")
-    alone = support.stiffness is not None or support.body is not None
-    if alone and damping is not None and support.damping is None:
+        unit = case.contact.unit_with(law_at(case.contact, support))
+        yield Default(f"{key}.stiffness", support.stiffness, unit, "given in the case")
+    if _stands_alone(support) and damping is not None and support.damping is None:
         yield replace(damping, key=f"{key}.damping")
+
+
+def _stands_alone(support: OneSupport) -> bool:
+    """Return whether the damping at a support is not that which a restitution in [contact] asks for elsewhere."""
+    return support.stiffness is not None or support.body is not None or own_law(support) is not None
 
 
 def _at_points(values: list[float], body: Body) -> float | Array:

@@ -23,10 +23,9 @@ from gapbeam.solver.case.computed_defaults import (
     seat_springs,
     slip_velocity,
     tangent_stiffness,
-    touch_depth,
 )
 from gapbeam.solver.case.model_table import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
-from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import stable_step
@@ -34,6 +33,7 @@ from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
 from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
+from gapbeam.solver.models.case_law import law_of_case
 from gapbeam.solver.models.contact_scales import contact_duration
 from gapbeam.solver.models.contact_setting import contact_setting, friction_coefficients
 from gapbeam.solver.models.explicit_step import with_stable_step
@@ -222,15 +222,7 @@ def model_of(case: Case, body: Body) -> Model:
     walls = walls_of(case.load, case.layout, contact, dimension)
     contact = replace(contact, support=support, walls=walls, measures_sliding=case.wear is not None)
     asked, (case, computed) = case, with_time_step(case, support.stiffness_per_area)
-    law = make_law(
-        case.contact.law,
-        setting.stiffness,
-        touch_depth(case),
-        setting.damping,
-        setting.areas,
-        adhesive=case.contact.tension == "adhesive",
-        augmented=case.contact.formulation.left_by_multipliers,
-    )
+    law = law_of_case(case, contact.faces, setting)
     if case.time.scheme.impulses:
         law = replace(law, stores_energy=False)
     defaults = setting.defaults

@@ -100,7 +100,7 @@ def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldMode
     states = {
         SEATED: law.static(seat.state.depth).slope,
         FREE: np.zeros(contact.size),
-        CLOSED: law.static(everywhere).slope,
+        CLOSED: law.closed_slope(everywhere),
     }
     seated, free, closed = (
         _modes(model, sections, name, np.asarray(slopes), count if np.any(slopes > 0.0) else count + RIGID)

@@ -193,9 +193,7 @@ def _shares(guesses: int) -> Iterator[_Share]:
 
 def softened_law(law: ContactLaw, share: float) -> ContactLaw:
     """Return a law with a share of its stiffness and, where that is in proportion to it, of its damping."""
-    if share == 1.0:
-        return law
-    return replace(law, spring=replace(law.spring, stiffness=share * law.spring.stiffness))
+    return law if share == 1.0 else law.softened(share)
 
 
 def _change(found: list[HarmonicSolution]) -> float | None:

@@ -12,6 +12,7 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.tangent_kernel import monodromy
 from gapbeam.solver.march.python.march import EffectiveOperators, March
+from gapbeam.solver.periodic.stepped_period import passed_period, refuse_parts
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
@@ -70,12 +71,19 @@ class ModalMap:
 
     def after(self, x: Array) -> Array:
         """Return P(x), (2n,)."""
+        if self.law.why_not_compiled is not None:
+            return self.coordinates(passed_period(self.plan, self.state(x)).end)
         for block in self._loop.blocks(self.state(x), self.steps):
             end = block.motion
         return np.concatenate([end.q, end.v])
 
     def with_tangent(self, x: Array) -> tuple[Array, Array]:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
+        if self.law.why_not_compiled is not None:
+            passed = passed_period(self.plan, self.state(x))
+            refuse_parts(passed, self.dt)
+            places = np.array([self.modal.coordinates(place) for place in passed.places])
+            return self.coordinates(passed.end), self.tangent_along(places)
         end, tangent = self._loop.tangent(self.state(x))
         return self.coordinates(end), tangent
 
@@ -86,6 +94,9 @@ class ModalMap:
 
     def history(self, x: Array) -> tuple[Array, Array]:
         """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""
+        if self.law.why_not_compiled is not None:
+            passed = passed_period(self.plan, self.state(x))
+            return passed.places, passed.forces
         records = [block.records for block in self._loop.blocks(self.state(x))]
         places = np.concatenate([x[None, : len(self.modal.squares)], *(part.q for part in records)])
         return self.modal.dofs(places), np.concatenate([part.force for part in records])

@@ -6,6 +6,7 @@ import logging
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 from mpi4py import MPI
 
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
@@ -33,6 +34,10 @@ def describe_march(
     """Add the figures, findings and remarks of a march to the summary, and log them. Collective."""
     accounts = consumers.accounts
     summary |= figures(model, consumers.recorder, accounts)
+    if consumers.plastic_set is not None:
+        faces, names = model.system.contact.faces, model.system.contact.face_names
+        sets = [float(np.max(consumers.plastic_set[faces == face], initial=0.0)) for face in range(len(names))]
+        summary["plastic_set"] = dict(zip(names, sets, strict=True))
     summary["contact_episodes"] = accounts.episodes.figures()
     summary["impacts"] = impact_figures(accounts.impacts, model.case.layout, accounts.tally.steps * model.step)
     summary["convergence"] = accounts.tally.convergence()

@@ -59,6 +59,7 @@ class RunConsumers:
         accounts: Ledger, gates, episodes, peaks and counts.
         fields: Where fields go.
         rule: As given.
+        plastic_set: How far contact points have yielded for good, (m,), m; None: nothing yields.
         met: Whether the interval that the rule asks for is narrow enough.
 
     Raises:
@@ -88,6 +89,7 @@ class RunConsumers:
         kept = None if left is None else int(left.header["records"])
         on_rank_zero(comm, lambda: self._open_history(folder, kept))
         self._progress = ProgressFile(folder, model.case.time.end, quiet=comm.rank != 0)
+        self.plastic_set: Array | None = None
         self.fields = FieldWriter(folder, model, None if left is None else left.header["fields"])
 
     def follow(
@@ -130,6 +132,8 @@ class RunConsumers:
         try:
             with progress:
                 for step_block in blocks_of_steps:
+                    if self.model.law.keeps_set:
+                        self.plastic_set = step_block.end.plastic_set
                     shown = step_block.done % fields_every == 0 or step_block.done == plan.steps
                     self._record(step_block.rows, step_block.end if shown else None)
                     closed = self._closed_faces(step_block.pressure)

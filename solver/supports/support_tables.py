@@ -1,18 +1,21 @@
-"""The tables of supports: [support], the base and gland at x = 0, or any number of [[support]] along the beam."""
+"""The tables of supports: [support], the base and gland at x = 0, and what every [[support]] along the beam has.
+
+The contact law that a [[support]] may name besides is in `gapbeam.solver.case.placed_support`.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Annotated, ClassVar
 
-from pydantic import BeforeValidator, Discriminator, Field, Tag
+from pydantic import BeforeValidator, Field
 
 from gapbeam.solver.supports.regions.region import Placement, Region
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.supports.support_body import SupportBody
-from gapbeam.solver.table import FORMS, AlongBeam, Name, NonNegative, Number, Positive, Table, named, placed_along
+from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive, Table, named
 
 PLAY = ("clearance", "offset", "lateral", "tilt")
 """Keys of a [[support]] that change its gaps alone."""
@@ -69,7 +72,7 @@ class BaseAndGland(Table):
         return self.model_copy(update={"clearance": 0.0})
 
 
-class _OneOfSeveral(AlongBeam):
+class OneOfSeveral(AlongBeam):
     """What a [[support]] has besides its place: its play, and a contact of its own where it is of another material."""
 
     name: Name = Field(description="name in results and messages, different for every support", examples=["baffle"])
@@ -147,37 +150,17 @@ class _OneOfSeveral(AlongBeam):
         body = self.body.mass / (self.length * width)
         return beam * body / (beam + body)
 
-    def without_play(self) -> _OneOfSeveral:
+    def without_play(self) -> OneOfSeveral:
         """Return the support with everything taken out that changes its gaps, its contact law and its body alone."""
         return self.model_copy(update={**dict.fromkeys(PLAY, 0.0), **dict.fromkeys(OWN_CONTACT), "body": None})
 
 
-PlacedSupport = placed_along(
-    _OneOfSeveral,
-    "PlacedSupport",
-    "the support",
-    (0.2, 0.22),
-    "A support along the beam, from x = from to x = to; the beam touches the faces of its region.",
-)
+OneSupport = BaseAndGland | OneOfSeveral
 
-OneSupport = BaseAndGland | _OneOfSeveral
-
-
-def _form(value: object) -> str:
-    """Return whether supports are given as one table or as an array of tables."""
-    return FORMS[isinstance(value, list | tuple)]
-
-
-SupportTables = Annotated[
-    Annotated[BaseAndGland, Tag(FORMS[0])] | Annotated[tuple[PlacedSupport, ...], Field(min_length=1), Tag(FORMS[1])],  # type: ignore[valid-type]
-    Discriminator(_form),
-]
-"""[support] or [[support]]."""
-
-AnySupports = BaseAndGland | tuple[_OneOfSeveral, ...] | Mapping[int, _OneOfSeveral]
+AnySupports = BaseAndGland | tuple[OneOfSeveral, ...] | Mapping[int, OneOfSeveral]
 """The supports of a case, or those of its entries that have no faults of their own, by number."""
 
 
-def without_play(support: BaseAndGland | tuple[_OneOfSeveral, ...]) -> BaseAndGland | tuple[_OneOfSeveral, ...]:
+def without_play(support: BaseAndGland | tuple[OneOfSeveral, ...]) -> BaseAndGland | tuple[OneOfSeveral, ...]:
     """Return the supports of a case with all taken out that changes their gaps, contact laws and bodies alone."""
     return support.without_play() if isinstance(support, BaseAndGland) else tuple(one.without_play() for one in support)

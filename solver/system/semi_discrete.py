@@ -230,6 +230,7 @@ class State:
         depth: Penetration at the contact points, (m,), m.
         pressure: Contact pressure that acted last, (m,), Pa.
         traction: Tangential traction of friction on the beam that acted last, (m, k), Pa; None: none has acted.
+        plastic_set: How far each contact point has yielded for good, (m,), m, for the laws that yield.
         closed_since: When each face closed, (faces,), s, infinite while it is open, for adaptive marches.
     """
 
@@ -243,6 +244,7 @@ class State:
     lagged: Array | None = None
     traction: Array | None = None
     closed_since: Array | None = None
+    plastic_set: Array | None = None
 
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.pressure))

@@ -20,7 +20,6 @@ from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import Steady, WindowFigure, steady
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
-from gapbeam.solver.contact.laws.damper import NO_DAMPER
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
 from gapbeam.solver.errors import OutOfMemory, RunError
 from gapbeam.solver.faults import CaseError
@@ -178,7 +177,7 @@ def stays_linear(model: Model, history: xr.Dataset, after: float) -> bool:
         after: s.
     """
     law = model.law
-    if law.spring.exponent != 1.0 or law.friction is not None or law.damper.law != NO_DAMPER.law:
+    if law.friction is not None or not law.linear:
         return False
     closed = history["active_points"].sel(time=slice(after, None)).values
     return bool(np.all(closed == closed[:1]))

@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gapbeam.solver.case.placed_support import PlacedSupport
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.regions.slot import Slot
 from gapbeam.solver.supports.regions.stop import Stop
 from gapbeam.solver.supports.support import Face, Support
-from gapbeam.solver.supports.support_tables import BaseAndGland, PlacedSupport
+from gapbeam.solver.supports.support_tables import BaseAndGland
 
 HEIGHTS = np.array([0.0, 2.0e-6, 5.0e-6])
 

@@ -80,6 +80,12 @@ from gapbeam.solver.case.checks.moving_support_checks import (
     moving_supports_are_marched,
     moving_supports_do_not_rub_around,
 )
+from gapbeam.solver.case.checks.own_law_checks import (
+    own_laws_fit_the_rest,
+    own_laws_follow_the_penetration,
+    own_laws_have_their_stiffness,
+    yielding_laws_are_marched,
+)
 from gapbeam.solver.case.checks.periodic_checks import (
     balance_has_a_law,
     curve_is_in_reach,
@@ -255,6 +261,10 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     contact_is_shallow,
     law_fits_the_formulation,
     law_fits_the_rest,
+    own_laws_follow_the_penetration,
+    own_laws_have_their_stiffness,
+    own_laws_fit_the_rest,
+    yielding_laws_are_marched,
     impulses_are_unilateral,
     exact_contact_starts_outside,
     adaptive_steps_resolve_a_contact,

@@ -13,6 +13,7 @@ from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.checks.unit_questions import unit_questions
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
 
@@ -103,7 +104,9 @@ def motion(case: Case) -> Iterator[str]:
         yield "no gravity: nothing seats the beam on the base before it moves"
     damping, dampers = case.damping, [added.damping for load in case.load if (added := load.attachment) is not None]
     given = [*(damping.ratios or ()), damping.mass, damping.stiffness, damping.ratio, *dampers]
-    if not any(given) and not case.contact.dissipates:
+    supports = case.layout.supports
+    absorbs = any(one.damping or law_at(case.contact, one).dissipates for one in supports)
+    if not any(given) and not case.contact.dissipates and not absorbs:
         yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
     if not case.probe:
         yield "no [[probe]]: no motion of any point is recorded"

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import cast
 
 from gapbeam.solver.case.analysis_table import Periodic, Transient
+from gapbeam.solver.case.checks.own_law_checks import laws_of
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import FullModel, ModelTable
@@ -51,7 +52,7 @@ def forcing_is_periodic(analysis: Analysis, load: Loads) -> Iterator[Fault]:
     )
 
 
-def period_map_is_smooth(analysis: Analysis, contact: Contact) -> Iterator[Fault]:
+def period_map_is_smooth(analysis: Analysis, contact: Contact, support: AnySupports) -> Iterator[Fault]:
     """The search needs contact that depends on the state alone, and knows its derivative."""
     if not isinstance(analysis, Periodic):
         return
@@ -63,15 +64,16 @@ def period_map_is_smooth(analysis: Analysis, contact: Contact) -> Iterator[Fault
             'leave friction out, or analysis.type = "transient"',
             (TYPE,),
         )
-    if contact.law.by_touch_speed:
-        of_state = " or ".join(name for name, table in LAWS.items() if not table.by_touch_speed)
-        yield Fault(
-            ("contact", "law"),
-            f"{contact.law.type}, whose damping follows from the speed at touch, in the search for a periodic response",
-            f"{of_state}: contact that depends on the state alone",
-            'law = "kelvin-voigt" with contact.damping',
-            (TYPE,),
-        )
+    for key, law in laws_of(support, contact):
+        if law.by_touch_speed:
+            of_state = " or ".join(name for name, table in LAWS.items() if not table.by_touch_speed)
+            yield Fault(
+                key,
+                f"{law.type}, whose damping follows from the speed at touch, in the search for a periodic response",
+                f"{of_state}: contact that depends on the state alone",
+                'law = "kelvin-voigt" with a damping',
+                (TYPE,),
+            )
     if contact.formulation.left_by_multipliers is not None:
         yield Fault(
             ("contact", "formulation"),

@@ -9,6 +9,7 @@ from gapbeam.solver.attachments.joint_table import Joint, bending_rank
 from gapbeam.solver.case.case import Beam
 from gapbeam.solver.case.checks.place_checks import Loads, same_name
 from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.placed_support import law_at, own_law
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
@@ -69,12 +70,13 @@ def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:
 
 def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """A support brings stiffness, damping and friction of its own where those of [contact] could stand."""
-    formulation, law = contact.formulation, contact.law
+    formulation = contact.formulation
     for key, one in keyed(support):
+        law, own = law_at(contact, one), own_law(one) is not None
         if one.stiffness is not None and not formulation.follows_the_law:
             yield Fault(
                 (*key, "stiffness"),
-                f"{one.stiffness:g} {contact.stiffness_unit}, with the formulation {formulation.type}",
+                f"{one.stiffness:g} {contact.unit_with(law)}, with the formulation {formulation.type}",
                 "no stiffness: this formulation is for rigid supports",
                 'formulation = "penalty" in [contact], or leave stiffness out',
                 (("contact", "formulation"),),
@@ -87,9 +89,9 @@ def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterato
                 f"{one.damping:g} {contact.damping_unit}",
                 f"no damping here: {what} damping",
                 "leave damping out",
-                (("contact", "law" if plain else "formulation"),),
+                ((*key, "law"),) if own and plain else (("contact", "law" if plain else "formulation"),),
             )
-        elif one.damping is not None and law.dissipates:
+        elif one.damping is not None and getattr(law, "restitution", None) is not None and not own:
             yield Fault(
                 (*key, "damping"),
                 f"{one.damping:g} {contact.damping_unit}, with a restitution in [contact]",

@@ -29,6 +29,7 @@ class ChosenLaw(Table):
         exact: Exact formulations go by this law, without its damper.
         takes_damping: The coefficient is contact.damping; the others bring their own.
         by_touch_speed: The coefficient follows from the speed at touch of each point, as touch_product / speed.
+        keeps_set: It yields, and each point keeps its plastic set.
     """
 
     type: str
@@ -37,11 +38,22 @@ class ChosenLaw(Table):
     exact: ClassVar[bool] = False
     takes_damping: ClassVar[bool] = False
     by_touch_speed: ClassVar[bool] = False
+    keeps_set: ClassVar[bool] = False
 
     @property
     def spring_exponent(self) -> float:
         """The exponent n of the spring K d^n."""
         return 1.0
+
+    @property
+    def bends(self) -> tuple[tuple[float, float], ...]:
+        """Depths, m, from which the stiffness is a multiple of K, and these factors; for most laws none."""
+        return ()
+
+    @property
+    def yield_point(self) -> tuple[float, float] | None:
+        """Yield pressure, Pa, and slope beyond it over K; None: the law does not yield."""
+        return None
 
     @property
     def dissipates(self) -> bool:

@@ -74,6 +74,38 @@ class ContactLaw:
         """K of the spring; the largest where points differ."""
         return float(np.max(self.spring.stiffness))
 
+    @property
+    def linear(self) -> bool:
+        """Whether closed contact is a linear spring, with a constant damper or none."""
+        return self.spring.exponent == 1.0 and self.damper.law == NO_DAMPER.law
+
+    @property
+    def why_not_compiled(self) -> str | None:
+        """Why kernels do not take the law, in words; None where they do."""
+        return None
+
+    @property
+    def keeps_set(self) -> bool:
+        """Whether points yield and keep a plastic set."""
+        return False
+
+    def yielded_by(self, plastic_set: Array | None) -> ContactLaw:
+        """Return the law of points that have plastic sets, (m,), m; itself where nothing yields."""
+        del plastic_set
+        return self
+
+    def set_after(self, depth: Array) -> Array:
+        """Return the plastic sets that are left of penetrations, (m,), m: none."""
+        return np.zeros_like(depth)
+
+    def closed_slope(self, depth: Array) -> Array:
+        """Return the slope of the law in small vibrations about penetrations, (m,), Pa/m."""
+        return self.static(depth).slope
+
+    def softened(self, share: float) -> ContactLaw:
+        """Return the law with a share of its stiffness and, where that is in proportion to it, of its damping."""
+        return replace(self, spring=replace(self.spring, stiffness=share * self.spring.stiffness))
+
     def touched_at(self, speed: Array | None) -> ContactLaw:
         """Return the law for contacts that began at these speeds, (m,), m/s; itself where that makes no difference."""
         if self.touch_product is None or speed is None:

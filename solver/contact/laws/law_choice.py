@@ -13,14 +13,16 @@ from pydantic import Field
 from gapbeam.solver.contact.laws.adams_impact import AdamsImpact, stepped_damping
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.damper import DampedPoint
+from gapbeam.solver.contact.laws.elastic_plastic import ElasticPlastic
 from gapbeam.solver.contact.laws.hunt_crossley import HuntCrossley, proportional_damping
 from gapbeam.solver.contact.laws.kelvin_voigt import KelvinVoigt, constant_damping
 from gapbeam.solver.contact.laws.lankarani_nikravesh import LankaraniNikravesh
+from gapbeam.solver.contact.laws.piecewise_linear import PiecewiseLinear
 from gapbeam.solver.jit import compiled_in_order
 from gapbeam.solver.table import models_in, type_name
 
 Law = Annotated[
-    KelvinVoigt | HuntCrossley | LankaraniNikravesh | AdamsImpact,
+    KelvinVoigt | HuntCrossley | LankaraniNikravesh | AdamsImpact | PiecewiseLinear | ElasticPlastic,
     Field(discriminator="type"),
 ]
 LAWS: dict[str, type[ChosenLaw]] = {type_name(law): law for law in models_in(Law) if issubclass(law, ChosenLaw)}

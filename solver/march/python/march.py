@@ -142,7 +142,7 @@ def whole_step(plan: March, state: State, dt: float, failures: int = 0, refineme
 
 def _accepted(plan: March, state: State, before: State | None = None) -> State:
     """Return a state with what contact remembers of accepted steps only. Collective."""
-    state = with_touch_speed(plan, state, before)
+    state = with_plastic_set(plan, with_touch_speed(plan, state, before), before)
     return state if plan.resolution is None else plan.resolution.watched(plan.system, plan.law, state, before)
 
 
@@ -170,6 +170,14 @@ def with_touch_speed(plan: March, state: State, before: State | None = None) -> 
     if before is not None and before.touch_speed is not None:
         speed = np.where(state.depth > 0.0, before.touch_speed, speed)
     return replace(state, touch_speed=speed)
+
+
+def with_plastic_set(plan: March, state: State, before: State | None = None) -> State:
+    """Return the state with the plastic sets that its penetrations leave, and those of the state before."""
+    if not plan.law.keeps_set:
+        return state
+    known = state.plastic_set if before is None else before.plastic_set
+    return replace(state, plastic_set=plan.law.yielded_by(known).set_after(state.depth))
 
 
 def with_acceleration(plan: March, state: State) -> State:

@@ -18,7 +18,7 @@ from gapbeam.solver.run.output.parallel_tables import ParallelTable, taken
 from gapbeam.solver.system.semi_discrete import State
 
 AT_NODES = ("u", "v", "a", "lagged")
-AT_POINTS = ("depth", "pressure", "touch_speed", "traction")
+AT_POINTS = ("depth", "pressure", "touch_speed", "traction", "plastic_set")
 OF_FACES = "closed_since"
 MODAL = "modal_"  # before the names of arrays
 

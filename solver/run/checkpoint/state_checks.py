@@ -29,6 +29,7 @@ from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, State
 
 CARRIED = 1.0e-4  # of an image: how far it may have drifted since it was formed anew, iterative solves included
 ROUND_OFF = 1.0e6  # of the round-off of a product with K
+OF_BALANCE = 1.0e3  # of the round-off of contact and inertia forces of a step
 MEASURED = 1.0e-4  # of the energies: how far those of the ledger may be from those of the state
 SAME = 1.0e-9  # of the largest value, where the same is stored twice
 BEYOND_PEAK = 10.0  # of the largest force of a face so far: what a point may carry, at another instant of a step
@@ -106,6 +107,7 @@ def _of_parts(state: State, model: Model) -> Iterator[str]:
         "a": model.case.time.scheme.carries_acceleration,
         "touch_speed": model.law.touch_product is not None,
         "closed_since": model.case.time.adaptive,
+        "plastic_set": model.law.keeps_set,
     }
     for name, carried in needed.items():
         if carried and getattr(state, name) is None:
@@ -114,12 +116,19 @@ def _of_parts(state: State, model: Model) -> Iterator[str]:
 
 def _of_images(state: State, model: Model) -> Iterator[str]:
     operators = model.system.operators
+    contact, forces, rate = model.system.contact, np.zeros(operators.size), 2.0 / model.step
+    contact.interface.add(forces, contact.resultant(contact.weights * state.pressure))
+    # K x follows from the balance of a step: what hardly deforms has no more digits of it than its other terms leave
+    left = OF_BALANCE * np.finfo(float).eps * (np.abs(forces) + rate * np.abs(state.v[MASS]))
+    inertia = {"u": left, "v": rate * left}
     for name in ("u", "v", "a"):
         x = getattr(state, name)
         if x is None:
             continue
         mass, stiffness = operators.apply_mass(x[VALUE]), operators.apply_stiffness(x[VALUE])
         noise = ROUND_OFF * operators.stiffness_round_off(x[VALUE])
+        if name in inertia:
+            noise = np.hypot(noise, inertia[name])
         for image, product, other in ((x[MASS], mass, 0.0 * noise), (x[STIFFNESS], stiffness, noise)):
             off = image - product
             square, size, rough = operators.sum(np.array([off @ off, product @ product, other @ other]))
@@ -133,6 +142,8 @@ def _of_points(state: State, model: Model) -> Iterator[str]:
     largest = max(_largest(depth), _largest(contact.initial_gap))
     if not _largest(state.depth - depth) <= CARRIED * largest:
         yield "the depth of the contact points is not that of u"
+    if state.plastic_set is not None and not np.all(state.plastic_set >= 0.0):
+        yield "a plastic set is negative"
     closed = state.closed_since
     if closed is not None and not np.all((closed <= state.time) & (closed >= 0.0) | (closed == inf)):
         yield "faces closed at times that are none"

@@ -14,6 +14,7 @@ from mpi4py import MPI
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.case.placed_support import own_law
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -79,6 +80,7 @@ def describe_supports(case: Case) -> list[dict[str, Any]]:
             "clearance": one.clearance,
             "faces": [described(face) for face in one.faces],
             **{key: getattr(one, key) for key in OWN_CONTACT if getattr(one, key) is not None},
+            **({} if (law := own_law(one)) is None else {"law": law.model_dump()}),
             **({} if one.body is None else {"body": one.body.model_dump()}),
             **({} if profile.one_section else {"thickness": profile.between(one.start, one.end)[0].beam.thickness}),
         }

@@ -1,0 +1,143 @@
+"""Supports with different contact laws: each law acts on the contact points of its supports.
+
+All forms of a law are taken point by point, so that a mixture is the laws side by side: what holds for each of them
+(one solution of a step, a potential whose difference is the work of a discrete gradient) holds for all together.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from typing import NamedTuple
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
+from gapbeam.solver.contact.laws.point_law import LawTable
+from gapbeam.solver.system.operators import Array, Indices
+
+
+class LawGroup(NamedTuple):
+    """A law and the contact points where it acts, (k,)."""
+
+    points: Indices
+    law: ContactLaw
+
+
+@dataclass(frozen=True)
+class MixedLaw(ContactLaw):
+    """Several laws, each at points of its own.
+
+    Attributes:
+        groups: The laws with their points; every contact point is in one group.
+    """
+
+    groups: tuple[LawGroup, ...] = ()
+
+    @property
+    def stiffness(self) -> float:
+        """The largest K of the springs."""
+        return max(law.stiffness for _, law in self.groups)
+
+    @property
+    def linear(self) -> bool:
+        """Whether all laws are."""
+        return all(law.linear for _, law in self.groups)
+
+    @property
+    def why_not_compiled(self) -> str | None:
+        """Kernels take one law."""
+        return "supports with different contact laws"
+
+    def softened(self, share: float) -> MixedLaw:
+        """Return the laws with a share of their stiffness."""
+        return self._with(lambda group: group.law.softened(share))
+
+    def touched_at(self, speed: Array | None) -> ContactLaw:
+        """Return the laws for contacts that began at these speeds, (m,), m/s."""
+        if self.touch_product is None or speed is None:
+            return self
+        return self._with(lambda group: group.law.touched_at(speed[group.points]))
+
+    @property
+    def keeps_set(self) -> bool:
+        """Whether a law does."""
+        return any(law.keeps_set for _, law in self.groups)
+
+    def yielded_by(self, plastic_set: Array | None) -> ContactLaw:
+        """Return the laws of points that have plastic sets, (m,), m."""
+        if plastic_set is None or not self.keeps_set:
+            return self
+        return self._with(lambda group: group.law.yielded_by(plastic_set[group.points]))
+
+    def set_after(self, depth: Array) -> Array:
+        """Return the plastic sets that are left of penetrations, (m,), m."""
+        return self._gathered(depth, lambda points, law: law.set_after(depth[..., points]))
+
+    def closed_slope(self, depth: Array) -> Array:
+        """Return the slopes of the laws in small vibrations, (m,), Pa/m."""
+        return self._gathered(depth, lambda points, law: law.closed_slope(depth[..., points]))
+
+    def potential(self, depth: Array) -> Array:
+        """Return psi(d), J/m^2."""
+        return self._gathered(depth, lambda points, law: law.potential(depth[..., points]))
+
+    def damping(self, depth: Array) -> Array:
+        """Return c(d), Pa s/m."""
+        return self._gathered(depth, lambda points, law: law.damping(depth[..., points]))
+
+    def static(self, depth: Array) -> StagePressure:
+        """Return p = e(d): the laws at rest."""
+        return self._staged(depth, lambda points, law: law.static(depth[..., points]))
+
+    def discrete_gradient(self, old: Array, new: Array, dt: float) -> StagePressure:
+        """Return the mean pressure over a step; see `ContactLaw.discrete_gradient`."""
+        return self._staged(new, lambda at, law: law.discrete_gradient(old[..., at], new[..., at], dt))
+
+    def implicit(self, old: Array, new: Array, dt: float) -> StagePressure:
+        """Return the pressure with the elastic part at the end of the step."""
+        return self._staged(new, lambda at, law: law.implicit(old[..., at], new[..., at], dt))
+
+    def endpoint(self, depth: Array, rate: Array, rate_slope: float) -> StagePressure:
+        """Return the laws at one instant; see `ContactLaw.endpoint`."""
+        return self._staged(depth, lambda at, law: law.endpoint(depth[..., at], rate[..., at], rate_slope))
+
+    def table(self, size: int) -> LawTable:
+        """Refuse: a table holds one law.
+
+        Raises:
+            ValueError: Always.
+        """
+        raise ValueError(f"{len(self.groups)} contact laws at {size} points have no table; expected one law")
+
+    def _with(self, changed: Callable[[LawGroup], ContactLaw]) -> MixedLaw:
+        return replace(self, groups=tuple(LawGroup(group.points, changed(group)) for group in self.groups))
+
+    def _gathered(self, like: Array, values: Callable[[Indices, ContactLaw], Array]) -> Array:
+        found = np.zeros_like(like)
+        for points, law in self.groups:
+            found[..., points] = values(points, law)
+        return found
+
+    def _staged(self, like: Array, stage: Callable[[Indices, ContactLaw], StagePressure]) -> StagePressure:
+        found = np.zeros((3, *like.shape))
+        for points, law in self.groups:
+            found[..., points] = np.stack(stage(points, law))
+        return StagePressure(*found)
+
+
+def mixed_law(groups: Sequence[LawGroup]) -> MixedLaw:
+    """Return several laws, each at points of its own, as one.
+
+    Args:
+        groups: The laws with their points. Friction, impulses and multipliers are no part of single laws.
+    """
+    first = groups[0].law
+    products = [law.touch_product for _, law in groups if law.touch_product is not None]
+    return MixedLaw(
+        spring=first.spring,
+        adhesive=first.adhesive,
+        touch_depth=first.touch_depth,
+        touch_product=products[0] if products else None,
+        groups=tuple(groups),
+    )

@@ -1,0 +1,31 @@
+"""A contact law whose elastic pressure is not K d^n: made from the spring, the damper and the traits of its table."""
+
+from __future__ import annotations
+
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.laws.damper import per_area
+from gapbeam.solver.contact.laws.ramp_law import Ramp, RampLaw
+from gapbeam.solver.contact.laws.yielding_law import yielding
+from gapbeam.solver.system.operators import Array
+
+
+def shaped_law(chosen: ChosenLaw, law: ContactLaw, areas: float | Array = 1.0) -> ContactLaw:
+    """Return a law with the elastic pressure of its table; the law itself for most.
+
+    Args:
+        chosen: The table.
+        law: Its spring and its damper, of `contact_law.make_law`.
+        areas: Areas that resultants at points are spread over, (m,), m^2; 1: figures are per area already.
+    """
+    if chosen.yield_point is not None:
+        pressure, hardening = chosen.yield_point
+        return yielding(law, per_area(pressure, areas), hardening, 1)
+    if not chosen.bends:
+        return law
+    stiffness = law.spring.stiffness
+    ramps, before = [Ramp(stiffness, 0.0)], 1.0
+    for depth, factor in chosen.bends:
+        ramps.append(Ramp((factor - before) * stiffness, depth))
+        before = factor
+    return RampLaw(law.spring, law.damper, law.adhesive, law.touch_depth, ramps=tuple(ramps))

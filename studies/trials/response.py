@@ -12,6 +12,7 @@ from gapbeam.solver.diagnostics.assumptions.assumption import Finding
 from gapbeam.solver.diagnostics.assumptions.frequency_content import content_of_motion
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.errors import (
     AssumptionBroken,
     EnergyCreated,
@@ -63,6 +64,7 @@ class TrialResponse:
         steps: Accepted steps.
         seconds: Wall time of the march, s.
         findings: How close it came to the limits of the assumptions, where they were watched.
+        statistics: Of the motion, where they were asked for.
     """
 
     verdict: str = "passed"
@@ -82,6 +84,7 @@ class TrialResponse:
     steps: int = 0
     seconds: float = 0.0
     findings: Sequence[Finding] = ()
+    statistics: RunStatistics | None = None
 
     def failed(self, error: RunError) -> None:
         """Take in what ended the march."""
@@ -97,6 +100,7 @@ def respond(
     longest: float | None = None,
     watched: bool = False,
     rings: bool = False,
+    statistics: RunStatistics | None = None,
 ) -> TrialResponse:
     """March a model from a start.
 
@@ -109,13 +113,14 @@ def respond(
         watched: Judge it as a run is judged: by its assumptions, and by the energy that the scheme took, too. The
             pose is looked at where there are records.
         rings: Whether free vibration from the start is part of it: the amplitude of a resonance is then no figure.
+        statistics: Sees the records; None: nothing does.
 
     Returns:
         The response; one that is not to be trusted, or did not converge, says so, up to where it came.
 
     Collective.
     """
-    response, clock = TrialResponse(), time.perf_counter()
+    response, clock = TrialResponse(statistics=statistics), time.perf_counter()
     try:
         _march(model, start, steps, interval, response, None if longest is None else clock + longest, watched, rings)
     except RunError as error:
@@ -136,7 +141,7 @@ def _march(
 ) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
-    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model))
+    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model), response.statistics)
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
     try:

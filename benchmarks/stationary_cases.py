@@ -89,7 +89,7 @@ def _tables(
             {"name": name, "from": begin, "to": end, "clearance": gap} for name, (begin, end, gap) in clearances.items()
         ],
         "model": dict(model),
-        "mesh": {"dimension": 2, "size": 0.06, "support_size": 0.05, "cells_through_thickness": 1},
+        "mesh": {"dimension": 2, "size": 0.06, "support_size": 0.025, "cells_through_thickness": 1},
         "contact": {"stiffness": 1.0e9, "damping": 0.0},
         "restraint": {"axial": 1.0e-3},
         "analysis": {"type": "transient", "start": "centered"},

@@ -4,6 +4,8 @@ Two responses are the same if they have the same cycle, or one has not quite set
 within the tolerance, the scatter of both, and what the rest of their transients may change: of acceleration (2.5 ms
 mean) and displacement at every probe. Responses coexist where two that have settled are not the same: what has not
 settled may still become any of them, and what has no cycle has settled only where several windows show its scatter.
+Responses that have statistics, random and chaotic ones, differ only where 95 % intervals of one of them are disjoint:
+of the rms of a probe, or of the contact share of a face.
 """
 
 from __future__ import annotations
@@ -18,8 +20,9 @@ import numpy as np
 Record = Mapping[str, Any]
 
 CREEPING = "not settled"
-CYCLE, WILD = "period ", "no cycle"
+CYCLE, WILD, RANDOM = "period ", "no cycle", "random"
 AMPLITUDES = (" displacement", " smoothed acceleration")
+DECIDING = ("rms", "lateral_rms", "contact_share")  # statistics whose intervals are compared
 
 
 @dataclass(frozen=True)
@@ -28,7 +31,7 @@ class Branch:
 
     Attributes:
         values: Of the keys of the sweep, as typed.
-        word: "period 1", "no cycle", "not settled", ...
+        word: "period 1", "no cycle", "random", "not settled", ...
         members: The records that found it.
     """
 
@@ -39,7 +42,7 @@ class Branch:
     @property
     def settled(self) -> bool:
         """Whether it has settled: to a cycle, or to a motion that never repeats."""
-        return self.word == WILD or self.word.startswith(CYCLE)
+        return self.word in (WILD, RANDOM) or self.word.startswith(CYCLE)
 
     @property
     def count(self) -> int:
@@ -148,6 +151,9 @@ def _word(group: Sequence[Record], tolerance: float) -> str:
 def _same(one: Record, other: Record, tolerance: float) -> bool:
     if len({_kind(one, tolerance), _kind(other, tolerance)} - {CREEPING}) > 1:
         return False
+    pairs = _intervals(one, other)
+    if pairs:
+        return all(a["low"] <= b["high"] and b["low"] <= a["high"] for a, b in pairs)
     for name in one["figures"]:
         if name.endswith(AMPLITUDES) and name in other["figures"]:
             a, b = one["figures"][name], other["figures"][name]
@@ -156,3 +162,10 @@ def _same(one: Record, other: Record, tolerance: float) -> bool:
             if abs(a["mean"] - b["mean"]) > allowed:
                 return False
     return True
+
+
+def _intervals(one: Record, other: Record) -> list[tuple[Record, Record]]:
+    """Return the deciding figures of two responses that both know with an interval."""
+    names = [name for name in one["figures"] if name.rpartition(".")[2] in DECIDING and name in other["figures"]]
+    pairs = [(one["figures"][name], other["figures"][name]) for name in names]
+    return [(a, b) for a, b in pairs if "low" in a and "low" in b]

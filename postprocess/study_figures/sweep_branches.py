@@ -32,6 +32,7 @@ COLORS = {
     "no cycle": GRAY,
     "not settled": SKY,
     "no period": BLACK,
+    "random": BLACK,
 }
 OTHER = {"period 4": GREEN, "period 5": PURPLE}
 SHAPES = {"up": "^", "down": "v", "": "o"}
@@ -43,14 +44,14 @@ def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence
     """Draw figures of all responses over the last key of a sweep; what failed is marked at the foot.
 
     Marks point up or down where a state was carried, are larger the more starts led there, and are colored by period;
-    error bars are the scatter over windows and starts. A panel a figure, a column a value of the other keys, four
-    beside each other at most; one column where the keys vary side by side.
+    error bars are the scatter over windows and starts, of statistics their 95 % interval. A panel a figure, a column a
+    value of the other keys, four beside each other at most; one column where the keys vary side by side.
 
     Args:
         points: The census.
         path: File to write; its suffix gives the format.
         quantities: Names of figures; by default the 2.5 ms mean acceleration, peak to peak, of every probe, or what
-            else there is of its motion.
+            else there is of its motion; the rms where all responses have it, as random ones do.
     """
     values = [point.values for point in points]
     along = key_along(values)
@@ -113,6 +114,9 @@ def _axis_words(points: Sequence[SweepPoint], along: str) -> str:
 
 def _quantities(points: Sequence[SweepPoint]) -> list[str]:
     names = list(dict.fromkeys(name for point in points for branch in point.branches for name in branch.figures))
+    everywhere = [name for name in names if all(name in b.figures for point in points for b in point.branches)]
+    if found := [name for name in everywhere if name.endswith(".rms")]:
+        return found
     for ending in (" smoothed acceleration", " acceleration", " displacement"):
         found = [name for name in names if name.endswith(ending)]
         if found:

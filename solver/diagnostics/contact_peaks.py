@@ -19,6 +19,7 @@ class Peaks:
     Attributes:
         contact: To distinguish the faces.
         impulse: Contact force integrated over time on each face, N s.
+        square: Its square integrated over time on each face, N^2 s; of the mean force of each step.
         deepest: Largest penetration so far on each face, m.
         force: Largest contact force so far on each face, N.
         friction: Largest friction force so far on each face, N.
@@ -27,6 +28,7 @@ class Peaks:
 
     contact: ContactOperator
     impulse: Array = field(init=False)
+    square: Array = field(init=False)
     deepest: Array = field(init=False)
     force: Array = field(init=False)
     friction: Array = field(init=False)
@@ -34,7 +36,8 @@ class Peaks:
 
     def __post_init__(self) -> None:
         count = len(self.contact.face_names)
-        self.impulse, self.force, self.friction = np.zeros(count), np.zeros(count), np.zeros(count)
+        self.impulse, self.square = np.zeros(count), np.zeros(count)
+        self.force, self.friction = np.zeros(count), np.zeros(count)
         self.deepest = np.full(count, -np.inf)
 
     def see(self, step: Step, operators: Operators) -> Array:
@@ -49,13 +52,13 @@ class Peaks:
             after_forces(Peak(*before), step.size, *now)
             for before, now in zip(self._columns(), zip(forces, rubbing, depths, strict=True), strict=True)
         ]
-        self.impulse, self.force, self.friction, self.deepest = np.array(peaks).T.copy()
+        self.impulse, self.square, self.force, self.friction, self.deepest = np.array(peaks).T.copy()
         self.iterations += step.iterations
         return depths
 
-    def _columns(self) -> Iterator[tuple[float, float, float, float]]:
+    def _columns(self) -> Iterator[tuple[float, float, float, float, float]]:
         """Yield the peaks of each face."""
-        return zip(self.impulse, self.force, self.friction, self.deepest, strict=True)
+        return zip(self.impulse, self.square, self.force, self.friction, self.deepest, strict=True)
 
 
 def by_face(contact: ContactOperator, values: Array) -> Array:

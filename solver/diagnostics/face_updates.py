@@ -31,9 +31,18 @@ class Watched(NamedTuple):
 
 
 class Peak(NamedTuple):
-    """Contact force over time of a face, N s, its largest contact and friction force, N, and largest penetration, m."""
+    """What contact did to a face since t = 0.
+
+    Attributes:
+        impulse: Contact force over time, N s.
+        square: Its square over time, N^2 s.
+        force: Largest contact force, N.
+        friction: Largest friction force, N.
+        depth: Largest penetration, m.
+    """
 
     impulse: float
+    square: float
     force: float
     friction: float
     depth: float
@@ -109,6 +118,7 @@ def after_forces(before: Peak, dt: float, force: float, friction: float, depth: 
     """Return the peaks of a face after a step with these forces, N, which ends at this penetration, m."""
     return Peak(
         before.impulse + dt * force,
+        before.square + dt * force * force,
         max(before.force, force),
         max(before.friction, friction),
         max(before.depth, depth),

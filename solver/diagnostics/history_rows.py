@@ -134,7 +134,7 @@ class Recorder:
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
         if self.statistics is not None:
-            self.statistics.see(found | {"approach_speeds": instants.approach})
+            self.statistics.see(found | {"approach_speeds": instants.approach, "force_square": instants.force_square})
         return found
 
     @cached_property

@@ -30,6 +30,7 @@ class Instants(NamedTuple):
         contact_time: (times, faces), s.
         closings: (times, faces).
         approach: Sum of the approach speeds of all closings, (times, faces), m/s.
+        force_square: Square of the contact force integrated over time, (times, faces), N^2 s.
         friction_force: (times, faces, tangents), N; None: nothing has rubbed.
         joint_contact: What contact adds to the forces of joints, (times, r), N and N m; None: there are no joints.
         sliding_work: (times, faces), J; None: not measured.
@@ -59,6 +60,7 @@ class Instants(NamedTuple):
     contact_time: Array
     closings: Array
     approach: Array
+    force_square: Array
     friction_force: Array | None
     joint_contact: Array | None
     sliding_work: Array | None
@@ -95,6 +97,7 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         contact_time=accounts.times.time,
         closings=accounts.times.closings,
         approach=accounts.impacts.approach.copy(),
+        force_square=peaks.square,
         friction_force=None if state.traction is None else friction_by_face(contact, state.traction),
         joint_contact=_joint_contact(accounts, state, forces),
         sliding_work=accounts.sliding.by_face,

@@ -161,15 +161,18 @@ def statistics_of(model: Model, every: int) -> RunStatistics | None:
         model: The model.
         every: Steps between records.
     """
-    if not has_statistics(model.case):
-        return None
+    return gathered_statistics(model, every, decay_time(model.case)) if has_statistics(model.case) else None
+
+
+def gathered_statistics(model: Model, every: int, decay: float = 0.0) -> RunStatistics:
+    """Return what gathers statistics of a model, whatever moves it: noise, or chaos.
+
+    Args:
+        model: The model.
+        every: Steps between records.
+        decay: As in `RunStatistics`.
+    """
     case = model.case
-    faces, probes = model.system.contact.face_names, tuple(model.probes)
-    return RunStatistics(
-        tuple(faces),
-        probes,
-        bends_in_two_planes(case),
-        every * model.step,
-        decay_time(case),
-        case.wear is not None,
-    )
+    faces, probes = tuple(model.system.contact.face_names), tuple(model.probes)
+    slides = model.system.contact.measures_sliding
+    return RunStatistics(faces, probes, bends_in_two_planes(case), every * model.step, decay, slides)

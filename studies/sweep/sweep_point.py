@@ -6,18 +6,17 @@ import io
 import json
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.results.records_in_memory import as_history
-from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
+from gapbeam.postprocess.signals.periodicity import NO_CYCLE, NOT_SETTLED
 from gapbeam.postprocess.signals.record_figures import WORD, figures_of_record
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.postprocess.signals.steady_figures import Steady, WindowFigure, steady
+from gapbeam.postprocess.signals.steady_figures import Steady, steady
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
@@ -27,9 +26,12 @@ from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 from gapbeam.studies.study_folder import study_written
+from gapbeam.studies.sweep.random_figures import random_response, statistics_of_response, with_intervals
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
+from gapbeam.studies.sweep.window_data import as_data
 from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
 from gapbeam.studies.trials.starts import Start, carried, kicked, seated
@@ -101,7 +103,9 @@ def _response(chain: Chain, task: Task, before: _End | None) -> tuple[dict[str, 
     set_up = time.perf_counter() - clock
     steps, frequency = span(model)
     rings = before is not None or task.start > 0
-    response = respond(model, begin.state, steps, case.output.history_interval or model.step, watched=True, rings=rings)
+    interval = case.output.history_interval or model.step
+    statistics = statistics_of_response(model, interval)
+    response = respond(model, begin.state, steps, interval, watched=True, rings=rings, statistics=statistics)
     record |= {name: getattr(response, name) for name in ("verdict", "exit_status", "message", "reached", "steps")}
     record |= {name: getattr(response, name) for name in ("created", "residual", "penetration", "peak_force")}
     record |= _watched(response.findings, record["notes"])
@@ -150,6 +154,8 @@ def _classified(
     after = None if transient is None else begin.state.time + transient
     history = as_history(response.history, response.labels)
     try:
+        if has_statistics(model.case):
+            return random_response(history, response.statistics, after, notes) | {"transient": transient or 0.0}
         if frequency is None:
             return _without_period(history, after, notes) | {"transient": transient or 0.0}
         found = steady(history, frequency, after, limit)
@@ -163,7 +169,8 @@ def _classified(
             "has not faded yet; try a larger time.end"
         )
         return described(found) | {"response": NOT_SETTLED, "transient": found.start - begin.state.time}
-    return described(found) | {"transient": found.start - begin.state.time}
+    data = described(found) | {"transient": found.start - begin.state.time}
+    return with_intervals(data, response.statistics) if found.word == NO_CYCLE else data
 
 
 def stays_linear(model: Model, history: xr.Dataset, after: float) -> bool:
@@ -191,7 +198,7 @@ def described(found: Steady) -> dict[str, Any]:
         "repeats_within": found.cycle.residual,
         "windows": found.windows,
         "periods_in_a_window": found.periods,
-        "figures": _as_data(found.quantities),
+        "figures": as_data(found.quantities),
     }
 
 
@@ -199,15 +206,7 @@ def _without_period(history: xr.Dataset, after: float | None, notes: list[str]) 
     """Return the figures of a response that no forcing period divides: peaks over the record, one window."""
     quantities, words = figures_of_record(history, after)
     notes += ["the forcing has no single frequency: no cycle, figures are peaks over the whole record", *words]
-    return {"response": WORD, "windows": 1, "figures": _as_data(quantities)}
-
-
-def _as_data(quantities: Mapping[str, WindowFigure]) -> dict[str, Any]:
-    return {
-        name: {"unit": one.unit, "mean": one.mean, "scatter": one.scatter, "unsettled": one.unsettled}
-        | ({"mean_in_g": one.mean * shown(one.unit)[1]} if one.unit == "m/s^2" else {})
-        for name, one in quantities.items()
-    }
+    return {"response": WORD, "windows": 1, "figures": as_data(quantities)}
 
 
 def _keep(chain: Chain, task: Task, end: State) -> None:

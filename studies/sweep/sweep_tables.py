@@ -48,6 +48,8 @@ def _row(record: Mapping[str, Any]) -> dict[str, Any]:
     for name, figure in (record.get("figures") or {}).items():
         row[f"{name} ({figure['unit']})"] = figure["mean"]
         row[f"{name} scatter ({figure['unit']})"] = figure["scatter"]
+        if "low" in figure:
+            row |= {f"{name} {end} ({figure['unit']})": figure[end] for end in ("low", "high")}
         if "mean_in_g" in figure:
             row[f"{name} (g)"] = figure["mean_in_g"]
     return row | {"message": record["message"], "notes": "; ".join(record["notes"])}
@@ -97,7 +99,7 @@ def _amplitudes(branches: Iterable[Branch]) -> dict[str, str]:
     names: dict[str, str] = {}
     for branch in branches:
         for name, (_, _, unit) in branch.figures.items():
-            if name.endswith((" smoothed acceleration", " displacement", " peak force")):
+            if name.endswith((" smoothed acceleration", " displacement", " peak force", ".rms")):
                 names.setdefault(name, unit)
     return names
 

@@ -64,6 +64,7 @@ class TrialResponse:
         steps: Accepted steps.
         seconds: Wall time of the march, s.
         findings: How close it came to the limits of the assumptions, where they were watched.
+        statistics: Of the motion, where they were asked for.
     """
 
     verdict: str = "passed"
@@ -83,6 +84,7 @@ class TrialResponse:
     steps: int = 0
     seconds: float = 0.0
     findings: Sequence[Finding] = ()
+    statistics: RunStatistics | None = None
 
     def failed(self, error: RunError) -> None:
         """Take in what ended the march."""
@@ -118,10 +120,10 @@ def respond(
 
     Collective.
     """
-    response, clock = TrialResponse(), time.perf_counter()
+    response, clock = TrialResponse(statistics=statistics), time.perf_counter()
     try:
         deadline = None if longest is None else clock + longest
-        _march(model, start, steps, interval, response, deadline, watched, rings, statistics)
+        _march(model, start, steps, interval, response, deadline, watched, rings)
     except RunError as error:
         response.failed(error)
     response.seconds = time.perf_counter() - clock
@@ -137,11 +139,10 @@ def _march(
     deadline: float | None,
     watched: bool,
     rings: bool,
-    statistics: RunStatistics | None,
 ) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
     accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
-    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model), statistics)
+    recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model), response.statistics)
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]
     try:

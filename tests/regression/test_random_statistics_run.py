@@ -16,7 +16,7 @@ from gapbeam.postprocess.report.blocks import TableBlock, Words
 from gapbeam.postprocess.report.sections.statistics_section import statistics_section
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.diagnostics.statistics.batch_interval import interval_of_mean
-from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.run_case import run_case
 from gapbeam.solver.run.stop_rule import StopRule, decay_time
@@ -154,7 +154,7 @@ def test_a_record_short_beside_the_damping_is_too_short() -> None:
     count, interval = 4000, 1.0e-3
     place = np.zeros((count, 1, 3))
     place[:, 0, -1] = rng.standard_normal(count)
-    rows = {name: np.zeros((count, 1)) for name in ("contact_time", "impulse", "closings", "approach_speeds")}
+    rows = {name: np.zeros((count, 1)) for name in SUMMED}
     rows |= {"time": interval * np.arange(count), "displacement": place, "acceleration_absolute": place}
     for decay, verdict, met in (
         (0.0, "good", True),

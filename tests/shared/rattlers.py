@@ -94,6 +94,7 @@ def between_stops(count: int) -> Rattler:
         depth = lambda x, s=sign: max(-(1.0 + s * x), 0.0)  # noqa: E731
         exact[f"face.{face.name}.contact_share"] = mean(lambda x, d=depth: float(d(x) > 0.0))
         exact[f"face.{face.name}.mean_force"] = mean(lambda x, d=depth: STIFFNESS * d(x))
+        exact[f"face.{face.name}.rms_force"] = sqrt(mean(lambda x, d=depth: (STIFFNESS * d(x)) ** 2))
         density = float(np.exp(-potential(-1.0 / sign) / TEMPERATURE)) / partition
         rate = sqrt(TEMPERATURE / (2.0 * pi)) * density
         exact[f"face.{face.name}.impact_rate"] = rate
@@ -133,6 +134,7 @@ def in_a_hole() -> Rattler:
         "probe.mass.lateral_rms": sqrt(float(np.sum(density * places[..., 0] ** 2))),
         "face.hole.contact_share": float(np.sum(density * (depths.max(axis=-1) > 0.0))),
         "face.hole.mean_force": float(np.sum(density * STIFFNESS * depths.sum(axis=-1))),
+        "face.hole.rms_force": sqrt(float(np.sum(density * (STIFFNESS * depths.sum(axis=-1)) ** 2))),
     }
     return Rattler(system, law, exact)
 
@@ -201,21 +203,32 @@ def rattled(
         system.contact.face_names, ("mass",), size > 1, EVERY * step, slides=system.contact.measures_sliding
     )
     none = np.zeros((1, len(system.contact.face_names)))
-    found.see(_rows(np.zeros(1), none, none, none, none, none, still[None]))
+    found.see(_rows(np.zeros(1), none, none, none, none, none, none, still[None]))
     for block in CompiledLoop(plan).blocks(start, EVERY, accounts):
         now = instants_of(block, len(block.times))
-        found.see(_rows(now.times, now.contact_time, now.impulse, now.closings, now.approach, now.sliding_work, now.u))
+        found.see(
+            _rows(
+                now.times,
+                now.contact_time,
+                now.impulse,
+                now.closings,
+                now.approach,
+                now.force_square,
+                now.sliding_work,
+                now.u,
+            )
+        )
     return found, accounts
 
 
 def _rows(times: np.ndarray, closed: np.ndarray, impulse: np.ndarray, closings: np.ndarray, approach: np.ndarray,
-    sliding: np.ndarray | None, u: np.ndarray,
+    square: np.ndarray, sliding: np.ndarray | None, u: np.ndarray,
 ) -> dict[str, np.ndarray]:  # fmt: skip
     """Return records as histories have them; components of the place stand as x, lateral, bending."""
     place = np.zeros((len(times), 1, 3))
     place[:, 0, -u.shape[1] :] = u
     return {
         "time": times, "contact_time": closed, "impulse": impulse, "closings": closings,
-        "approach_speeds": approach, "sliding_work": sliding,
+        "approach_speeds": approach, "force_square": square, "sliding_work": sliding,
         "displacement": place, "acceleration_absolute": np.zeros_like(place),
     }  # fmt: skip

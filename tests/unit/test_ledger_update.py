@@ -99,8 +99,8 @@ def test_episodes_and_peaks_of_a_face() -> None:
         assert (steps, impulse) == (length, 0.5 * length)
         assert after_contact(steps, impulse, False, 0.0) == (0, 0.0, True, length < RESOLVING_STEPS)
     assert after_contact(0, 0.0, False, 0.0) == (0, 0.0, False, False)
-    peak = after_forces(Peak(1.0, 5.0, 2.0, -1.0e-6), 0.1, 4.0, 3.0, 1.0e-6)
-    assert peak == Peak(1.4, 5.0, 3.0, 1.0e-6)
+    peak = after_forces(Peak(1.0, 7.0, 5.0, 2.0, -1.0e-6), 0.1, 4.0, 3.0, 1.0e-6)
+    assert peak == Peak(1.4, 8.6, 5.0, 3.0, 1.0e-6)
 
 
 @compiled

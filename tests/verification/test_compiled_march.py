@@ -96,6 +96,7 @@ def assert_same_accounts(found: Accounts, expected: Accounts, relative: float) -
             continue  # an estimate, made in the coordinates that are computed with
         assert np.max(np.abs(getattr(found.ledger, name) - value)) <= relative * scale, name
     assert close(found.peaks.impulse, expected.peaks.impulse, relative)
+    assert close(found.peaks.square, expected.peaks.square, relative)
     assert close(found.times.time, expected.times.time, 1.0e-12)
     assert np.array_equal(found.times.closings, expected.times.closings)
     assert close(found.peaks.force, expected.peaks.force, relative)

@@ -57,11 +57,12 @@ def bounced(compiled: bool, steps_of_contact: int, periods: float) -> Accounts:
 
 @pytest.mark.parametrize("compiled", [True, False])
 def test_a_mass_between_elastic_stops(compiled: bool) -> None:
-    """Rate v / (2 (2 g + v pi / w)), speed v, impulse 2 m v and duration pi / w of every impact.
+    """Rate v / (2 (2 g + v pi / w)), speed v, impulse 2 m v, duration pi / w and square of the force of impacts.
 
     A single speed lacks up to (w h)^2 / 4 of it, where the whole step is in contact.
     """
-    found = bounced(compiled, 32, 4.9).impacts
+    accounts = bounced(compiled, 32, 4.9)
+    found = accounts.impacts
     first = (GAP / SPEED, GAP / SPEED + 0.5 * PERIOD)
     for kept, begin in zip(found.ended, first, strict=True):
         times, speeds, impulses, durations = kept.rows.T
@@ -71,6 +72,8 @@ def test_a_mass_between_elastic_stops(compiled: bool) -> None:
         assert impulses == pytest.approx(2.0 * SPEED, rel=1e-9)
         assert durations == pytest.approx(CONTACT, rel=5e-3)
     counts = [one.count for one in found.ended]
+    squares = SPEED**2 * sqrt(STIFFNESS) * pi / 2.0 * np.array(counts)  # of half a sine of force m v w
+    assert accounts.peaks.square == pytest.approx(squares, rel=(pi / 32) ** 2)
     assert found.approach == pytest.approx(SPEED * np.array(counts), rel=(pi / 32) ** 2 / 4)
 
 

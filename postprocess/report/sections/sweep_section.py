@@ -26,7 +26,7 @@ from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint, census, census_words
 
 SWEEP_FILE, PLAN_FILE, PICTURE = "sweep.json", "plan.json", "sweep.png"
-SHOWN = (" smoothed acceleration", " displacement", " peak force")
+SHOWN = (".rms", " smoothed acceleration", " displacement", " peak force")
 ORDERS = 5
 BUTTONS = 24  # points that get a button each
 TOLERANCE = 0.02  # of amplitudes that are the same, where the plan does not say

@@ -23,7 +23,7 @@ Array = np.ndarray
 BATCHES = 10
 CONFIDENCE = 0.95
 LARGEST_CORRELATION = 0.8  # beyond, the correction of an AR(1) process means nothing
-STOPPING_BATCHES = (8, 16, 32)
+STOPPING_BATCHES = (8, BATCHES, 16, 32)
 
 
 @dataclass(frozen=True)
@@ -98,7 +98,7 @@ def interval_of_mean(series: Array, positive: bool = False, batches: int = BATCH
 
 
 def stopping_interval(series: Array, positive: bool = False) -> Interval:
-    """Return the widest of the intervals from 8, 16 and 32 batches: what may end a run when it is looked at often."""
+    """Return the widest of the intervals from 8, 10, 16 and 32 batches: what may end a run that is looked at often."""
     found = (interval_of_mean(series, positive, batches) for batches in STOPPING_BATCHES)
     return max(found, key=lambda one: one.half_width)
 

@@ -25,7 +25,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
 Array = np.ndarray
 
 EVEN = 1.0e-6  # of the interval, by which records may be unevenly spaced
-SUMMED = ("contact_time", "impulse", "closings", "approach_speeds")
+SUMMED = ("contact_time", "impulse", "closings", "approach_speeds", "force_square")
 PER_PROBE = 3
 ORDER = ("no event", "good", "too short", "not settled")
 

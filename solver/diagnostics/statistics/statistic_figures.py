@@ -30,7 +30,8 @@ ASKED = 0.02  # relative half width for which the time is given
 OF_FACES = {"contact_share": "1", "mean_force": "N", "impact_rate": "1/s"}
 OF_IMPACTS = {"impact_duration": ("s", 0), "impact_impulse": ("N s", 1), "approach_speed": ("m/s", 3)}
 """Means over impacts: unit, and the column whose sum is divided by the number of impacts."""
-_CLOSINGS, _WORK = 2, 4  # columns
+_CLOSINGS, _SQUARE, _WORK = 2, 4, 5  # columns
+RMS_FORCE = "rms_force"
 WORK_RATE = "work_rate"
 OF_PROBES = {"mean": "m", "rms": "m", "low": "m", "high": "m", "acceleration_rms": "m/s^2"}
 LATERAL = "lateral_"
@@ -153,14 +154,16 @@ def face_series(face: str, means: Array) -> list[AveragedSeries]:
 
     Args:
         face: Its name.
-        means: Of contact time, impulse, closings, approach speeds, and the work of sliding where it is measured, per
-            second, (blocks, 4 or 5).
+        means: Of contact time, impulse, closings, approach speeds, square of the force, and the work of sliding where
+            it is measured, per second, (blocks, 5 or 6).
     """
     closings = means[:, _CLOSINGS]
     rates = [
         AveragedSeries(f"face.{face}.{figure}", unit, means[:, number], positive=True, rare=True)
         for number, (figure, unit) in enumerate(OF_FACES.items())
     ]
+    squares = means[:, _SQUARE]
+    rates.append(AveragedSeries(f"face.{face}.{RMS_FORCE}", "N", squares, positive=True, rare=True, root=True))
     if means.shape[1] > _WORK:
         rates.append(AveragedSeries(f"face.{face}.{WORK_RATE}", "W", means[:, _WORK], positive=True, rare=True))
     return rates + [
@@ -214,7 +217,7 @@ def figure_names(faces: tuple[str, ...], probes: tuple[str, ...], in_space: bool
         in_space: Whether the beam leaves its bending plane.
         slides: Whether the work of sliding is measured.
     """
-    of_faces = [*OF_FACES, *([WORK_RATE] if slides else [])]
+    of_faces = [*OF_FACES, RMS_FORCE, *([WORK_RATE] if slides else [])]
     directions = ("", LATERAL) if in_space else ("",)
     of_faces += OF_IMPACTS
     return [f"face.{face}.{figure}" for face in faces for figure in of_faces] + [

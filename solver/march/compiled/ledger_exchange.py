@@ -33,6 +33,7 @@ def ledger_arrays_of(accounts: Accounts) -> LedgerArrays:
                 times.time,
                 times.closings,
                 impacts.approach,
+                peaks.square,
                 times.closed,
                 impacts.depth,
                 impacts.begun,
@@ -87,7 +88,7 @@ def enter_arrays(
     episodes.impulse, episodes.short_impulse = (float(impulse) for impulse in ledgers.episodes_impulse)
     times, impacts = accounts.times, accounts.impacts
     (
-        peaks.impulse, times.time, times.closings, impacts.approach, times.closed,
+        peaks.impulse, times.time, times.closings, impacts.approach, peaks.square, times.closed,
         impacts.depth, impacts.begun, impacts.speed, impacts.duration,
     ) = (sums.copy() for sums in ledgers.over_time)  # fmt: skip
     peaks.deepest, peaks.force = ledgers.deepest.copy(), ledgers.peak_force.copy()

@@ -35,9 +35,9 @@ from gapbeam.solver.diagnostics.ledger_update import (
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.system.operators import Array, Indices
 
-SUMS = 9  # rows of one array: several arrays cost time in every step
-IMPULSE, CONTACT_TIME, CLOSINGS, APPROACH, CLOSED_NOW, DEPTH, BEGUN, SPEED, DURATION = range(SUMS)
-RECORDED = 4  # the first ones go into records
+SUMS = 10  # rows of one array: several arrays cost time in every step
+IMPULSE, CONTACT_TIME, CLOSINGS, APPROACH, SQUARE, CLOSED_NOW, DEPTH, BEGUN, SPEED, DURATION = range(SUMS)
+RECORDED = 5  # the first ones go into records
 OF_IMPACT = 5  # columns of the list of impacts: face, closing time, approach speed, impulse, duration
 EPS = float(np.finfo(float).eps)
 
@@ -49,7 +49,8 @@ class LedgerArrays(NamedTuple):
         energies: The ledger, in the order of `Energies`, (12,), J.
         load_work: Work of each load, (loads,), J.
         over_time: Sums over time of each face: impulse, N s, time in contact, s, how often it closed,
-            approach speeds, m/s, 1 where it is closed now, and the figures of `RunningImpact`, (9, faces).
+            approach speeds, m/s, square of the force, N^2 s, 1 where it is closed now, and the figures of
+            `RunningImpact`, (10, faces).
         deepest: Largest penetration so far of each face, (faces,), m.
         peak_force: Largest contact force so far of each face, (faces,), N.
         face: Whether each face is UNKNOWN, CLOSED or OPEN to the gates, (faces,).
@@ -147,13 +148,11 @@ def enter_energies(ledgers: LedgerArrays, contact: float, squares: Array, q: Arr
 def enter_forces(ledgers: LedgerArrays, force: Array, pressed: Array, deepest: Array, dt: float) -> None:
     """Enter contact forces of a step, whether faces were pressed, and the penetration at its end, by face."""
     for face in range(len(force)):
-        before = Peak(ledgers.over_time[IMPULSE, face], ledgers.peak_force[face], 0.0, ledgers.deepest[face])
+        sums = ledgers.over_time
+        before = Peak(sums[IMPULSE, face], sums[SQUARE, face], ledgers.peak_force[face], 0.0, ledgers.deepest[face])
         peak = after_forces(before, dt, force[face], 0.0, deepest[face])
-        ledgers.over_time[IMPULSE, face], ledgers.peak_force[face], ledgers.deepest[face] = (
-            peak.impulse,
-            peak.force,
-            peak.depth,
-        )
+        sums[IMPULSE, face], sums[SQUARE, face] = peak.impulse, peak.square
+        ledgers.peak_force[face], ledgers.deepest[face] = peak.force, peak.depth
         contact, impulse = pressed[face] > 0.0, ledgers.episode_impulse[face]
         added = dt * force[face] if contact else 0.0
         steps, running, ended, short = after_contact(ledgers.episode_steps[face], impulse, contact, added)

@@ -7,7 +7,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.march.compiled.compiled_march import CompiledBlock
-from gapbeam.solver.march.compiled.ledger_kernel import APPROACH, CLOSINGS, CONTACT_TIME, IMPULSE
+from gapbeam.solver.march.compiled.ledger_kernel import APPROACH, CLOSINGS, CONTACT_TIME, IMPULSE, SQUARE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.ordered_products import row_product
 
@@ -35,6 +35,7 @@ def instants_of(block: CompiledBlock, count: int) -> Instants:
         contact_time=kept.over_time[:count, CONTACT_TIME],
         closings=kept.over_time[:count, CLOSINGS],
         approach=kept.over_time[:count, APPROACH],
+        force_square=kept.over_time[:count, SQUARE],
         friction_force=None,
         joint_contact=None if modal.system.reactions is None else kept.joint_contact[:count],
         sliding_work=kept.sliding.rows[:count] if modal.system.contact.measures_sliding else None,

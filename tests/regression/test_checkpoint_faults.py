@@ -21,6 +21,7 @@ from gapbeam.command_line import main
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run import run_consumers
+from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.output.folder_lock import locked
@@ -322,7 +323,7 @@ def test_broken_checkpoint_falls_back(left: Path, tmp_path: Path, caplog: pytest
         (lambda _: os.urandom(1000), "it is empty or no checkpoint"),
         (lambda data: data[: len(data) // 2], "expected"),
         (lambda data: data[:-1] + bytes([data[-1] ^ 1]), "the checksum differs"),
-        (lambda data: data.replace(b"gapbeam-checkpoint 2 ", b"gapbeam-checkpoint 7 ", 1), "it is of version 7"),
+        (lambda data: data.replace(b"checkpoint %d " % VERSION, b"checkpoint 7 ", 1), "it is of version 7"),
     ],
     ids=["empty", "noise", "half", "one bit", "another version"],
 )

@@ -30,7 +30,7 @@ def test_the_exact_law_of_a_mass_without_stops() -> None:
 
 @pytest.mark.parametrize("name", RATTLERS)
 def test_marches_have_the_exact_figures(name: str) -> None:
-    """Means of twelve signals lie within three standard errors and 2 % for the step; most intervals hold the figures."""
+    """Means of twelve signals lie within three standard errors and 2 % for the step; most intervals hold."""
     rattler = RATTLERS[name]
     found = [figures(rattler, seed, SECONDS) for seed in range(SEEDS)]
     held = []

@@ -19,7 +19,7 @@ from docs.site.python_interface import interface_page
 
 DOCS = Path(__file__).parents[1]
 MADE = {"reference/all-commands.md": commands_page, "reference/python-interface.md": interface_page}
-KEPT = (".md", ".png")
+KEPT = (".md", ".png", ".gif", ".ipynb")
 
 
 def copied(target: Path) -> None:

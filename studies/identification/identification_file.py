@@ -13,6 +13,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case, read_tables
 from gapbeam.solver.case.reading.known_keys import candidates, flat, value_at
 from gapbeam.solver.case.reading.overrides import override, pairs
+from gapbeam.solver.case.units_in_descriptions import unit_in
 from gapbeam.solver.faults import CaseError, Fault
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.record_table import COMPONENTS
@@ -29,7 +30,6 @@ from gapbeam.studies.identification.identification_tables import (
 )
 
 _AT_POINTS = re.compile(r"of each of contact\.points in ([^;)]+)")
-_IN_BRACKETS = re.compile(r"\([^()]*\)")
 
 
 def read_identification(path: Path, overrides: Sequence[str] = ()) -> Problem:
@@ -119,8 +119,7 @@ def unit_of_key(key: str, base: Case) -> str:
             at_points = _AT_POINTS.search(field.description)
             if at_points and base.contact.points is not None:
                 return at_points[1].strip()
-            plain = _IN_BRACKETS.sub("", field.description).partition(";")[0]
-            return plain.rpartition(", ")[2].strip() if ", " in plain else ""
+            return unit_in(field.description)
     return ""
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import re
 from pathlib import Path
 
@@ -12,6 +13,7 @@ from docs.gallery.gallery_page import PAGE, page
 from docs.gallery.gallery_scenes import scenes
 from docs.site.all_commands import commands_page
 from docs.site.contents import contents, with_contents
+from docs.site.notebook_file import TUTORIAL, cells, notebook
 from docs.site.python_interface import interface
 from gapbeam.command_line import app
 
@@ -63,3 +65,16 @@ def test_the_gallery_is_what_its_scenes_say() -> None:
     assert len(pictures) >= 16
     assert max(pictures.values()) <= 60_000
     assert [scene.name for scene in scenes() if len(re.findall(r"\. [A-Z]", scene.text)) != 1] == []
+
+
+def test_the_notebook_is_its_tutorial() -> None:
+    """The file is made anew; its code, cell after cell, is that of the page, which is executed; no outputs."""
+    page = TUTORIAL.read_text(encoding="utf-8")
+    file = TUTORIAL.with_suffix(".ipynb").read_text(encoding="utf-8")
+    assert file == notebook(page), "run: environment/run python3 -m docs.site.notebook_file"
+    read = json.loads(file)
+    code = ["".join(cell["source"]) for cell in read["cells"] if cell["cell_type"] == "code"]
+    assert code == [text for kind, text in cells(page) if kind == "code"]
+    assert len(code) >= 5
+    assert all(cell.get("outputs", []) == [] for cell in read["cells"])
+    assert "```python" not in "".join("".join(cell["source"]) for cell in read["cells"])

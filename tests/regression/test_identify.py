@@ -316,3 +316,5 @@ def test_units_are_those_of_the_case_models() -> None:
     assert unit_of_key("load.shaker.point", case) == "m"
     assert unit_of_key("material.density", case) == "kg/m^3"
     assert unit_of_key("no.such.key", case) == ""
+    boom = read_case(PROJECT / "cases" / "boom.toml")
+    assert unit_of_key("support.front.clearance", boom) == "m"

@@ -332,6 +332,8 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Output", "stress"): seldom(one_of(True, False), 0.2),
     ("Output", "checkpoint_interval"): seldom(one_of(0.0, 1.0)),
     ("Output", "wall_time"): never,
+    ("Output", "keep_checkpoint"): never,  # a search for a periodic response has none
+    ("Transient", "state"): never,  # it needs the results of another run
 }
 """Rules by class of the table, or of one that it derives from, and key."""
 

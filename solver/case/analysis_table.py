@@ -22,6 +22,15 @@ class Transient(Table):
         "of its supports",
     )
 
+    state: str | None = Field(
+        default=None,
+        min_length=1,
+        max_length=1000,
+        description="results folder of an earlier run of the same model, relative to the case file, whose last "
+        "checkpoint is the state at t = 0 in the place of start; that run had output.keep_checkpoint = true, or was "
+        "stopped; default none",
+        examples=["results/settled"],
+    )
     motion: StartMotion | None = Field(
         default=None, description="a rigid motion added to that state, a table; default none"
     )
@@ -32,7 +41,12 @@ class Transient(Table):
     @property
     def needs_seat(self) -> bool:
         """Whether nothing can be computed without the static seat."""
-        return self.start == "seat"
+        return self.start == "seat" and self.state is None
+
+    @property
+    def start_words(self) -> str:
+        """How a run starts, in a sentence."""
+        return self.start if self.state is None else "from the state of another run"
 
     @property
     def moves_aside(self) -> frozenset[MotionName]:
@@ -97,6 +111,11 @@ class Periodic(Table):
     continuation: Continuation | None = Field(
         default=None, description="what to vary, a table; default none: one response"
     )
+
+    @property
+    def start_words(self) -> str:
+        """How the march before a search starts, in a sentence."""
+        return "seated"
 
     @property
     def needs_seat(self) -> bool:

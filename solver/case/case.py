@@ -136,6 +136,10 @@ class Output(Table):
     checkpoint_interval: NonNegative = Field(
         default=300.0, description="wall time between checkpoints, from which a run resumes, s; 0: none"
     )
+    keep_checkpoint: Switch = Field(
+        default=False,
+        description="write a checkpoint at the end of a run and keep it, for analysis.state of another case",
+    )
     wall_time: Positive | None = Field(
         default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
     )

@@ -94,9 +94,9 @@ class Simulation:
                 raise
             return failure
 
-    def start(self, seat: Seat | NotConverged) -> State:
-        """Return the state at t = 0 that the case asks for; errors as in `start_of_case`. Collective."""
-        return start_of_case(self.model, seat.state if isinstance(seat, Seat) else None)
+    def start(self, seat: Seat | NotConverged, left: State | None = None) -> State:
+        """Return the state at t = 0 that the case asks for; arguments, errors as in `start_of_case`. Collective."""
+        return start_of_case(self.model, seat.state if isinstance(seat, Seat) else None, left)
 
     def march(self, start: State | Seat | None = None, steps: int | None = None) -> Iterator[Step]:
         """Yield the accepted steps one by one; the loop may be left at any of them.

@@ -31,6 +31,7 @@ from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.periodic.probe_figures import ProbeFigures
 from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
+from gapbeam.solver.run.checkpoint.left_state import left_state
 from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
 from gapbeam.solver.run.interruption import Interruption, Signals, Wish
@@ -48,6 +49,7 @@ from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
 from gapbeam.solver.run.stop_rule import StopRule, met_words, refuse_not_met
 from gapbeam.solver.run.verdict import balance_words, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
+from gapbeam.solver.system.semi_discrete import State
 
 LOG = logging.getLogger("gapbeam")
 MARCHED = "the model was marched"
@@ -119,21 +121,20 @@ def _run_case(
         left = find_left(folder, case, model, comm) if resume else None
         if isinstance(left, dict):
             return Outcome(folder, 0, f"was done before: {left['message']}", left)
-        consumers = None
+        consumers, begin = None, left_state(model, folder, comm) if left is None else None
         if left is None:
             on_rank_zero(comm, lambda: prepare_folder(folder))
         else:
             model = left.model
-            consumers = RunConsumers(
-                model, folder, comm, left, rule
-            )  # or a refusal, before anything in the folder changes
+            # or a refusal, before anything in the folder changes
+            consumers = RunConsumers(model, folder, comm, left, rule)
         with log_file(folder, comm):
             summary = _opening(model)
             together = cache(lambda: comm.size == 1 or all_there(ends))
             try:
                 _write_opening(model, folder, comm, summary)
                 with out_of_memory_reported(MARCHED):
-                    _run(model, folder, comm, summary, left, consumers, rule, signals, together)
+                    _run(model, folder, comm, summary, left, begin, consumers, rule, signals, together)
             except RunError as error:
                 if not together():  # the others wait for this rank
                     raise
@@ -152,7 +153,7 @@ def _run_case(
                 raise
             summary["wall_time"]["total"] = time.perf_counter() - signals.started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
-            _close(folder, comm, summary)
+            _close(folder, comm, summary, case.output.keep_checkpoint)
     small = comm.size == 1 and not isinstance(case.model, FullModel)
     return Outcome(folder, summary["exit_status"], summary["message"], summary, model.body if small else None)
 
@@ -166,13 +167,13 @@ def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str
     on_rank_zero(comm, write)
 
 
-def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any]) -> None:
-    """Write the summary; of a run that is done, the checkpoints go. Collective."""
+def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any], keep: bool) -> None:
+    """Write the summary; of a run that is done, the checkpoints go, unless they are kept. Collective."""
 
     def write() -> None:
         with written(folder / SUMMARY_FILE):
             summaries.write_summary(folder, summary)
-            if summary["status"] == "completed":
+            if summary["status"] == "completed" and not keep:
                 clear(folder, CHECKPOINT_FOLDER)
 
     try:
@@ -224,6 +225,7 @@ def _run(
     comm: MPI.Comm,
     summary: dict[str, Any],
     left: Left | None,
+    begin: State | None,
     consumers: RunConsumers | None,
     rule: StopRule | None,
     signals: Signals,
@@ -241,7 +243,7 @@ def _run(
         _log_resumed(left, summary)
     else:
         seat = _seated(simulation, summary)
-        start = simulation.start(seat)
+        start = simulation.start(seat, begin)
         signals.check()
         if isinstance(model.case.analysis, Periodic):
             signals.march_begins()
@@ -280,7 +282,7 @@ def _run(
 
 
 def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat | NotConverged:
-    clock, start = time.perf_counter(), simulation.case.analysis.start
+    clock, start = time.perf_counter(), simulation.case.analysis.start_words
     seat = simulation.seat_or_failure()
     if isinstance(seat, NotConverged):
         summary["seat"] = {}

@@ -143,7 +143,10 @@ class RunConsumers:
                     if wish == Wish.GIVE_UP:
                         self._give_up()
                     self._let_pass()
-                    if shown and self._may_end(step_block, plan.steps):
+                    ends = shown and self._may_end(step_block, plan.steps)
+                    if case.output.keep_checkpoint and (ends or step_block.done == plan.steps):
+                        self._pause(step_block, Wish.CHECKPOINT)
+                    if ends:
                         break
                     if step_block.done < plan.steps and wish != Wish.NONE:
                         self.accounts.tally.march = before + time.perf_counter() - clock

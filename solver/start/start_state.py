@@ -21,20 +21,29 @@ if TYPE_CHECKING:
 INSIDE = 1.0e-9  # m: round-off of a start that touches
 
 
-def start_of_case(model: Model, seat: State | None) -> State:
+def start_of_case(model: Model, seat: State | None, left: State | None = None) -> State:
     """Return the state at t = 0 that a case asks for.
 
     Args:
         model: The model of the case.
         seat: The static seat; None: there is none, and the case needs none.
+        left: The state that another run left, at t = 0, where the case starts from one.
 
     Raises:
-        UserError: The start reaches into a face, or the model has not the mode that it shall start in.
+        UserError: The start reaches into a face, the model has not the mode that it shall start in, or the state of
+            another run is asked for where it is not read.
         RunError: The modes could not be found.
 
     Collective.
     """
     match model.case.analysis:
+        case Transient(state=str(folder)) as analysis:
+            if left is None:
+                raise UserError(
+                    f"[analysis] state = {folder!r} is read by `gapbeam run` alone; expected a start that studies and "
+                    'single marches find themselves; try start = "seat" or [analysis.motion]'
+                )
+            return _with_motions(model, left, analysis)
         case Transient(start="undeformed" | "centered") as analysis:
             return _with_motions(model, undeformed(model.system), analysis)
         case Transient() as analysis:

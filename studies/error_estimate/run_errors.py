@@ -104,6 +104,8 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
     try:
         if not isinstance(case.analysis, Transient):
             raise EstimateError("a periodic response has its residual")
+        if case.analysis.state is not None:
+            raise EstimateError("companions cannot start from the state of another run, which is one of its model")
         run = MotionRecord.of_history(open_results(outcome.folder).history, bends_in_two_planes(case))
         if len(run.times) < FEWEST_RECORDS:
             raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")

@@ -202,6 +202,8 @@ def _analysis_rows(case: Case) -> list[Row]:
 def _start_rows(case: Case, analysis: Transient) -> list[Row]:
     """Return how the run starts, where it does not start at rest on the seat."""
     words = list[str]()
+    if analysis.state is not None:
+        return [("start", "state", f"the last checkpoint in {analysis.state}")]
     if analysis.start == "centered":
         ends = [centered_pose(case.support).section(x) for x in (0.0, case.beam.length)]
         places = " and ".join(f"({end['lateral']:.3g}, {end['vertical']:.3g}) m" for end in ends)

@@ -132,9 +132,11 @@ from gapbeam.solver.case.checks.segment_checks import (
 from gapbeam.solver.case.checks.start_checks import (
     centered_start_has_a_middle,
     joints_let_the_start_move,
+    kept_checkpoint_has_a_march,
     start_is_given_once,
     start_mode_bends_the_model,
     start_mode_has_its_probe,
+    start_state_stands_alone,
     start_vectors_fit_the_mesh,
 )
 from gapbeam.solver.case.checks.support_body_checks import bodies_need_few_dofs, bodies_stand_on_the_frame
@@ -237,6 +239,8 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     start_mode_has_its_probe,
     start_mode_bends_the_model,
     centered_start_has_a_middle,
+    start_state_stands_alone,
+    kept_checkpoint_has_a_march,
     holds_need_implicit_steps,
     masses_lie_on_the_beam,
     mass_names_differ,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from gapbeam.solver.attachments.mean_motion import MotionName
 from gapbeam.solver.case.analysis_table import Analysis, Transient
-from gapbeam.solver.case.case import Beam, Mesh
+from gapbeam.solver.case.case import Beam, Mesh, Output
 from gapbeam.solver.case.centered_pose import centered_pose, centering_faults
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Probes
@@ -103,6 +103,30 @@ def centered_start_has_a_middle(support: AnySupports, analysis: Analysis) -> Ite
     """A centered start has play to be centered in, in supports that do not contradict each other."""
     if isinstance(analysis, Transient) and analysis.start == "centered":
         yield from centering_faults(support, ("analysis", "start"))
+
+
+def start_state_stands_alone(analysis: Analysis) -> Iterator[Fault]:
+    """A state of another run stands in the place of a pose."""
+    if isinstance(analysis, Transient) and analysis.state is not None and analysis.start != "seat":
+        yield Fault(
+            ("analysis", "state"),
+            f'a state beside start = "{analysis.start}"',
+            "one of both",
+            "leave out start, or state",
+            (("analysis", "start"),),
+        )
+
+
+def kept_checkpoint_has_a_march(analysis: Analysis, output: Output) -> Iterator[Fault]:
+    """A search for periodic responses has no checkpoints."""
+    if output.keep_checkpoint and not isinstance(analysis, Transient):
+        yield Fault(
+            ("output", "keep_checkpoint"),
+            f'true with type = "{analysis.type}", which has no checkpoints',
+            'type = "transient"',
+            "keep_checkpoint = false",
+            (("analysis", "type"),),
+        )
 
 
 def start_mode_bends_the_model(model: ModelTable, analysis: Analysis) -> Iterator[Fault]:

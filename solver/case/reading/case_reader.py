@@ -153,12 +153,15 @@ def _refuse_endless(data: Mapping[str, Any], path: Path) -> None:
 
 
 def _find_files(data: dict[str, Any], path: Path) -> None:
-    """Make the paths of mesh files, records and spectra absolute."""
+    """Make the paths of mesh files, records, spectra and the state at the start absolute."""
     loads = data.get("load")
     loads = [load for load in loads if isinstance(load, dict)] if isinstance(loads, list) else []
     for table in (data.get("mesh"), *loads, *(load.get("spectrum") for load in loads)):
         if isinstance(table, dict) and isinstance(table.get("file"), str) and table["file"]:
             table["file"] = os.path.normpath(path.absolute().parent / table["file"])
+    analysis = data.get("analysis")
+    if isinstance(analysis, dict) and isinstance(analysis.get("state"), str) and analysis["state"]:
+        analysis["state"] = os.path.normpath(path.absolute().parent / analysis["state"])
 
 
 @dataclass(frozen=True)

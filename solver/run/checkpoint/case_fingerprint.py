@@ -14,6 +14,7 @@ FREE = {
     "title",
     "mesh.file",
     "output.checkpoint_interval",
+    "output.keep_checkpoint",
     "output.wall_time",
     "time.end",
     "gates.accept_lack_of_memory",

@@ -162,7 +162,7 @@ def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, ever
     for path in paths:
         local: list[Contents] = []
         try:
-            header = on_rank_zero(comm, partial(_header, path, local))
+            header = on_rank_zero(comm, partial(checked_header, path, local))
             _refuse_another_case(path, keys, header, model, every)
             contents = local[0] if local else None
             same = model_as_it_was(folder, case, model, header, comm)
@@ -181,7 +181,12 @@ def last_checkpoint(folder: Path, case: Case, model: Model, comm: MPI.Comm, ever
     return None
 
 
-def _header(path: Path, local: list[Contents]) -> dict[str, Any]:
+def checked_header(path: Path, local: list[Contents]) -> dict[str, Any]:
+    """Return the header of a checkpoint, and append its contents to `local`.
+
+    Raises:
+        BrokenCheckpoint: It cannot be read, or its header lacks something.
+    """
     contents = read_checkpoint(path)
     header = contents.header
     wanted = {

@@ -11,6 +11,13 @@ from pathlib import Path
 import xarray as xr
 from matplotlib.figure import Figure
 
+from gapbeam.postprocess.analysis_files import (
+    AnalysisTable,
+    cycle_table,
+    density_table,
+    shock_table,
+    write_tables,
+)
 from gapbeam.postprocess.figures.amplitude_spectrum import draw_amplitude_spectrum
 from gapbeam.postprocess.figures.contact_figure import draw_contact
 from gapbeam.postprocess.figures.energy_figure import draw_energy
@@ -86,6 +93,8 @@ def plot(
 ) -> list[Path]:
     """Draw every figure that the results allow, and write `tables.txt` and `figures.json`.
 
+    Power densities, shock response spectra and cycles also become CSV files, named as their pictures.
+
     Args:
         folder: The results folder of a run.
         output: Where to write; default `figures` in the results folder.
@@ -111,7 +120,7 @@ def plot(
         sn_curve: Exponent, range, Pa, and cycles at this range of the S-N curve for damage; None: none is asked for.
 
     Returns:
-        The files written: figures, `tables.txt`, `figures.json`.
+        The files written: figures, CSV files, `tables.txt`, `figures.json`.
 
     Raises:
         ResultsError: The results cannot be read.
@@ -159,16 +168,18 @@ def plot(
             "shock_spectra": {one.record: shock_data(one) for one in shocks},
             "cycle_counts": {one.record: cycle_data(one) for one in cycles},
         },
+        [*map(density_table, densities), *map(shock_table, shocks), *map(cycle_table, cycles)],
     )
     return _written(results, analysis, tables, figures, target, formats, _heading(results, span))
 
 
 @dataclass(frozen=True)
 class _Tables:
-    """Tables that were asked for: lines of text, and data by kind and record."""
+    """Tables that were asked for: lines of text, data by kind and record, and what goes into files of its own."""
 
     rows: list[list[str]]
     data: dict[str, dict[str, object]]
+    files: list[AnalysisTable]
 
 
 def _written(
@@ -194,7 +205,7 @@ def _written(
     contents = {"status": results.status, "figures": drawn, **as_data(analysis)}
     contents |= {kind: found for kind, found in asked.data.items() if found}
     data.write_text(json.dumps(contents, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    return [*paths, text, data]
+    return [*paths, *write_tables(asked.files, output), text, data]
 
 
 def _heading(results: Results, span: tuple[float, float] | None) -> str:

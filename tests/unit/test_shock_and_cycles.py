@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import csv
 import json
 from pathlib import Path
 
@@ -98,3 +99,60 @@ def test_figures_and_tables(tmp_path: Path) -> None:
         plot(run, out, sn_curve=(3.0, 1e8, 2e6))
     with pytest.raises(SignalError, match=r"11 values; expected at least 20"):
         shock_spectrum(open_results(run).history.isel(time=slice(0, 12)), "acceleration_absolute")
+
+
+def columns_of(path: Path) -> dict[str, list[str]]:
+    """Return the cells of a CSV file by the heads of their columns."""
+    with path.open(encoding="utf-8", newline="") as file:
+        heads, *rows = csv.reader(file)
+    return {head: list(cells) for head, cells in zip(heads, zip(*rows, strict=True), strict=True)}
+
+
+def test_shock_spectrum_in_its_file(tmp_path: Path) -> None:
+    """The file holds the closed form of an undamped oscillator under a half-sine that ends the shock."""
+    length, interval = 0.05, 1.0e-4
+    time = interval * np.arange(10_001)
+    shock = np.where(time < length, 10.0 * np.sin(np.pi * time / length), 0.0)
+    run = write_results(tmp_path / "run", time, {"contact_force": shock[:, None]})
+    written = plot(run, tmp_path, shock=("contact_force",), damping=0.0)
+    assert tmp_path / "shock_contact_force.csv" in written
+    found = columns_of(tmp_path / "shock_contact_force.csv")
+    assert list(found) == ["frequency (Hz)", "base pseudo (N)", "gland pseudo (N)"]
+    natural = np.array(found["frequency (Hz)"], dtype=float)
+    heights = np.array(found["base pseudo (N)"], dtype=float)
+    assert np.all(np.diff(natural) > 0.0)
+    for wanted in (4.0, 16.0, 33.0, 70.0):
+        place = int(np.argmin(np.abs(natural - wanted)))
+        product = natural[place] * length
+        r, during = 0.5 / product, np.linspace(0.0, length, 20_001)
+        motion = np.sin(np.pi * during / length) - r * np.sin(2.0 * np.pi * natural[place] * during)
+        after = abs(2.0 * r * np.cos(np.pi * product))
+        expected = 10.0 * max(np.abs(motion).max(), after) / abs(1.0 - r * r)
+        assert heights[place] == pytest.approx(expected, rel=2e-3), natural[place]
+
+
+def test_cycles_in_their_file(tmp_path: Path) -> None:
+    """The file holds the ranges, means and counts of figure 6 of ASTM E1049-85, for each face."""
+    values = np.array(PUBLISHED)
+    run = write_results(tmp_path / "run", np.arange(float(values.size)), {"contact_force": values[:, None]})
+    assert tmp_path / "cycles_contact_force.csv" in plot(run, tmp_path, rainflow=("contact_force",))
+    found = columns_of(tmp_path / "cycles_contact_force.csv")
+    assert list(found) == ["column", "range (N)", "mean (N)", "count"]
+    cycles = list(zip(*(map(float, found[head]) for head in ("range (N)", "mean (N)", "count")), strict=True))
+    mine = sorted(cycle for name, cycle in zip(found["column"], cycles, strict=True) if name == "base")
+    # By name of the peaks: A-B, B-C, E-F (the whole cycle), H-I, C-D, G-H, D-G.
+    assert mine == [(3.0, -0.5, 0.5), (4.0, -1.0, 0.5), (4.0, 1.0, 1.0), (6.0, 1.0, 0.5), (8.0, 0.0, 0.5),
+                    (8.0, 1.0, 0.5), (9.0, 0.5, 0.5)]  # fmt: skip
+    assert found["column"].count("gland") == len(mine)
+
+
+def test_power_density_in_its_file(tmp_path: Path) -> None:
+    """The file's densities sum to the power A^2 / 2 of a sine."""
+    time = 1.0e-3 * np.arange(4097)
+    run = write_results(tmp_path / "run", time, {"displacement": 3.0e-3 * np.sin(2.0 * np.pi * 62.5 * time)})
+    assert tmp_path / "psd_displacement.csv" in plot(run, tmp_path, psd=("displacement",))
+    found = columns_of(tmp_path / "psd_displacement.csv")
+    assert list(found) == ["frequency (Hz)", "tip y ((m)^2/Hz)"]
+    frequency, density = (np.array(cells, dtype=float) for cells in found.values())
+    assert np.sum(density) * frequency[0] == pytest.approx(0.5 * 3.0e-3**2, rel=1e-3)
+    assert frequency[np.argmax(density)] == pytest.approx(62.5, abs=frequency[0])

@@ -100,10 +100,14 @@ RINGS = (
 
 
 def test_rigid_sections_on_two_ranks(tmp_path: Path) -> None:
-    """The mean motions of the surface are sums over both ranks: a shaken tube moves alike, in a basis found anew."""
+    """The mean motions of the surface are sums over both ranks: a shaken tube moves alike, in a basis found anew.
+
+    The bases agree as closely as searches for modes end, and stiff contact multiplies what is left.
+    """
     results = on_one_and_two(TUBE, RINGS, tmp_path)
     assert results[0].history["contact_force"].values.max() > 5.0
     apart = disagreements(results)
-    assert apart["displacement"] <= 1e-5
-    assert apart["contact_force"] <= 1e-3
+    assert apart["displacement"] <= 1e-4
+    assert apart["impulse"] <= 2e-3
+    assert apart["contact_force"] <= 3e-2
     assert results[0].summary["model"]["basis"]["section_flexibility"] > 0.0

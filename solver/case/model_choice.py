@@ -101,6 +101,7 @@ def scene_figures(case: Case, wanted: Wanted) -> SceneFigures:
         thickness=profile.thickest,
         wavelength=min(bending_wavelength(piece, highest) for piece in profile.pieces),
         shortest_support=case.layout.shortest,
+        squeezed=any(one.clearance < 0.0 for one in case.layout.supports),
     )
 
 

@@ -33,6 +33,7 @@ class SceneFigures(NamedTuple):
         thickness: Of the beam where it is thickest, m.
         wavelength: Of bending waves of the highest frequency, where they are shortest, m.
         shortest_support: Length of the shortest support, m.
+        squeezed: Whether a support is an interference fit, which squeezes the section.
     """
 
     wanted: Wanted
@@ -43,6 +44,7 @@ class SceneFigures(NamedTuple):
     thickness: float
     wavelength: float
     shortest_support: float
+    squeezed: bool = False
 
 
 class _AnyModel(Table):
@@ -171,8 +173,10 @@ class BeamModel(_AnyModel):
         return self.model_copy(update={"elements": min(wanted, MOST_ELEMENTS)})
 
     def doubts(self, scene: SceneFigures) -> Iterator[str]:
-        """Yield results of the section, and waves that are not long beside the thickness."""
+        """Yield results of the section, squeezed ones, and waves that are not long beside the thickness."""
         yield from super().doubts(scene)
+        if scene.squeezed:
+            yield "an interference fit squeezes sections, and those of a beam keep their shape"
         share = scene.thickness / scene.wavelength
         if share > THICKNESS_OF_WAVE:
             yield (

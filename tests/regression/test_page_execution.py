@@ -76,7 +76,7 @@ def test_pages_with_commands_are_found() -> None:
     assert len(PAGES) > 30
 
 
-@pytest.mark.slow(minutes=0.5)
+@pytest.mark.slow(minutes=2)
 @pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
 def test_pages_run_as_they_stand(page: Path, tmp_path: Path) -> None:
     """Every command and program of the page ends with the status that the page says, 0 otherwise."""

@@ -21,7 +21,7 @@ CHANGES = (
         "from gapbeam.solver.contact.laws.made_up_law import GrowingLaw, growing_damping\n"
         "from gapbeam.solver.contact.laws.kelvin_voigt",
     ),
-    ("LankaraniNikravesh | AdamsImpact,", "LankaraniNikravesh | AdamsImpact | GrowingLaw,"),
+    ("PiecewiseLinear | ElasticPlastic,", "PiecewiseLinear | ElasticPlastic | GrowingLaw,"),
     ("HUNT_CROSSLEY, ADAMS_IMPACT = range(4)", "HUNT_CROSSLEY, ADAMS_IMPACT, GROWING = range(5)"),
     ('"adams-impact": ADAMS_IMPACT}', '"adams-impact": ADAMS_IMPACT, "growing": GROWING}'),
     ("    return nan,", "    if formula == GROWING:\n        return growing_damping(at, depth)\n    return nan,"),

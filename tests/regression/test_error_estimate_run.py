@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -40,7 +41,8 @@ def test_a_run_ends_with_its_errors(tmp_path: Path) -> None:
     history = gapbeam.open_results(tmp_path / "on").history
     settled = history["displacement"].sel(probe="tip", component="y").values[2000:]
     assert tip["value"] == pytest.approx(float(np.ptp(settled)), rel=0.05)
-    assert "settled part: test displacement" in done.stdout
+    # companions that a busy machine slows down end before the run, and the line says so
+    assert re.search(r"settled part(, up to t = [\d.]+ s)?: test displacement", done.stdout)
     assert "+-" in done.stdout
     assert set(errors["force_peaks"]["settled part"]["base"]) >= {"0.5 ms mean", "1 ms mean", "one record"}
     table = errors_table(summary)

@@ -11,12 +11,14 @@ from typing import Any
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
 from benchmarks.drawn_schema.comparison import compared
+from benchmarks.drawn_schema.earlier import before, earlier_folder
 from benchmarks.drawn_schema.references import NoReferenceError
 from benchmarks.drawn_schema.ways import Way, ways_of
 from benchmarks.fuzz.command_work import command
 from benchmarks.fuzz.sandbox import Limits, Outcome, attempt
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
+from gapbeam.solver.case.placed_support import own_law
 from gapbeam.solver.errors import RunError, UserError
 from gapbeam.solver.faults import CaseError
 
@@ -38,6 +40,8 @@ def attempted(seed: int, folder: Path) -> dict[str, Any]:
     line: dict[str, Any] = {"seed": seed, "focus": str(focus), "way": way.name, "choices": taken(case)}
     file, out = folder / "drawn.toml", folder / "out"
     file.write_text(case_to_toml(case), encoding="utf-8")
+    if (state := earlier_folder(case)) is not None:
+        line["earlier"] = _earlier(case, state, folder).status
     asked = ["--wall-time", LONGEST, *(["--error", "none"] if way.exact is not None else [])]
     outcome = attempt(command("run", file, "--output", out, *asked), folder / "said.txt", LIMITS)
     kind = "stopped" if _documented(outcome) else outcome.kind
@@ -49,6 +53,14 @@ def attempted(seed: int, folder: Path) -> dict[str, Any]:
     line |= _reported(out)
     line["findings"] = list(findings(line, outcome))
     return line | {"seconds": round(time.perf_counter() - clock, 2)}
+
+
+def _earlier(case: Case, state: str, folder: Path) -> Outcome:
+    """Run the case whose last state the drawn one starts from, into the folder `state`."""
+    file = folder / "earlier.toml"
+    file.write_text(case_to_toml(before(case)), encoding="utf-8")
+    asked = ("--output", state, "--wall-time", LONGEST, "--error", "none")
+    return attempt(command("run", file, *asked), folder / "earlier.txt", LIMITS)
 
 
 def _way(chance: random.Random, case: Case) -> Way:
@@ -111,15 +123,18 @@ def taken(case: Case) -> dict[str, str]:
     contact = case.contact
     return {
         "model": case.model.type,
+        "model by": "auto" if case.model.reasons else "name",
         "dimension": str(case.mesh.dimension),
         "scheme": case.time.scheme.type,
         "formulation": contact.formulation.type,
         "law": contact.law.type,
+        "own laws": "own" if any(own_law(one) for one in case.layout.supports) else "none",
+        "wear": "none" if case.wear is None else "wear",
         "friction": "friction" if contact.rubs is not None else "none",
         "points": "points" if contact.points is not None else "faces",
         "steps": "adaptive" if case.time.adaptive else "computed" if case.time.step == "auto" else "given",
         "analysis": case.analysis.type + _curve(case),
-        "start": str(getattr(case.analysis, "start", "")),
+        "start": "another run" if earlier_folder(case) else str(getattr(case.analysis, "start", "")),
         "loads": "+".join(sorted({load.type for load in case.load})),
     }
 

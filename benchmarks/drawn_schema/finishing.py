@@ -138,6 +138,8 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
         whole["support"] = _bodies(draw, whole)
     whole["mesh"] = _mesh(draw, whole["mesh"], whole["contact"].get("mass") == "redistributed")
     whole["time"] = _time(draw, whole)
+    if "state" in whole.get("analysis", {}):  # it stands in the place of a pose
+        whole["analysis"] = {key: value for key, value in whole["analysis"].items() if key != "start"}
     if "mode" in whole.get("analysis", {}):
         whole["analysis"] = _start(draw, whole["analysis"], whole["probe"])
     if "continuation" in whole.get("analysis", {}):

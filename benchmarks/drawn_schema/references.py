@@ -11,6 +11,7 @@ from unittest.mock import patch
 import numpy as np
 
 import gapbeam
+from benchmarks.drawn_schema.earlier import begun
 from benchmarks.drawn_schema.ways import FINER, Way
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.solver.case.case import Case
@@ -59,7 +60,7 @@ def motion_by(way: Way, case: Case, run: MotionRecord, step: float, computed: di
     model = gapbeam.model(case, changes).model
     end = run.end if way.exact is None else min(run.end, max(FIRST_PART * run.end, FEWEST * run.interval))
     with _step_by_step(way.step_by_step):
-        response = respond(model, seated(model).state, round(end / model.step), run.interval)
+        response = respond(model, begun(model, way.in_memory), round(end / model.step), run.interval)
     return MotionRecord.of_history(as_history(_passed(response).history, response.labels), bends_in_two_planes(case))
 
 

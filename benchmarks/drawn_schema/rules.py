@@ -14,6 +14,8 @@ from benchmarks.drawn_schema.records import write_record, write_spectrum
 from benchmarks.drawn_schema.scene import Scene
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT
 
+EARLIER = "earlier"  # folder with the results of the run whose last state a case starts from
+
 
 class LeftOut:
     """In the place of a value: the key is not given."""
@@ -333,7 +335,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Output", "checkpoint_interval"): seldom(one_of(0.0, 1.0)),
     ("Output", "wall_time"): never,
     ("Output", "keep_checkpoint"): never,  # a search for a periodic response has none
-    ("Transient", "state"): never,  # it needs the results of another run
+    ("Transient", "state"): seldom(lambda _, scene: str(scene.folder / EARLIER), 0.07),  # run before: `attempts`
 }
 """Rules by class of the table, or of one that it derives from, and key."""
 

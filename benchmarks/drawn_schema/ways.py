@@ -6,6 +6,7 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import Any
 
+from benchmarks.drawn_schema.earlier import earlier_folder
 from gapbeam.solver.attachments.fluid_table import Fluid
 from gapbeam.solver.attachments.joint_table import ElasticJoint
 from gapbeam.solver.case.analysis_table import Periodic
@@ -35,6 +36,7 @@ class Way:
             figures differ by no more than their stated errors.
         step_by_step: Whether the march in Python stands in the place of the compiled one.
         forces: Contact forces of this way over those of the case.
+        in_memory: Whether an earlier run, whose last state the case starts from, is marched without its files.
     """
 
     name: str
@@ -42,12 +44,15 @@ class Way:
     exact: float | None = None
     step_by_step: bool = False
     forces: float = 1.0
+    in_memory: bool = False
 
 
 def ways_of(case: Case) -> list[Way]:
     """Return the other ways to compute a case."""
     if isinstance(case.analysis, Periodic):
         return list(_of_periodic(case))
+    if earlier_folder(case) is not None:  # its DOFs are those of the earlier run
+        return [Way("in memory", {}, ROUND_OFF, in_memory=True), *step_by_step(case), *other_columns(case)]
     return [way for found in WAYS for way in found(case)]
 
 

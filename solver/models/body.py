@@ -17,6 +17,7 @@ from dolfinx import fem
 from mpi4py import MPI
 from scipy.sparse import csr_matrix
 
+from gapbeam.meshes.cell_curvature import refuse_curved
 from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.section_figures import Section, mean_section
 from gapbeam.meshes.tagged_mesh import TaggedMesh
@@ -126,13 +127,14 @@ def mesh_beam(case: Case, comm: MPI.Comm) -> MeshedBeam:
     """Mesh a case and put a vector Lagrange space on it.
 
     Raises:
-        MeshError: A user's mesh does not fit the case.
+        MeshError: A user's mesh does not fit the case, or the degree does not fit curved cells.
 
     Collective.
     """
     started = time.perf_counter()
     tagged = mesh_of_case(case, comm)
     mesh = tagged.mesh
+    refuse_curved(mesh, case.mesh.degree)
     dimension = mesh.geometry.dim
     element = basix.ufl.element("Lagrange", mesh.basix_cell(), case.mesh.degree, shape=(dimension,))
     width = case.beam.width if dimension == 2 else 1.0

@@ -160,8 +160,9 @@ def plan_levels(case: Case, coarser: float = 1.0) -> LevelPlan:
             level("full 2D, degree 1", FULL, in_plane=True, mesh__degree=1),
         ]
     if dimension == 3:
+        if not any(one.beam.section.round for one in case.profile.pieces):  # curved cells are quadratic
+            levels.append(level("full 3D, degree 1", FULL, mesh__degree=1))
         levels += [
-            level("full 3D, degree 1", FULL, mesh__degree=1),
             level("full 3D, coarse", FULL, 2.0),
             level("full 3D", FULL),
         ]

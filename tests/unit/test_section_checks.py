@@ -62,6 +62,10 @@ BAD = {
         text(TUBE, "dimension = 3", 'dimension = 3\ncell = "tetrahedron"'),
         ["tetrahedron", "layers", "leave cell out"],
     ),
+    "linear cells": (
+        text(TUBE, "dimension = 3", "dimension = 3\ndegree = 1"),
+        ["[mesh] degree", '1, with the section "tube"', "strain curved cells where the beam only turns", "degree = 2"],
+    ),
     "a probe in the bore": (
         text(TUBE, "point = 0.6", "point = [0.6, 0.0, 0.002]"),
         ["not in the material", "point = 0.6 for the axis", "average"],

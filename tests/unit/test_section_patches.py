@@ -6,10 +6,14 @@ from math import pi
 
 import numpy as np
 import pytest
+import ufl
+from dolfinx import fem
 from dolfinx.mesh import entities_to_geometry
 from mpi4py import MPI
 
 import gapbeam
+from gapbeam.meshes.cell_curvature import STRAIGHT, bulge, refuse_curved
+from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.section_figures import mean_section
 from gapbeam.meshes.sizing.expected_size import expected_cells, expected_nodes
 from gapbeam.meshes.tagged_mesh import TaggedMesh
@@ -184,3 +188,24 @@ def test_a_rectangle_is_what_it_was() -> None:
     assert Beam(**sizes) == Beam.model_validate({**sizes, "section": "rectangle"})
     assert Beam(**sizes).patches(4, 4) is None
     assert Beam(**sizes).shear_coefficient(0.3) == pytest.approx(13.0 / 15.3)
+
+
+def test_linear_displacements_strain_curved_cells() -> None:
+    """A rotation is a field of degree 1 on straight cells; on curved ones it is not, and degree 1 is refused."""
+    tube, box = meshed(case_of("tube")).mesh, meshed(case_of("box")).mesh
+    assert bulge(box) < STRAIGHT < 0.01 < bulge(tube)
+    for mesh, degree in ((box, 1), (box, 2), (tube, 2)):
+        refuse_curved(mesh, degree)
+    with pytest.raises(MeshError, match=r"mesh\.degree: found 1, with curved cells of order 2 .* expected 2 or more"):
+        refuse_curved(tube, 1)
+    strains = []
+    for mesh in (box, tube):
+        turned = fem.Function(fem.functionspace(mesh, ("Lagrange", 1, (3,))))
+        turned.interpolate(lambda x: np.array([0.0 * x[0], -x[2], x[1]]))
+        strain = ufl.sym(ufl.grad(turned))
+        square, volume = (
+            fem.assemble_scalar(fem.form(form)) for form in (ufl.inner(strain, strain) * ufl.dx, 1.0 * ufl.dx(mesh))
+        )
+        strains.append(np.sqrt(square / volume))
+    assert strains[0] < 1.0e-12
+    assert strains[1] > 1.0e-2  # of a rotation by 1

@@ -108,6 +108,7 @@ from gapbeam.solver.case.checks.place_checks import (
 from gapbeam.solver.case.checks.section_checks import (
     beam_elements_bend_alone,
     contact_points_fit_the_section,
+    curved_cells_are_quadratic,
     points_are_in_the_section,
     section_fits_the_beam,
     sections_are_solids,
@@ -216,6 +217,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     fields_of_stress_take_one_material,
     materials_fit_the_formulation,
     stress_has_one_value,
+    curved_cells_are_quadratic,
     sections_are_solids,
     supports_touch_flat_sides,
     beam_elements_bend_alone,

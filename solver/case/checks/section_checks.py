@@ -52,6 +52,20 @@ def sections_are_solids(beam: Beam, mesh: Mesh) -> Iterator[Fault]:
         )
 
 
+def curved_cells_are_quadratic(beam: Beam, segment: Segments, mesh: Mesh) -> Iterator[Fault]:
+    """Linear displacements strain curved cells where the beam only turns (`meshes.cell_curvature`)."""
+    sections = [beam.section, *(one.beam(beam).section for one in segment.values())]
+    curved = next((section for section in sections if section.round), None)
+    if mesh.degree == 1 and mesh.dimension == 3 and mesh.file is None and curved is not None:
+        yield Fault(
+            ("mesh", "degree"),
+            f'1, with the section "{curved.type}", whose cells are curved',
+            "2: linear displacements strain curved cells where the beam only turns",
+            "degree = 2, with fewer cells",
+            (SECTION,),
+        )
+
+
 def supports_touch_flat_sides(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
     """A flat support below or above the beam touches a side that is level, not a corner."""
     for key, one in keyed(support):

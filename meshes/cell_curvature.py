@@ -1,0 +1,53 @@
+"""How far the cells of a mesh are curved: displacements of a lower order cannot turn them as rigid bodies."""
+
+from __future__ import annotations
+
+import basix
+import numpy as np
+from dolfinx.mesh import Mesh
+from mpi4py import MPI
+
+from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
+
+STRAIGHT = 1.0e-6  # of the size of a cell
+
+
+def bulge(mesh: Mesh) -> float:
+    """Return how far nodes lie from where cells with straight sides have them, over the size of their cell.
+
+    Collective.
+    """
+    order, cell = geometry_order(mesh), mesh.basix_cell()
+    cells = mesh.topology.index_map(mesh.topology.dim).size_local
+    largest = 0.0
+    if order > 1 and cells:
+        nodes = mesh.geometry.x[coordinate_dofs(mesh)[:cells]]
+        variant = basix.LagrangeVariant.equispaced  # where DOLFINx puts the nodes of a geometry
+        places = basix.create_element(basix.ElementFamily.P, cell, order, variant).points
+        linear = basix.create_element(basix.ElementFamily.P, cell, 1, variant).tabulate(0, places)[0, :, :, 0]
+        corners = nodes[:, : linear.shape[1]]
+        apart = np.linalg.norm(nodes - linear @ corners, axis=2).max(axis=1)
+        largest = float(np.max(apart / np.linalg.norm(np.ptp(corners, axis=1), axis=1)))
+    return float(mesh.comm.allreduce(largest, op=MPI.MAX))
+
+
+def refuse_curved(mesh: Mesh, degree: int) -> None:
+    """Refuse cells that displacements of a degree cannot turn: a rotation would strain them.
+
+    The field of a rotation is linear in the coordinates. On a cell with straight sides it is one of degree 1, on a
+    curved one it has the order of the cell.
+
+    Raises:
+        MeshError: The cells are curved, and of a higher order than the displacements.
+
+    Collective.
+    """
+    order = geometry_order(mesh)
+    if degree < order and (found := bulge(mesh)) > STRAIGHT:
+        raise MeshError(
+            "mesh.degree",
+            found=f"{degree}, with curved cells of order {order} (sides bulge by {found:.2g} of a cell)",
+            expected=f"{order} or more: displacements of degree {degree} strain such cells where the beam only turns",
+            hint=f"mesh.degree = {order}, or a mesh file of order {degree}",
+        )

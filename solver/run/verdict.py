@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Assumption, Finding, let_pass
 from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
@@ -31,9 +32,7 @@ from gapbeam.solver.system.operators import Array
 LOG = logging.getLogger("gapbeam")
 NOTABLE_LOSS = 0.2  # of the loss that ends a run
 TAKEN = "energy kept by the scheme", "energy that the scheme took over that exchanged", "1"
-TAKEN_MEANING = (
-    "the scheme itself damps the motion; try a smaller time.step, or the scheme discrete-gradient, which takes none"
-)
+TAKEN_MEANING = "the scheme itself damps the motion; try a smaller time.step"
 
 
 def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
@@ -95,7 +94,7 @@ def assumptions(
     found += of_contact(case, accounts.peaks, accounts.episodes)
     found.append(of_restraint(recorder.largest_restraint_energy, recorder.restraint_share))
     found += of_frequencies(model, content, ledger, accounts.episodes.count)
-    taken = Assumption(*TAKEN, NOTABLE_LOSS * gates.limits.total_loss, None, TAKEN_MEANING)
+    taken = Assumption(*TAKEN, NOTABLE_LOSS * gates.limits.total_loss, None, TAKEN_MEANING + _conserving(case))
     return [*found, Finding(taken, gates.loss(ledger), detail=f"{ledger.algorithmic:.3g} J")]
 
 
@@ -198,10 +197,17 @@ def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> 
         raise EnergyLost(
             f"the scheme {model.case.time.scheme.type} took {ledger.algorithmic:.3g} J, {share:.1%} of the energy "
             f"exchanged (allowed: {gates.limits.total_loss:.1%}); damping and contact took {ledger.lost:.3g} J: "
-            "the results are not to be trusted. Use the scheme discrete-gradient or a smaller time.step; "
+            f"the results are not to be trusted. Try a smaller time.step{_conserving(model.case)}; "
             "gates.total_loss allows more, gates.accept_energy_loss = true accepts it"
         )
     let_pass(findings)
+
+
+def _conserving(case: Case) -> str:
+    """Return the advice to take the scheme that conserves energy, where another one is used and a potential exists."""
+    if case.time.scheme.conserves_energy or case.contact.formulation.without_potential:
+        return ""
+    return ", or the scheme discrete-gradient, which takes none"
 
 
 def _by_face(model: Model, values: float | Array) -> float | dict[str, float]:

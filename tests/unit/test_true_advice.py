@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import logging
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -16,10 +17,13 @@ from gapbeam.solver.case.computed_defaults import bending_words, overhang_freque
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
-from gapbeam.solver.errors import EnergyCreated, NotConverged
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.errors import EnergyCreated, EnergyLost, NotConverged
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.run.output import progress
+from gapbeam.solver.run.verdict import judge_run
 from gapbeam.studies.modes.theory_comparison import WHOLE, beams_of
+from gapbeam.studies.trials.starts import seated
 from tests.shared.command import DEMO
 from tests.shared.models import COARSE, beam_model
 
@@ -74,6 +78,25 @@ def test_schemes_that_are_advised_against_created_energy_are_not_refused() -> No
     with pytest.raises(CaseError):
         case(other, "time.scheme=discrete-gradient")
     case(other, "time.scheme=implicit-midpoint")
+
+
+@pytest.mark.parametrize(
+    ("keys", "advised"),
+    [
+        ({"time": {"scheme": "implicit-midpoint"}}, True),
+        ({"time": {"scheme": "discrete-gradient"}}, False),
+        ({"time": {"scheme": "implicit-midpoint"}, "contact": {"formulation": "augmented-lagrangian"}}, False),
+    ],
+)
+def test_a_conserving_scheme_is_advised_where_it_can_be_taken(keys: dict[str, Any], advised: bool) -> None:
+    """Not where it was used, and not where contact has no potential: it would be refused there."""
+    model = beam_model({"mesh": COARSE, **keys})
+    lossy = Ledger(0.5, 0.0, 0.0, 1.0, np.zeros(0), algorithmic=0.5, exchanged=1.0)
+    accounts = Accounts.opened(model.system, model.law, seated(model).state, model.step)
+    accounts.ledger = lossy
+    with pytest.raises(EnergyLost, match=r"took 0.5 J, 50.0% .* [Tt]ry a smaller time.step") as lost:
+        judge_run(model, accounts, [])
+    assert ("discrete-gradient, which takes none" in str(lost.value)) == advised
 
 
 def replace_loads(found: Case) -> Case:

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gapbeam.solver.models.reduction.ritz_vectors import symmetric_part, unit_directions
 from gapbeam.solver.system.operators import Array, Operators
 
-INDEPENDENT = 1.0e-13  # of the largest eigenvalue of a Gram matrix of unit vectors
+INDEPENDENT = (1.0e-14, 1.0e-10)  # of the largest eigenvalue of a Gram matrix of unit vectors: see `first_kept`
 
 
 @dataclass(frozen=True)

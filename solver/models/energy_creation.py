@@ -2,11 +2,17 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gapbeam.solver.case.computed_defaults import contact_modulus, stiffness_unit
+from gapbeam.solver.case.placed_support import law_at
+from gapbeam.solver.contact.laws.point_law import SLOWEST_TOUCH
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.integrators.stable_step import TYPICAL_DEPTH, stable_step
 from gapbeam.solver.models.contact_scales import compared_depth, slope_factor
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.table import type_name
 
 ROUNDED = 1.0e-3  # of a stiffness: what is lost by writing it with a few digits
 
@@ -16,12 +22,14 @@ def energy_creator(model: Model) -> Fault | None:
 
     The contact is too stiff where the slope of its law is above 1 E/h, for laws with an exponent at a depth of 1 % of
     the clearance (1e-6 m where that is 0), and where the formulation is exact: unilateral, augmented-lagrangian and
-    nitsche.
+    nitsche. An explicit step does not bear a damper whose coefficient grows as the speed at touch goes to zero.
     """
     case, scheme, formulation = model.case, model.case.time.scheme, model.case.contact.formulation
     massless = case.contact.mass == "redistributed"
     if not scheme.creates_energy_on(massless):
         return None
+    if scheme.explicit and (fault := _damped_by_touch(model)) is not None:
+        return fault
     stiffest = scheme.contact_range_on(massless).stiffest
     modulus, factor = contact_modulus(case), slope_factor(case)
     body = modulus / model.facet_length
@@ -47,6 +55,33 @@ def energy_creator(model: Model) -> Fault | None:
         f'time.scheme = "discrete-gradient" (implicit-midpoint where there is no potential), or {softer}; '
         "gates.accept_energy_growth = true runs it as it is",
         (("contact", "stiffness"),),
+        "time.scheme with contact",
+    )
+
+
+def _damped_by_touch(model: Model) -> Fault | None:
+    """Return the fault of explicit steps on contact with mass that is damped by the speed at touch, or None.
+
+    The stable step does not count such damping: it would be too short for all but the slowest touch.
+    """
+    case = model.case
+    laws = [law_at(case.contact, support) for support in case.layout.supports]
+    damped = next((law for law in laws if law.by_touch_speed and law.dissipates), None)
+    if damped is None:
+        return None
+    slow = model.law.touched_at(np.zeros(model.system.contact.size))
+    step = stable_step(model.system, slow).step
+    if model.step <= step:
+        return None
+    return Fault(
+        ("time", "scheme"),
+        f"{case.time.scheme.type} on the law {type_name(type(damped))}, whose damping grows as the speed at touch "
+        "falls: known to create energy where the beam rests or touches slowly",
+        f"steps of at most {step:.2g} s, which bear contact that begins at {SLOWEST_TOUCH:g} m/s and is "
+        f"{TYPICAL_DEPTH:g} m deep; an implicit scheme, massless contact nodes, or a damper with a given coefficient",
+        'time.scheme = "discrete-gradient", contact.mass = "redistributed", or contact.law = "kelvin-voigt"; '
+        "gates.accept_energy_growth = true runs it as it is",
+        (("contact", "law"),),
         "time.scheme with contact",
     )
 

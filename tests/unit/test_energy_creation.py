@@ -10,6 +10,8 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, energy_creator, refuse_energy_creators
 from gapbeam.solver.models.model import Model
+from gapbeam.studies.trials.response import respond
+from gapbeam.studies.trials.starts import seated
 from gapbeam.studies.trials.trial import try_case
 from tests.shared.models import COARSE, beam_case, beam_model
 
@@ -75,6 +77,45 @@ def test_laws_with_an_exponent_are_compared_by_their_slope() -> None:
     fault = energy_creator(model_of(NEWMARK, {"law": law, "stiffness": 1.01 * most}))
     assert isinstance(fault, Fault)
     assert f"at most {most:.4g} Pa/m^1.5, 1 E/h at a depth of 1.1e-06 m" in fault.expected
+
+
+def explicit_model(restitution: float, step: float | str, **contact: Any) -> Model:
+    """Return a coarse plastic beam on a soft contact, damped by its speed at touch, for explicit steps."""
+    law = {"type": "hunt-crossley", "restitution": restitution}
+    return beam_model(
+        {
+            "material": {"young_modulus": 3.0e9, "density": 1200.0},
+            "mesh": {"size": 0.06, "support_size": 12.5e-3, "cells_through_thickness": 2},
+            "time": {"scheme": {"type": "central-difference"}, "step": step, "end": 1.0e-3},
+            "contact": {"stiffness": 1.0e11, "law": law, **contact},
+            "gates": {"accept_energy_growth": True},
+        },
+        ({"type": "gravity"}, {"type": "harmonic_force", "point": 0.51, "amplitude": 0.5, "frequency": 60.0}),
+    )
+
+
+def test_explicit_steps_do_not_bear_damping_by_the_speed_at_touch() -> None:
+    """From the seat steps of the computed size created more energy than there was; those that are asked for do not."""
+    computed = explicit_model(0.5, "auto")
+    fault = energy_creator(computed)
+    assert isinstance(fault, Fault)
+    assert "central-difference on the law hunt-crossley" in fault.found
+    most = float(fault.expected.split("at most ")[1].split(" s,")[0])
+    assert most < 0.01 * computed.step
+    bearable = explicit_model(0.5, most)
+    assert energy_creator(bearable) is None
+    grown, kept = (
+        respond(one, seated(one).state, steps).created
+        for one, steps in ((explicit_model(0.5, 100.0 * most), 40), (bearable, 200))
+    )
+    assert grown > 0.5
+    assert kept < 0.05
+
+
+def test_explicit_steps_bear_springs_and_massless_contact() -> None:
+    """Without loss there is no damper, and massless contact nodes are solved for."""
+    assert energy_creator(explicit_model(1.0, "auto")) is None
+    assert energy_creator(explicit_model(0.5, "auto", mass="redistributed")) is None
 
 
 def test_acceptance_is_by_name_and_reported() -> None:

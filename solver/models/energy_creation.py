@@ -46,7 +46,9 @@ def energy_creator(model: Model) -> Fault | None:
         stiffnesses = [default for default in model.defaults if default.key.endswith(".stiffness")]
         softer = f"{max(stiffnesses, key=lambda default: default.value).key} = {key * most:.3g}"
     else:
-        contact = f"the formulation {formulation.type}, which is exact and as stiff as {share:.3g} E/h ({words})"
+        # multipliers stand on a soft penalty
+        stiff = f" and as stiff as {share:.3g} E/h" if formulation.left_by_multipliers is None else ""
+        contact = f"the formulation {formulation.type}, which is exact{stiff} ({words})"
         softer = f'contact.formulation = "penalty" with contact.stiffness = {most:.3g}'
     return Fault(
         ("time", "scheme"),

@@ -64,6 +64,7 @@ def test_exact_formulations_are_too_stiff(formulation: str) -> None:
     fault = energy_creator(model_of(NEWMARK, {"formulation": formulation}))
     assert isinstance(fault, Fault)
     assert f"newmark on the formulation {formulation}" in fault.found
+    assert ("E/h" in fault.found) == (formulation != "augmented-lagrangian")  # its penalty is soft, its contact is not
     assert 'contact.formulation = "penalty" with contact.stiffness = 1.68e+13' in fault.hint
     assert energy_creator(model_of({"type": "implicit-midpoint"}, {"formulation": formulation})) is None
     assert energy_creator(model_of({"type": "moreau-jean"}, {"formulation": "unilateral"})) is None

@@ -90,6 +90,7 @@ time = { end = 1e-3, step = 2e-5 }
 support = [{ name = "slot", from = 0.3, to = 0.32, clearance = 1e-4 }]
 probe = [{ name = "tip", point = 0.4 }]
 """
+KEEP = ("--set", "output.keep_checkpoint=true")
 STATE = '[analysis]\ntype = "transient"\nstate = "FOLDER"\n'
 
 
@@ -100,7 +101,7 @@ def test_states_that_cannot_be_used(tmp_path: Path) -> None:
     first = tmp_path / "first.toml"
     first.write_text(CASE.replace("ELEMENTS", "8") + start, encoding="utf-8")
     assert called("run", first, "--output", tmp_path / "bare").returncode == 0
-    kept = called("run", first, "--output", tmp_path / "kept", "--set", "output.keep_checkpoint=true")
+    kept = called("run", first, "--output", tmp_path / "kept", *KEEP)
     assert kept.returncode == 0, kept.stderr
     second = tmp_path / "second.toml"
 
@@ -113,6 +114,10 @@ def test_states_that_cannot_be_used(tmp_path: Path) -> None:
 
     refused("8", "nowhere", ["nowhere is no folder"])
     refused("8", "bare", ["holds no checkpoint", "output.keep_checkpoint = true"])
+    heavy = first.read_text(encoding="utf-8").replace('"gravity"', '"gravity", acceleration = 3e4')
+    first.write_text(heavy, encoding="utf-8")
+    assert called("run", first, "--output", tmp_path / "failed", *KEEP, "--set", "time.end=5e-3").returncode == 4
+    refused("8", "failed", ["holds no checkpoint", "its run ended with status 4", "a run that passes"])
     refused("10", "kept", ["is of another model", "model.elements: found 10, expected 8"])
     refused("8", "kept", ["is where the results of this run go"], "kept")
     broken = next((tmp_path / "kept" / "checkpoint").glob("step-*.checkpoint"))

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 from functools import partial
 from pathlib import Path
@@ -83,13 +84,25 @@ def _last(source: Path, folder: Path) -> Path:
     if same:
         raise _fault(source, "is where the results of this run go", "another folder", "another `output=`")
     if not paths:
+        status = _exit_status(source)
+        kept = "the results of a run that keeps one"
+        if status:
+            raise _fault(source, f"holds no checkpoint: its run ended with status {status}", kept, "a run that passes")
         raise _fault(
             source,
             "holds no checkpoint, so no state of all DOFs with their velocities",
-            "the results of a run that keeps one",
+            kept,
             "running it again with output.keep_checkpoint = true",
         )
     return paths[0]
+
+
+def _exit_status(folder: Path) -> int:
+    """Return the exit status that a summary names; 0 where there is none that can be read."""
+    try:
+        return int(json.loads((folder / "summary.json").read_text(encoding="utf-8"))["exit_status"] or 0)
+    except (OSError, ValueError, KeyError, TypeError):
+        return 0
 
 
 def _fault(

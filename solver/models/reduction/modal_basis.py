@@ -36,6 +36,10 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
     the low frequencies, which matter, to full accuracy. Directions that are lost in round-off are left out, and squares
     of rigid motions that round-off made negative are 0.
 
+    Vectors that contact forces give are nearly sums of each other, and all hold large rigid motions, which cancel in
+    their small differences. M is therefore projected on the orthonormal vectors, not combined from its projection on
+    those that are given: the highest frequencies would be round-off.
+
     Args:
         operators: M and K.
         vectors: (n, k).
@@ -43,13 +47,20 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
 
     Collective.
     """
-    mass = np.stack([operators.apply_mass(vector) for vector in vectors.T], axis=1)
-    stiffness = np.stack([operators.apply_stiffness(vector) for vector in vectors.T], axis=1)
-    inertia = operators.sum(np.ascontiguousarray(vectors.T @ mass))
-    energy = operators.sum(np.ascontiguousarray(vectors.T @ stiffness)) + shift * inertia
+    energy, _ = _projected(operators, vectors, shift)
+    columns = vectors @ unit_directions(energy, INDEPENDENT)
+    energy, inertia = _projected(operators, columns, shift)
     combine = unit_directions(energy, INDEPENDENT)
     compliances, modes = np.linalg.eigh(symmetric_part(combine.T @ inertia @ combine))
     heavy = compliances > np.finfo(float).eps * compliances[-1]
     compliances, modes = compliances[heavy][::-1], modes[:, heavy][:, ::-1]
-    columns = vectors @ (combine @ (modes / np.sqrt(compliances)))
+    columns = columns @ (combine @ (modes / np.sqrt(compliances)))
     return Basis(np.asfortranarray(columns), np.maximum(1.0 / compliances - shift, 0.0))
+
+
+def _projected(operators: Operators, vectors: Array, shift: float) -> tuple[Array, Array]:
+    """Return V^T (K + sigma M) V and V^T M V, (k, k). Collective."""
+    mass = np.stack([operators.apply_mass(vector) for vector in vectors.T], axis=1)
+    stiffness = np.stack([operators.apply_stiffness(vector) for vector in vectors.T], axis=1)
+    inertia = operators.sum(np.ascontiguousarray(vectors.T @ mass))
+    return operators.sum(np.ascontiguousarray(vectors.T @ stiffness)) + shift * inertia, inertia

@@ -251,7 +251,7 @@ def rub_rate(steps: int, turns: int) -> float:
 
 
 def test_work_rate_of_the_full_annular_rub() -> None:
-    """mu N W r with ((k - m W^2) r + N)^2 + (c W r + mu N)^2 = F^2: within 5e-4 with 128 steps a turn."""
+    """The work rate mu N W r, with ((k - m W^2) r + N)^2 + (c W r + mu N)^2 = F^2: to 5e-4 with 128 steps a turn."""
     pressed, speed = RUB["stiffness"] * (RUBBED - RUB["gap"]), RUB["turns"]
     across = RUB["damping"] * speed * RUBBED + RUB["mu"] * pressed
     assert np.hypot((1.0 - speed**2) * RUBBED + pressed, across) == pytest.approx(RUB["force"], rel=1e-10)

@@ -57,7 +57,7 @@ def write_report(
     page = page if page is not None else page_of(results)
     _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)
     with as_written(*results):
-        words = ["gapbeam", "report", *results]
+        words: list[str | Path] = ["gapbeam", "report", *results]
         if begin is None and end is None:
             made = report_on(results, shell_command(*words), kinds)
         else:

@@ -5,6 +5,8 @@
 Places of a structure on springs are Gaussian, with covariance T K^-1, times exp(-contact potential / T). Those of a
 free body with two motions lie within the play, and a little beyond. Points of a Sobol sequence integrate both.
 
+White noise reaches every mode: that of the elastic beam's highest, 1712 Hz, decides on a fifth of its impacts.
+
 Forces at points load a body by 4 alpha T M where M is the sum of masses at these points: of a rigid one, two halves
 where they have its moment of inertia; of beam elements, the points of Gauss's rule.
 
@@ -14,7 +16,7 @@ Source: Risken, The Fokker-Planck Equation (1989), chapter 10.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import pi, sqrt
 from typing import Any
 
@@ -29,7 +31,7 @@ LENGTH, THICKNESS, WIDTH, DENSITY = 0.6, 0.012, 0.02, 7919.0
 MASS = LENGTH * THICKNESS * WIDTH * DENSITY
 DAMPING = 40.0  # alpha, 1/s
 TEMPERATURE = 1.0e-4  # T, J
-HIGH = 1500.0  # of the noise, Hz
+HIGH = 4000.0  # of the noise, Hz: above every mode, or those beyond would have no part of the energy
 POWER = 18  # points of the Sobol sequence: 2 to this
 FAR = 6.0  # standard deviations of a point in contact beyond the play
 NEGLIGIBLE = 1.0e-12  # of the largest density
@@ -76,6 +78,11 @@ def beam(name: str, elements: int, clearances: Mapping[str, tuple[float, float, 
     return StationaryCase(name, _tables(model, clearances, places) | clamp, False)
 
 
+def with_step(case: StationaryCase, step: float) -> StationaryCase:
+    """Return a case with another time step, s."""
+    return replace(case, tables=dict(case.tables) | {"time": case.tables["time"] | {"step": step}})
+
+
 def _tables(
     model: Mapping[str, Any],
     clearances: Mapping[str, tuple[float, float, float]],
@@ -105,7 +112,7 @@ def _tables(
             for number, (place, mass) in enumerate(places)
         ],
         "probe": [{"name": "tip", "point": LENGTH}],
-        "time": {"end": 20.0, "step": 1.0e-4, "scheme": "discrete-gradient"},
+        "time": {"end": 3.0, "step": 5.0e-5, "scheme": "discrete-gradient"},
         "output": {"history_interval": 1.0e-3},
     }
 

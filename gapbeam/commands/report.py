@@ -15,6 +15,8 @@ def report(
         bool | None, typer.Option("--pdf/--no-pdf", help="print it too; by default where a browser is found")
     ] = None,
     overwrite: Annotated[bool, typer.Option("--overwrite", help="replace an earlier report")] = False,
+    begin: Annotated[float | None, typer.Option("--from", help="first time of a run that is looked at, s")] = None,
+    end: Annotated[float | None, typer.Option("--to", help="last time, s")] = None,
 ) -> int:
     """Write what results show as one page that works offline, and as PDF.
 
@@ -23,5 +25,5 @@ def report(
     from gapbeam.commands.study_choice import report_kinds
     from gapbeam.studies.report.write_report import write_report
 
-    print(*write_report(results, report_kinds(), output, pdf, overwrite), sep="\n")
+    print(*write_report(results, report_kinds(), output, pdf, overwrite, begin, end), sep="\n")
     return 0

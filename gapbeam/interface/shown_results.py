@@ -234,6 +234,8 @@ def report(
     output: str | PathLike[str] | None = None,
     pdf: bool | None = None,
     overwrite: bool = False,
+    begin: float | None = None,
+    end: float | None = None,
 ) -> list[Path]:
     """Write what results show as one page that works offline, and as PDF.
 
@@ -242,13 +244,15 @@ def report(
         output: Page to write, *.html; by default report.html in the folder of the results.
         pdf: Whether to print the page too; None: where a browser is found.
         overwrite: Replace an earlier report.
+        begin: First time of a run that is looked at, s; None: from the start.
+        end: Last time, s; None: to the end.
 
     Returns:
         The page and, where there is one, its PDF.
 
     Raises:
         ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read.
-        OptionError: Another suffix, or a report that is there.
+        OptionError: Another suffix, a report that is there, or a span of time that there is not.
         UserError: A place that cannot be written.
         BrowserError: No browser for a PDF that was asked for, or one that printed nothing.
     """
@@ -258,7 +262,7 @@ def report(
 
     several = [results] if isinstance(results, str | PathLike | InFolder) else list(results)
     page = None if output is None else Path(output)
-    return write_report([folder_of(one) for one in several], report_kinds(), page, pdf, overwrite)
+    return write_report([folder_of(one) for one in several], report_kinds(), page, pdf, overwrite, begin, end)
 
 
 def folder_of(results: Given) -> Path:

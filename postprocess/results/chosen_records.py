@@ -31,6 +31,11 @@ def chosen_records(
         known = sorted(map(str, history.data_vars))
         near = get_close_matches(unknown[0], known, _ALIKE) or known
         raise OptionError(f"the run has no record {unknown[0]!r}; expected one of: {', '.join(near)}")
+    if begin is not None and end is not None and begin > end:
+        raise OptionError(
+            f"a span of time from {begin:g} to {end:g} s; expected an end behind the begin; try from {end:g} to "
+            f"{begin:g} s"
+        )
     chosen = history[list(records)] if records else history
     kept = chosen.sel(time=slice(begin, end))
     if kept.sizes["time"] == 0:

@@ -11,6 +11,7 @@ from mpi4py import MPI
 
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
 from gapbeam.solver.diagnostics.impact_figures import impact_figures
+from gapbeam.solver.diagnostics.statistics.missed_impacts import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.recorded_content import recorded_content
@@ -48,7 +49,9 @@ def describe_march(
         summary["random_loads"] = generated
     statistics, rule = consumers.recorder.statistics, consumers.rule
     if statistics is not None:
-        summary["statistics"] = statistics.describe()
+        seen = zip(statistics.faces, accounts.impacts.ended, strict=True)
+        step = accounts.tally.shortest if model.case.time.adaptive else model.step
+        summary["statistics"] = statistics.describe({face: missed_share(one, step) for face, one in seen})
         if rule is not None:
             summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met)
         LOG.info("%s", in_words(summary["statistics"]))

@@ -9,11 +9,15 @@ from pathlib import Path
 from gapbeam.postprocess.report.folder_report import Kind, report_on
 from gapbeam.postprocess.report.html_page import write_html
 from gapbeam.postprocess.report.pdf_page import BrowserError, find_browser, write_pdf
+from gapbeam.postprocess.report.span_report import span_report
 from gapbeam.postprocess.results.damaged_files import as_written
+from gapbeam.postprocess.results.span_of_run import SpanOfRun, span_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.shell_command import shell_command
+from gapbeam.solver.record_table import HISTORY_FILE
 from gapbeam.solver.run.output.output_paths import check_name
 from gapbeam.solver.run.output.results_folder import check_folder
+from gapbeam.studies.report.span_statistics import statistics_of_span
 from gapbeam.studies.stored_records import refuse_links
 
 LOG = logging.getLogger("gapbeam")
@@ -27,6 +31,8 @@ def write_report(
     page: Path | None = None,
     pdf: bool | None = None,
     overwrite: bool = False,
+    begin: float | None = None,
+    end: float | None = None,
 ) -> list[Path]:
     """Write what results show as one page that works offline, and as PDF.
 
@@ -36,22 +42,47 @@ def write_report(
         page: Page to write, *.html; None: report.html in the folder, or in one for all of them.
         pdf: Whether to print the page too; None: where a browser is found.
         overwrite: Replace an earlier report.
+        begin: First time of a run that is looked at, s; None: from the start.
+        end: Last time, s; None: to the end.
 
     Returns:
         The page and, where there is one, its PDF.
 
     Raises:
         ResultsError: A folder that is not there, holds nothing that is known, or a file that cannot be read.
-        OptionError: Another suffix, or a report that is there.
+        OptionError: Another suffix, a report that is there, or a span of time that there is not.
         UserError: A place that cannot be written.
         BrowserError: No browser for a PDF that was asked for, or one that printed nothing.
     """
     page = page if page is not None else page_of(results)
     _check(page, page.with_suffix(".pdf"), pdf is not False, overwrite)
     with as_written(*results):
-        made = report_on(results, shell_command("gapbeam", "report", *results), kinds)
+        words: list[str | Path] = ["gapbeam", "report", *results]
+        if begin is None and end is None:
+            made = report_on(results, shell_command(*words), kinds)
+        else:
+            span = _span(results, begin, end)
+            words += [word for name, time in (("--from", begin), ("--to", end)) if time is not None
+                      for word in (name, f"{time:g}")]  # fmt: skip
+            made = span_report(span, statistics_of_span(span), shell_command(*words))
         write_html(made, page)
     return [page, *print_page(page, pdf)]
+
+
+def _span(results: Sequence[Path], begin: float | None, end: float | None) -> SpanOfRun:
+    """Return a span of the one run that was given.
+
+    Raises:
+        OptionError: Several folders, or one of a study; otherwise as `span_of`.
+    """
+    if len(results) != 1:
+        raise OptionError(f"a span of time of {len(results)} folders; expected one run; leave out --from and --to")
+    if not (results[0] / HISTORY_FILE).is_file():
+        raise OptionError(
+            f"a span of time of {results[0]}, which holds no {HISTORY_FILE}; expected the folder of a run; leave out "
+            "--from and --to, or name a run in it"
+        )
+    return span_of(results[0], begin, end)
 
 
 def print_page(page: Path, pdf: bool | None) -> list[Path]:

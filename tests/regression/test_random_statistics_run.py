@@ -72,6 +72,7 @@ def test_figures_are_those_of_the_records(tmp_path: Path) -> None:
     assert isinstance(table, TableBlock)
     assert [row[0] for row in table.rows] == list(found)
     assert [row[1] for row in table.rows] == [one["value"] for one in found.values()]
+    assert set(statistics["missed_impacts"]) == {"base", "gland"}
     assert statistics_section({}) is None
     assert found["probe.tip.low"]["value"] == pytest.approx(np.quantile(place, 0.05), abs=0.05 * np.ptp(place))
 

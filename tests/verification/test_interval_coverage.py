@@ -26,7 +26,7 @@ def ornstein_uhlenbeck(seed: int, relaxations: float, values: int = VALUES) -> n
     """A stationary process of mean 0, variance 1 and correlation exp(-t / tau), sampled exactly."""
     draw = np.random.default_rng(seed).standard_normal(values + 1)
     a = np.exp(-relaxations / values)
-    return lfilter([1.0], [1.0, -a], np.sqrt(1.0 - a * a) * draw[1:], zi=[a * draw[0]])[0]
+    return np.asarray(lfilter([1.0], [1.0, -a], np.sqrt(1.0 - a * a) * draw[1:], zi=[a * draw[0]])[0])
 
 
 def ensemble(relaxations: float) -> list[np.ndarray]:

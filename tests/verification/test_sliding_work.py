@@ -190,3 +190,78 @@ def test_a_beam_slides_down_a_slope(kind: str, dimension: int) -> None:
     turning = end * sin(w * end) / w + (cos(w * end) - 1.0) / w**2  # integral of t cos(w t)
     exact = 8.0 * mass * 6.0 * (0.5 * end**2 - turning)
     assert response.history["sliding_work"][-1, 0] == pytest.approx(exact, rel=1e-3)
+
+
+RUB = {"force": 1.0, "turns": 1.5, "mu": 0.1, "damping": 0.5, "gap": 0.5, "stiffness": 100.0}  # m = k = 1
+AROUND, RUBBED, WORK_RATE = 256, 0.514884522543, 0.1149571542  # points, m, W
+
+
+def annular_rub(steps: int, turns: int) -> tuple[March, State]:
+    """Return a mass on two springs that a force which turns presses on points around a round gap, on its orbit.
+
+    The points act together as one spring of the stiffness Kc does at the radius of the orbit, in the mean over angles.
+    """
+    force, speed, gap = RUB["force"], RUB["turns"], RUB["gap"]
+    turned = 2.0 * pi * (np.arange(AROUND) + 0.5) / AROUND
+    outward, along = (
+        np.column_stack([np.cos(turned), np.sin(turned)]),
+        np.column_stack([-np.sin(turned), np.cos(turned)]),
+    )
+    deepest = np.linspace(0.0, 2.0 * pi / AROUND, 64, endpoint=False)[:, None] - turned
+    resultant = float(np.mean(np.sum(np.maximum(RUBBED * np.cos(deepest) - gap, 0.0) * np.cos(deepest), axis=1)))
+    contact = ContactOperator(
+        interface=Interface(2, np.arange(2), np.arange(2)),
+        gap_matrix=csr_matrix(-outward),
+        weights=np.ones(AROUND),
+        initial_gap=np.full(AROUND, gap),
+        faces=np.zeros(AROUND, dtype=int),
+        support=Support((Face("hole", -1.0),), area=1.0),
+        positions=np.zeros((AROUND, 3)),
+        tangents=csr_matrix(along),
+        measures_sliding=True,
+    )
+    pressed = RUB["stiffness"] * (RUBBED - gap)
+    loads = (
+        Load("across", np.array([1.0, 0.0]), lambda time: force * np.cos(speed * time)),
+        Load("up", np.array([0.0, 1.0]), lambda time: force * np.sin(speed * time)),
+    )
+    system = SemiDiscreteSystem(DenseOperators(np.eye(2), np.eye(2)), contact, loads, mass_damping=RUB["damping"])
+    law = ContactLaw(Spring(pressed / resultant), friction=CoulombFriction(RUB["mu"], 1.0e-7))
+    scheme, period = scheme_of("discrete-gradient"), 2.0 * pi / speed
+    plan = March(system, law, scheme, EffectiveOperators(system, scheme), period / steps, turns * steps)
+    lag = atan(
+        (RUB["damping"] * speed * RUBBED + RUB["mu"] * pressed) / ((1.0 - speed**2) * RUBBED + pressed)
+    )  # of the motion behind the force
+    place = RUBBED * np.array([cos(lag), -sin(lag)])
+    images = imaged(system.operators, place), imaged(system.operators, speed * np.array([-place[1], place[0]]))
+    depth = contact.depth(place)
+    return plan, begun(plan, State(0.0, *images, depth, law.static(depth).pressure))
+
+
+def rub_rate(steps: int, turns: int) -> float:
+    """Return the work rate of friction in an annular rub of some turns, W; the ledger has the same."""
+    plan, start = annular_rub(steps, turns)
+    accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
+    for step in march(plan, start):
+        accounts.take(step)
+    assert accounts.sliding.by_face is not None
+    work = RUB["mu"] * float(accounts.sliding.by_face[0])
+    assert accounts.ledger.friction_loss == pytest.approx(work, rel=1e-6)
+    return work / (plan.dt * plan.steps)
+
+
+def test_work_rate_of_the_full_annular_rub() -> None:
+    """The work rate mu N W r, with ((k - m W^2) r + N)^2 + (c W r + mu N)^2 = F^2: to 5e-4 with 128 steps a turn."""
+    pressed, speed = RUB["stiffness"] * (RUBBED - RUB["gap"]), RUB["turns"]
+    across = RUB["damping"] * speed * RUBBED + RUB["mu"] * pressed
+    assert np.hypot((1.0 - speed**2) * RUBBED + pressed, across) == pytest.approx(RUB["force"], rel=1e-10)
+    assert RUB["mu"] * pressed * speed * RUBBED == pytest.approx(WORK_RATE, rel=1e-9)
+    assert rub_rate(128, 2) == pytest.approx(WORK_RATE, rel=5e-4)
+
+
+@pytest.mark.slow(minutes=1)
+def test_work_rate_of_the_full_annular_rub_is_exact() -> None:
+    """To 1e-6 over three turns, from 256 and 512 steps a turn, whose errors are of second order."""
+    coarse, fine = (rub_rate(steps, 3) for steps in (256, 512))
+    assert 3.0 < (coarse - WORK_RATE) / (fine - WORK_RATE) < 5.0
+    assert (4.0 * fine - coarse) / 3.0 == pytest.approx(WORK_RATE, rel=1e-6)

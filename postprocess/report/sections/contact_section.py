@@ -42,12 +42,12 @@ def contact_section(
     rows = []
     for face in faces:
         pressed = force[face].values > 0.0
-        impulse = face_signal(history, "impulse", face).values[-1] if "impulse" in history else None
+        impulses = face_signal(history, "impulse", face).values if "impulse" in history else None
         rows.append(
             (
                 face, float(force[face].values.max()), float(force[face].values.mean()), 100.0 * float(pressed.mean()),
                 _MICRO * float(max(depth[face].values.max(), 0.0)), _MICRO * float(max(-depth[face].values.min(), 0.0)),
-                None if impulse is None else float(impulse),
+                None if impulses is None else float(impulses[-1] - impulses[0]),
             )
         )  # fmt: skip
     heads = ("face", "largest force (N)", "mean force (N)", "in contact (% of the records)",

@@ -2,26 +2,26 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+from collections.abc import Mapping
+
+import numpy as np
 
 from gapbeam.postprocess.report.blocks import Cell, ReportSection, TableBlock, Words
 from gapbeam.postprocess.report.number_text import number
-from gapbeam.postprocess.results.impacts_of_run import impacts_of
 from gapbeam.postprocess.signals.impact_tables import HEADS, QUANTITIES, distributions, rates
 
 
-def impacts_section(folder: Path, seconds: float, anchor: str = "impacts") -> ReportSection | None:
-    """Return the impacts of a run; None where there were none.
+def impacts_section(
+    impacts: Mapping[str, np.ndarray], seconds: float, span: str = "over the whole run", anchor: str = "impacts"
+) -> ReportSection | None:
+    """Return the impacts of a run, or of a part of it; None where there were none.
 
     Args:
-        folder: Of the run.
-        seconds: Its span, s.
+        impacts: By face, as `impacts_of` has them.
+        seconds: Span of time, s.
+        span: Which one, in words.
         anchor: Of the section.
-
-    Raises:
-        ResultsError: The impacts cannot be read.
     """
-    impacts = impacts_of(folder)
     if not impacts or not seconds > 0.0:
         return None
     found = ", ".join(f"{face} {number(rate)}" for face, rate in rates(impacts, seconds).items())
@@ -34,5 +34,5 @@ def impacts_section(folder: Path, seconds: float, anchor: str = "impacts") -> Re
         for face, mine in impacts.items()
         if mine[0, 4] > 1
     ]
-    table = TableBlock("Impacts over the whole run", ("face", "figure", *HEADS[2:]), rows, notes=tuple(notes))
+    table = TableBlock(f"Impacts {span}", ("face", "figure", *HEADS[2:]), rows, notes=tuple(notes))
     return ReportSection("Impacts", anchor, [Words(f"Impacts in a second: {found}."), table])

@@ -34,6 +34,7 @@ from gapbeam.postprocess.report.sections.verdict_section import (
 )
 from gapbeam.postprocess.report.sections.wear_section import wear_section
 from gapbeam.postprocess.report.study_json import read_object
+from gapbeam.postprocess.results.impacts_of_run import impacts_of
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results_errors import ResultsError
@@ -120,28 +121,42 @@ def probe_analyses(results: Results) -> dict[str, Analysis]:
 
 
 def _of_history(results: Results, command: str) -> list[ReportSection]:
-    history, frequency = results.history, results.forcing_frequency
-    periodic = results.summary.get("periodic")
-    makers: list[tuple[str, str, Callable[[], Sequence[ReportSection | None]]]] = [
-        ("Motion", "motion", lambda: _of_probes(results, command))
-    ]
-    if periodic:
-        makers.append(("Periodic response", "periodic", lambda: [periodic_section(periodic, command)]))
-    if not periodic:
-        makers.append(("Orbits", "orbits", lambda: [orbits_section(results, command)]))
-    if "contact_force" in history and "penetration" in history:
-        makers.append(("Contact", "contact", lambda: [contact_section(history, frequency, command)]))
+    history, periodic = results.history, results.summary.get("periodic")
+    found = sections_of_records(results, command)
     if not periodic:
         span = float(history["time"][-1] - history["time"][0])
-        makers.append(("Impacts", "impacts", lambda: [impacts_section(results.folder, span)]))
-    makers.append(("Energy", "energy", lambda: [energy_section(history, results.summary, command)]))
-    found: list[ReportSection] = []
-    for title, anchor, make in makers:
-        try:
-            found += [section for section in make() if section is not None]
-        except SignalError as fault:
-            found.append(ReportSection(title, anchor, [Verdict("error", str(fault))]))
+        found += _made("Impacts", "impacts", lambda: [impacts_section(impacts_of(results.folder), span)])
+    return found + _made("Energy", "energy", lambda: [energy_section(history, results.summary, command)])
+
+
+def sections_of_records(results: Results, command: str) -> list[ReportSection]:
+    """Return what the records of a run show by themselves: motion, spectra, orbits, contact.
+
+    Args:
+        results: Of a run with a history.
+        command: That makes the figures.
+
+    Raises:
+        ResultsError: The history cannot be read.
+    """
+    history, frequency = results.history, results.forcing_frequency
+    periodic = results.summary.get("periodic")
+    found = _made("Motion", "motion", lambda: _of_probes(results, command))
+    if periodic:
+        found += _made("Periodic response", "periodic", lambda: [periodic_section(periodic, command)])
+    else:
+        found += _made("Orbits", "orbits", lambda: [orbits_section(results, command)])
+    if "contact_force" in history and "penetration" in history:
+        found += _made("Contact", "contact", lambda: [contact_section(history, frequency, command)])
     return found
+
+
+def _made(title: str, anchor: str, make: Callable[[], Sequence[ReportSection | None]]) -> list[ReportSection]:
+    """Return sections, or in their place what is wrong with the values that they show."""
+    try:
+        return [section for section in make() if section is not None]
+    except SignalError as fault:
+        return [ReportSection(title, anchor, [Verdict("error", str(fault))])]
 
 
 def _of_probes(results: Results, command: str) -> list[ReportSection | None]:

@@ -27,7 +27,7 @@ Array = np.ndarray
 EVEN = 1.0e-6  # of the interval, by which records may be unevenly spaced
 SUMMED = ("contact_time", "impulse", "closings", "approach_speeds", "force_square")
 PER_PROBE = 3
-ORDER = ("no event", "good", "too short", "not settled")
+ORDER = ("no event", "good", "not resolved", "too short", "not settled")
 
 
 @dataclass
@@ -116,9 +116,16 @@ class RunStatistics:
         found = self.series()
         return any(one.name == name and one.met(relative_error, self._slowest_of(found)) for one in found)
 
-    def describe(self) -> dict[str, Any]:
-        """Return what the summary reports."""
-        found, marched = self.figures(), self.blocks.records * self.interval
+    def describe(self, missed: Mapping[str, float] | None = None) -> dict[str, Any]:
+        """Return what the summary reports.
+
+        Args:
+            missed: Part of the impacts that the steps could not see, by face; None: not known.
+        """
+        found, marched = (
+            [one.seen_by_steps(missed or {}) for one in self.figures()],
+            self.blocks.records * self.interval,
+        )
         if not found:
             return {"verdict": "too short", "seconds": marched, "burn_in": None, "figures": []}
         used = found[0].seconds
@@ -128,6 +135,7 @@ class RunStatistics:
             "burn_in": marched - used,
             "confidence": CONFIDENCE,
             "batches": BATCHES,
+            **({} if missed is None else {"missed_impacts": dict(missed)}),
             "figures": [_described(one, marched - used) for one in found],
         }
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
 from typing import Literal
 
 import numpy as np
@@ -23,6 +23,7 @@ from gapbeam.solver.diagnostics.statistics.judgment import (
     Verdict,
     verdict_on,
 )
+from gapbeam.solver.diagnostics.statistics.missed_impacts import MOST_MISSED
 
 Array = np.ndarray
 
@@ -33,6 +34,9 @@ OF_IMPACTS = {"impact_duration": ("s", 0), "impact_impulse": ("N s", 1), "approa
 _CLOSINGS, _SQUARE, _WORK = 2, 4, 5  # columns
 RMS_FORCE = "rms_force"
 WORK_RATE = "work_rate"
+FACE = "face."
+COUNTED = ("impact_rate", *OF_IMPACTS)
+"""Figures that depend on how many impacts were seen."""
 OF_PROBES = {"mean": "m", "rms": "m", "low": "m", "high": "m", "acceleration_rms": "m/s^2"}
 LATERAL = "lateral_"
 PERCENTILES = {"low": 0.05, "high": 0.95}
@@ -49,7 +53,8 @@ class StatisticFigure:
         interval: Value and 95 % interval.
         samples: Independent samples with the same uncertainty; at most the number of blocks.
         relaxation: Relaxation time of what is averaged, s.
-        verdict: Whether the interval can be relied on; "no event": the face never closed, or never opened.
+        verdict: Whether the interval can be relied on; "no event": the face never closed, or never opened; "not
+            resolved": steps were too long to see all impacts.
         seconds: Of the record behind the burn-in, s.
     """
 
@@ -58,8 +63,14 @@ class StatisticFigure:
     interval: Interval
     samples: float
     relaxation: float
-    verdict: Verdict | Literal["no event"]
+    verdict: Verdict | Literal["no event", "not resolved"]
     seconds: float
+
+    def seen_by_steps(self, missed: Mapping[str, float]) -> StatisticFigure:
+        """Return the figure; of impacts, with a verdict on the part of them that steps could not see, by face."""
+        name, _, figure = self.name.rpartition(".")
+        share = missed.get(name.removeprefix(FACE), 0.0) if name.startswith(FACE) and figure in COUNTED else 0.0
+        return replace(self, verdict="not resolved") if self.verdict == "good" and share > MOST_MISSED else self
 
     @property
     def needed(self) -> float | None:

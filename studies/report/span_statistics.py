@@ -1,0 +1,52 @@
+"""The statistics of a span of a run, from its records.
+
+Records hold the sums over time that figures of faces are made of, but for the squares of forces and the approach
+speeds: their figures are left out. So are records before the first one of the span, and no burn-in is cut but that of
+the span.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gapbeam.postprocess.results.span_of_run import SpanOfRun
+from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import RMS_FORCE
+from gapbeam.solver.record_table import CASE_FILE
+from gapbeam.solver.run.stop_rule import decay_time, has_statistics
+
+UNKNOWN = (RMS_FORCE, "approach_speed")
+"""Figures that records do not hold."""
+MOTIONS = ("displacement", "acceleration_absolute")
+
+
+def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
+    """Return the statistics of a span, as the summary of a run has them; None for a run without any.
+
+    Raises:
+        UserError: The case of the results cannot be read.
+    """
+    if not run.summary.get("statistics"):
+        return None
+    case = read_case(run.folder / CASE_FILE)
+    history = run.history
+    if not has_statistics(case) or "contact_time" not in history or "closings" not in history:
+        return None
+    faces = tuple(str(name) for name in history["face"].values)
+    probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
+    times = np.asarray(history["time"].values, dtype=float)
+    slides = "sliding_work" in history
+    found = RunStatistics(
+        faces, probes, bends_in_two_planes(case), float(np.median(np.diff(times))), decay_time(case), slides
+    )
+    none = np.zeros((len(times), len(faces)))
+    wanted = (*SUMMED, *(("sliding_work",) if slides else ()), *(MOTIONS if probes else ()))
+    rows = {name: np.asarray(history[name].values, dtype=float) if name in history else none for name in wanted}
+    found.see(rows | {"time": times})
+    described = found.describe(run.summary["statistics"].get("missed_impacts"))
+    kept = [one for one in described["figures"] if one["name"].rpartition(".")[2] not in UNKNOWN]
+    return described | {"figures": kept}

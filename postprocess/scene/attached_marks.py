@@ -23,12 +23,14 @@ class Mark:
         x: Place on the beam axis, or where a fluid begins, m.
         symbol: Marker of matplotlib; empty for a fluid.
         end: Where a fluid ends, m; None for the others.
+        away: How far beside and above the axis a mass is, m.
     """
 
     name: str
     x: float
     symbol: str
     end: float | None = None
+    away: tuple[float, float] = (0.0, 0.0)
 
 
 @dataclass(frozen=True)
@@ -37,7 +39,7 @@ class PlacedMark:
 
     Attributes:
         mark: The mark.
-        at: The place on the axis of the undeformed beam, or in the middle of a fluid.
+        at: The place on the axis of the undeformed beam, or beside it, or in the middle of a fluid.
         above: The upper side of the beam there.
         outline: Corners of the part of the picture that a fluid takes up, (4, 2); None for the others.
     """
@@ -64,7 +66,9 @@ def placed(
     """
     for mark in marks:
         x = mark.x if mark.end is None else 0.5 * (mark.x + mark.end)
-        at, above = fractions(np.array([support.inside(x, support.middle), support.inside(x, support.top)]))
+        beside, height = mark.away
+        place = np.add(support.inside(x, support.middle + height), (0.0, beside, 0.0))
+        at, above = fractions(np.array([place, support.inside(x, support.top)]))
         if mark.end is None:
             yield PlacedMark(mark, at, above)
             continue
@@ -82,6 +86,8 @@ def marks_of(case: Mapping[str, Any], start: float) -> Iterator[Mark]:
     for joint in case.get("joint", []):
         yield Mark(str(joint["name"]), start + float(joint["point"]), _JOINTS.get(joint["type"], "s"))
     for mass in case.get("mass", []):
-        yield Mark(str(mass["name"]), start + float(mass["point"]), _MASS)
+        along, *across = mass.get("offset") or (0.0, 0.0)
+        away = (across[0] if len(across) == 2 else 0.0, across[-1])
+        yield Mark(str(mass["name"]), start + float(mass["point"]) + along, _MASS, away=away)
     for fluid in case.get("fluid", []):
         yield Mark(str(fluid["name"]), start + float(fluid["from"]), "", start + float(fluid["to"]))

@@ -4,14 +4,21 @@ Of the displacement u over the cross-section A at x, with y across and z along t
 
     along an axis:   int u_i dA / A
     rotation:        -int z u_x dA / int z^2 dA       (bending; u_x = -z theta)
-    lateral:         -int y u_x dA / int y^2 dA
+    lateral:         -int y u_x dA / int y^2 dA       (u_x = -y psi)
     twist:           int (y u_z - z u_y) dA / int (y^2 + z^2) dA
 
-The forces that work on them are spread over the section likewise, and leave it free to deform.
+Where int y z dA is not 0, theta and psi are those of the plane that fits u_x best. The forces that work on the motions
+are spread over the section likewise, and leave it free to deform. A point that the section carries at (d_x, d_y, d_z)
+from its centroid moves by small rotations with it, phi the twist:
+
+    axial:     u - d_z theta - d_y psi
+    lateral:   v + d_x psi - d_z phi
+    vertical:  w + d_x theta + d_y phi
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Literal
 
@@ -24,24 +31,40 @@ IN_PLANE: tuple[MotionName, ...] = ("axial", "vertical", "rotation")
 OUT_OF_PLANE: tuple[MotionName, ...] = ("lateral", "lateral_rotation", "twist")
 BENDING: tuple[MotionName, ...] = ("vertical", "rotation")
 SIDEWAYS: tuple[MotionName, ...] = ("lateral", "lateral_rotation")
+COUPLED = 1.0e-9  # of both second moments: a smaller product of inertia is round-off
 
 
 @dataclass(frozen=True)
 class MeanMotion:
-    """A mean motion of the cross-section at a place.
+    """A mean motion of the cross-section at a place, or the displacement of a point that this section carries.
 
     Attributes:
         x: The place, m.
         name: Which motion.
+        offset: From the centroid of the section to the point, along x, y and z, m; displacements alone have one.
     """
 
     x: float
     name: MotionName
+    offset: tuple[float, float, float] = (0.0, 0.0, 0.0)
 
     @property
     def turns(self) -> bool:
         """Whether it is a rotation, rad; else a displacement, m."""
         return self.name in ("rotation", "lateral_rotation", "twist")
+
+    def parts(self) -> Iterator[tuple[float, MeanMotion]]:
+        """Yield the motions of the section itself that add up to this one, each with its factor."""
+        along, beside, above = self.offset
+        arms: dict[MotionName, tuple[tuple[float, MotionName], ...]] = {
+            "axial": ((-above, "rotation"), (-beside, "lateral_rotation")),
+            "lateral": ((along, "lateral_rotation"), (-above, "twist")),
+            "vertical": ((along, "rotation"), (beside, "twist")),
+        }
+        yield 1.0, MeanMotion(self.x, self.name)
+        for arm, name in arms.get(self.name, ()):
+            if arm != 0.0:
+                yield arm, MeanMotion(self.x, name)
 
     def direction(self, dimension: int) -> Array:
         """Return the direction of a displacement as a unit vector, (dimension,); 0 for a rotation."""
@@ -60,6 +83,14 @@ class MeanMotion:
         Returns:
             (k, dimension), the factors of the displacements.
         """
+        (_, own), *carried = self.parts()
+        found = own.of_section(across, weights)
+        for arm, part in carried:
+            found = found + arm * part.of_section(across, weights)
+        return found
+
+    def of_section(self, across: Array, weights: Array) -> Array:
+        """Return the same for the section itself, without the offset; arguments as there."""
         dimension = across.shape[1] + 1
         if not self.turns:
             return np.asarray(weights[:, None] / np.sum(weights) * self.direction(dimension))
@@ -69,6 +100,9 @@ class MeanMotion:
             found[:, 1], found[:, 2] = -arms[:, 1], arms[:, 0]
             second = np.sum(arms**2, axis=1)
         else:
-            arm = arms[:, -1] if self.name == "rotation" else arms[:, 0]
+            arm, other = arms[:, -1 if self.name == "rotation" else 0], arms[:, 0 if self.name == "rotation" else -1]
+            product = weights @ (arm * other)
+            if dimension == 3 and abs(product) > COUPLED * np.sqrt((weights @ arm**2) * (weights @ other**2)):
+                arm = arm - product / (weights @ other**2) * other
             found[:, 0], second = -arm, arm**2
         return np.asarray(weights[:, None] * found / (weights @ second))

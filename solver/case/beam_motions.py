@@ -51,8 +51,7 @@ Reasons = dict[BeamMotion, str]
 
 def beam_motions(case: Case) -> Reasons:
     """Return the motions of a beam model in the order of `SECTION_MOTIONS`, with what calls for each."""
-    fixtures = (*case.joint, *case.mass)
-    needed = needed_motions(case.mesh, case.layout, case.load, fixtures, case.contact, case.analysis)
+    needed = needed_motions(case.mesh, case.layout, case.load, case.joint, case.mass, case.contact, case.analysis)
     return with_given(needed, getattr(case.model, "motions", "auto"))
 
 
@@ -66,8 +65,8 @@ def motions_of_tables(
     analysis: Analysis,
 ) -> Reasons:
     """Return the motions that the tables of a case call for, before they are a case; arguments as in `checks`."""
-    fixtures: list[Fixture] = [*joint.values(), *mass.values()]
-    return needed_motions(mesh, Layout.of(support), tuple(load.values()), fixtures, contact, analysis)
+    tables = tuple(load.values()), tuple(joint.values()), tuple(mass.values())
+    return needed_motions(mesh, Layout.of(support), *tables, contact, analysis)
 
 
 def with_given(needed: Reasons, given: Literal["auto"] | Sequence[BeamMotion]) -> Reasons:
@@ -99,43 +98,54 @@ def needed_motions(
     mesh: Mesh,
     layout: Layout,
     loads: Sequence[Load],
-    fixtures: Sequence[Fixture],
+    joints: Sequence[Joint],
+    masses: Sequence[PointMass],
     contact: Contact,
     analysis: Analysis,
 ) -> Reasons:
     """Return the motions that a case calls for.
 
     Friction on a beam that leaves its bending plane acts around the section, too, and couples both: a beam that rolls
-    moves sideways.
+    moves sideways. A mass above the axis couples bending with the motion along the beam, and lateral bending with
+    twist; one beside the bending plane couples all motions.
 
     Args:
         mesh: A slice or a solid.
         layout: The supports.
         loads: The loads.
-        fixtures: Joints and masses.
+        joints: The joints.
+        masses: The masses.
         contact: With or without friction.
         analysis: What is computed, from which start.
     """
     dimension, rubs = mesh.dimension, contact.rubs is not None
+    fixtures: list[Fixture] = [*joints, *masses]
     found: Reasons = {"bending": "every beam bends"}
     along = [*_along(loads), *_attached(fixtures, "axial"), *(["friction acts along the beam"] if rubs else [])]
     if "axial" in analysis.moves_aside:
         along.append("the start moves it along its axis")
+    above = [f"the mass {one.name} is above or below the axis" for one in masses if one.away[2] != 0.0]
+    beside = [f"the mass {one.name} is beside the bending plane" for one in masses if one.away[1] != 0.0]
+    along += [*above, *beside]
     if along:
         found["axial"] = along[0]
     if dimension == 2:
         return found
-    if moves_in_space(dimension, layout, loads, analysis):
-        found["lateral"] = "a hole, a load or the start moves it across its bending plane"
-    twisting = [*_beside(loads), *_attached(fixtures, "twist")]
+    if moves_in_space(dimension, layout, loads, masses, analysis):
+        found["lateral"] = beside[0] if beside else "a hole, a load or the start moves it across its bending plane"
+    twisting = [*_beside(loads), *beside, *_attached(fixtures, "twist")]
     if rubs and "lateral" in found:
         twisting.append("friction acts around the section")
+    if "lateral" in found:
+        twisting += above
     if "twist" in analysis.moves_aside:
         twisting.append("the start turns it about its axis")
     if twisting:
         found["torsion"] = twisting[0]
         if rubs:
             found.setdefault("lateral", "friction of a section that twists acts sideways")
+        if above:
+            found.setdefault("lateral", above[0])
     return found
 
 

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
+from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.attachments.mean_motion import SIDEWAYS
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Case
@@ -25,20 +26,26 @@ def is_symmetric(case: Case) -> bool:
         return False
     if case.contact.rubs is not None or case.contact.points is not None or case.analysis.moves_aside:
         return False
+    if any(mass.away[1] != 0.0 for mass in case.mass):
+        return False
     points = [load.place.point for load in case.load]
     directions = [load.direction for load in case.load if load.direction is not None]
     return not any(isinstance(vector, tuple) and len(vector) > 1 and vector[1] != 0.0 for vector in points + directions)
 
 
 def bends_in_two_planes(case: Case) -> bool:
-    """Return whether something moves the beam out of its bending plane: a hole, a load beside it, or a start."""
-    return moves_in_space(case.mesh.dimension, case.layout, case.load, case.analysis)
+    """Return whether a hole, a load or mass beside it, or a start moves the beam out of its bending plane."""
+    return moves_in_space(case.mesh.dimension, case.layout, case.load, case.mass, case.analysis)
 
 
-def moves_in_space(dimension: int, layout: Layout, loads: Iterable[Load], analysis: Analysis) -> bool:
-    """Return the same by the dimension of the mesh, the supports, the loads and the start."""
+def moves_in_space(
+    dimension: int, layout: Layout, loads: Iterable[Load], masses: Iterable[PointMass], analysis: Analysis
+) -> bool:
+    """Return the same by the dimension of the mesh, the supports, the loads, the masses and the start."""
     if dimension == 2:
         return False
+    if any(mass.away[1] != 0.0 for mass in masses):
+        return True
     starts = not analysis.moves_aside.isdisjoint(SIDEWAYS)
     return starts or bool(layout.holes) or any(bends_sideways(load) for load in loads)
 

@@ -111,7 +111,14 @@ class BeamOfParts:
         return csr_matrix(hstack([part.displacement(places) for part in self.parts]))
 
     def mean_motion(self, motion: MeanMotion) -> Array:
-        """Return the row of a motion of a cross-section, (n,)."""
+        """Return the row of a motion of a cross-section, or of a point that the section carries, (n,)."""
+        (_, own), *carried = motion.parts()
+        found = self._section_motion(own)
+        for arm, part in carried:
+            found = found + arm * self._section_motion(part)
+        return found
+
+    def _section_motion(self, motion: MeanMotion) -> Array:
         found = [part.section_motion(motion.x, motion.name) for part in self.parts]
         pairs = zip(self.parts, found, strict=True)
         return np.concatenate([np.zeros(part.size) if row is None else row for part, row in pairs])

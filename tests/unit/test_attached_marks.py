@@ -21,6 +21,10 @@ def test_marks_stand_where_joints_masses_and_fluids_are() -> None:
     marks = [Mark("root", 0.1, "s"), Mark("head", 0.5, "o"), Mark("water", 0.1 + 0.2, "", 0.1 + 0.3)]
     assert list(marks_of(case, 0.1)) == marks
     assert list(marks_of({}, 0.0)) == []
+    beside = {"name": "head", "point": 0.4, "mass": 1.0}
+    solid, flat = ({"mass": [beside | {"offset": offset}]} for offset in ([0.1, 0.02, -0.03], [0.1, -0.03]))
+    assert list(marks_of(solid, 0.0)) == [Mark("head", 0.5, "o", away=(0.02, -0.03))]
+    assert list(marks_of(flat, 0.0)) == [Mark("head", 0.5, "o", away=(0.0, -0.03))]
 
 
 def test_every_kind_of_joint_has_a_mark_of_its_own() -> None:
@@ -41,6 +45,8 @@ def test_marks_are_placed_on_the_axis_and_names_above_the_beam() -> None:
     )
     np.testing.assert_allclose(head.at, [0.4, 0.0], atol=1e-15)
     np.testing.assert_allclose(head.above, [0.4, 0.02])
+    [low] = placed([Mark("low", 0.4, "o", away=(0.01, -0.03))], support, (-0.1, 0.1), lambda places: places[:, [1, 2]])
+    np.testing.assert_allclose(low.at, [0.01, -0.03], atol=1e-15)
     assert head.outline is None
     np.testing.assert_allclose(water.at, [0.25, 0.0], atol=1e-15)
     assert water.outline is not None

@@ -19,6 +19,7 @@ from gapbeam.solver.case.checks.attachment_checks import (
     mass_names_differ,
     masses_lie_on_the_beam,
     masses_sit_on_mass,
+    offsets_fit_the_mesh,
 )
 from gapbeam.solver.case.checks.contact_checks import (
     contact_carries_the_beam,
@@ -245,6 +246,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     kept_checkpoint_has_a_march,
     holds_need_implicit_steps,
     masses_lie_on_the_beam,
+    offsets_fit_the_mesh,
     mass_names_differ,
     masses_sit_on_mass,
     fluid_names_differ,

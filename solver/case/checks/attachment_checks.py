@@ -61,14 +61,43 @@ def joints_keep_apart(beam: Beam, joint: Joints) -> Iterator[Fault]:
             )
 
 
+def offsets_fit_the_mesh(beam: Beam, mesh: Mesh, mass: Masses) -> Iterator[Fault]:
+    """An offset has as many components as the mesh has dimensions, none longer than the beam."""
+    for number, entry in mass.items():
+        if entry.offset is None:
+            continue
+        key, related = ("mass", number, "offset"), (("mesh", "dimension"),)
+        if len(entry.offset) != mesh.dimension:
+            flat = mesh.dimension == 2
+            twists = flat and entry.away[1] != 0.0
+            yield Fault(
+                key,
+                f"{len(entry.offset)} components with dimension = {mesh.dimension}",
+                "[x, z]: a slice neither twists nor leaves its plane" if flat else "[x, y, z]",
+                "dimension = 3 for a mass beside the bending plane"
+                if twists
+                else f"offset = {_listed((entry.away[0], entry.away[2]) if flat else entry.away)}",
+                related,
+            )
+        elif (far := max(map(abs, entry.offset))) > beam.length:
+            hint = (
+                f"is it in mm? In m it is {far / 1000.0:g}" if far / 1000.0 <= beam.length else "coordinates are in m"
+            )
+            yield Fault(key, f"{far:g} m", f"at most the length of the beam, {beam.length:g} m", hint)
+
+
+def _listed(numbers: tuple[float, ...]) -> str:
+    return f"[{', '.join(f'{number:.6g}' for number in numbers)}]"
+
+
 def elastic_joints_do_something(
-    joint: Joints, model: ModelTable, mesh: Mesh, support: AnySupports, load: Loads, analysis: Analysis
+    joint: Joints, model: ModelTable, mesh: Mesh, support: AnySupports, load: Loads, mass: Masses, analysis: Analysis
 ) -> Iterator[Fault]:
     """An elastic joint has a spring or a damper, on a motion that the model has."""
     missing = ["lateral", "lateral_rotation", "twist"] if mesh.dimension == 2 else []
     if isinstance(model, BeamModel) and mesh.dimension == 3 and not {"lateral"} & set(model.motions):
         # springs make a beam move along its axis, and twist; it leaves its bending plane where it is moved out of it
-        space = moves_in_space(mesh.dimension, Layout.of(support), load.values(), analysis)
+        space = moves_in_space(mesh.dimension, Layout.of(support), load.values(), mass.values(), analysis)
         missing = [] if space else ["lateral", "lateral_rotation"]
     for number, entry in joint.items():
         if not isinstance(entry, ElasticJoint):

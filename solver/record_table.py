@@ -34,6 +34,8 @@ KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
 
 COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}
 TANGENTS = {2: ("x",), 3: ("x", "y")}
+SLIP_MODES = ("impact", "sliding", "sticking")
+"""The parts of the work of sliding, see `gapbeam.solver.system.slip_modes`."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +101,12 @@ HISTORY: tuple[HistoryVariable, ...] = (
         "J",
         ("time", "worn_face"),
         "integral of normal force times speed along the face since t = 0; with [wear] only",
+    ),
+    HistoryVariable(
+        "work_by_mode",
+        "J",
+        ("time", "worn_face", "slip_mode"),
+        "parts of the work of sliding: impact, sliding and sticking; with [wear] only",
     ),
     HistoryVariable("kinetic_energy", "J", ("time",), "kinetic energy relative to the support"),
     HistoryVariable("strain_energy", "J", ("time",), "elastic energy, restraint excluded"),

@@ -68,11 +68,13 @@ def test_the_report_has_every_rate(worn: Path) -> None:
     """Three rates of two faces, with intervals; nothing in the report of a run without wear."""
     section = wear_section(gapbeam.open_results(worn).summary)
     assert section is not None
-    (table,) = [block for block in section.blocks if isinstance(block, TableBlock)]
+    table, parts = [block for block in section.blocks if isinstance(block, TableBlock)]
     assert [row[:2] for row in table.rows] == [
         (face, f"{rate} rate") for face in ("base", "gland") for rate in ("work", "volume", "depth")
     ]
     assert all(" to " in str(row[4]) for row in table.rows)
+    assert [row[0] for row in parts.rows] == ["base", "gland"]
+    assert all(sum(map(float, row[2:])) == pytest.approx(100.0) for row in parts.rows)
     assert wear_section({}) is None
 
 
@@ -80,7 +82,12 @@ def test_wear_changes_no_bit_of_the_motion(worn: Path, tmp_path: Path) -> None:
     """The same run without [wear] has the same records; sliding_work is not among them."""
     assert gapbeam.run(CASE, KEYS, tmp_path / "without").exit_status == 0
     with_wear, without = (gapbeam.open_results(path).history for path in (worn, tmp_path / "without"))
-    assert set(with_wear.variables) - set(without.variables) == {"sliding_work", "worn_face"}
+    assert set(with_wear.variables) - set(without.variables) == {
+        "sliding_work",
+        "work_by_mode",
+        "worn_face",
+        "slip_mode",
+    }
     assert [name for name in without.variables if not with_wear[name].equals(without[name])] == []
     assert "wear" not in gapbeam.open_results(tmp_path / "without").summary
 

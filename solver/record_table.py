@@ -27,6 +27,7 @@ KEPT_MODEL = "model.checkpoint"
 LOCK_FILE = "run.lock"
 CURVE_FILE = "curve.json"
 IMPACTS_FILE = "impacts.csv"
+WEAR_FILE = "wear.csv"
 CURVE_TABLE_FILE = "curve.csv"
 
 KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
@@ -36,6 +37,12 @@ COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}
 TANGENTS = {2: ("x",), 3: ("x", "y")}
 SLIP_MODES = ("impact", "sliding", "sticking")
 """The parts of the work of sliding, see `gapbeam.solver.system.slip_modes`."""
+
+WEAR_COLUMNS = {
+    "x": "m", "y": "m", "angle": "deg", "area": "m^2", "work": "J", **dict.fromkeys(SLIP_MODES, "J"),
+    "work rate": "W", "depth rate": "m/s",
+}  # fmt: skip
+"""Columns of `WEAR_FILE` behind the face, with their units."""
 
 
 @dataclass(frozen=True)

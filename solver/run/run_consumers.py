@@ -28,7 +28,9 @@ from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.run.output.progress_file import ProgressFile
+from gapbeam.solver.run.output.wear_file import write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
+from gapbeam.solver.run.wear_figures import wear_coefficients
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State, Step
 
@@ -192,6 +194,7 @@ class RunConsumers:
             self._history.abandon()
             raise
         write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts)
+        write_wear(self._folder, self.accounts.sliding, self.accounts.time, wear_coefficients(self.model.case))
 
     def costs(self) -> Mapping[str, float]:
         """Return what the checkpoints cost: how many, and their wall time, s."""

@@ -2,21 +2,31 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, ReportSection, TableBlock, Words
+import numpy as np
+
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words
+from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.number_text import number
+from gapbeam.postprocess.results.wear_of_run import WearMap
 
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
+WHERE_HEADER = ("face", "x (m)", "angle (deg)", "work rate per area (W/m^2)", "over the mean", "depth rate (m/s)")
 PARTS_HEADER = ("face", "work (J)", "impact (%)", "sliding (%)", "sticking (%)")
 RATES = {"work_rate": ("work rate", "W"), "volume_rate": ("volume rate", "m^3/s"), "depth_rate": ("depth rate", "m/s")}
 
 
-def wear_section(summary: dict[str, Any], anchor: str = "wear") -> ReportSection | None:
+def wear_section(
+    summary: dict[str, Any], maps: Mapping[str, WearMap], command: str = "", anchor: str = "wear"
+) -> ReportSection | None:
     """Return the wear of a run; None for a run of a case without [wear].
 
     Args:
         summary: Of a run.
+        maps: Where its faces wear; none of earlier releases.
+        command: That makes the report.
         anchor: Of the section.
     """
     found = summary.get("wear")
@@ -34,7 +44,28 @@ def wear_section(summary: dict[str, Any], anchor: str = "wear") -> ReportSection
     blocks: list[Block] = [Words(words), TableBlock("How fast the faces wear", HEADER, rows)]
     if (parts := _parts(found)) is not None:
         blocks += parts
+    blocks += _where(maps, command)
     return ReportSection("Wear", anchor, blocks)
+
+
+def _where(maps: Mapping[str, WearMap], command: str) -> list[Block]:
+    """Return where the faces wear most, and charts along the beam and around it."""
+    worn = {face: one for face, one in maps.items() if one.unevenness > 0.0}
+    if not worn:
+        return []
+    rows: list[tuple[Cell, ...]] = []
+    for face, one in worn.items():
+        most = int(np.argmax(one.density))
+        depth = None if one.depth_rate is None else float(one.depth_rate[most])
+        rows.append((face, float(one.x[most]), float(one.angle[most]), float(one.density[most]), one.unevenness, depth))
+    note = "The depth rate is that of this point alone, with its own area. Angles are from straight down."
+    found: list[Block] = [TableBlock("Where the faces wear most", WHERE_HEADER, rows, notes=(note,))]
+    density = "work rate per area (W/m^2)"
+    lines = [ChartCurve(face, *one.along()) for face, one in worn.items()]
+    found.append(Chart("Wear along the beam", "x (m)", density, lines, command))
+    if turned := [ChartCurve(face, *one.turned()) for face, one in worn.items() if one.around]:
+        found.append(Chart("Wear around the beam", "angle from straight down (deg)", density, turned, command))
+    return found
 
 
 def _parts(found: dict[str, Any]) -> list[Block] | None:

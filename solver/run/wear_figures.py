@@ -12,7 +12,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
 from gapbeam.solver.models.model import Model
@@ -36,13 +36,13 @@ def wear_figures(model: Model, accounts: Accounts, statistics: Mapping[str, Any]
         return None
     intervals = {} if statistics is None else {one["name"]: one for one in statistics["figures"]}
     faces = {}
-    for (face, coefficient), done, of_face in zip(wear_coefficients(model.case).items(), work, parts, strict=True):
+    for (face, of_case), done, of_face in zip(face_wear(model.case).items(), work, parts, strict=True):
         figure = intervals.get(f"face.{face}.{WORK_RATE}")
         by_mode = {"work_by_mode": dict(zip(SLIP_MODES, of_face.tolist(), strict=True))}
         faces[face] = (
-            {"work": float(done), "coefficient": coefficient}
+            {"work": float(done), "coefficient": of_case.coefficient, "area": of_case.area}
             | by_mode
-            | _rates(_work_rate(float(done), accounts.time, figure), coefficient, wear.area)
+            | _rates(_work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
         )
     limits = model.system.contact.slip_modes._asdict()
     return {"area": wear.area, "seconds": accounts.time, **limits, "faces": faces}
@@ -72,13 +72,6 @@ def _rates(work_rate: Mapping[str, Any], coefficient: float | None, area: float 
 
 def _times(rate: Mapping[str, Any], factor: float) -> dict[str, float | None]:
     return {key: None if rate[key] is None else factor * rate[key] for key in BOUNDS}
-
-
-def wear_coefficients(case: Case) -> dict[str, float | None]:
-    """Return the coefficient of wear of each face, 1/Pa; None: none is known."""
-    usual = None if case.wear is None else case.wear.coefficient
-    own = zip(case.layout.faces, case.layout.own("wear"), strict=True)
-    return {face.name: usual if of_support is None else of_support for face, of_support in own}
 
 
 def _shares(face: Mapping[str, Any]) -> str:

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
@@ -44,7 +45,7 @@ class CaseRates:
     """Runs of a case on worn gaps, one after the other; the body is set up once.
 
     Attributes:
-        case: Not worn, with [wear], a coefficient for every face and an area.
+        case: Not worn, with [wear], and an area of every face that wears.
         body: What the runs share.
     """
 
@@ -54,11 +55,8 @@ class CaseRates:
     @property
     def factors(self) -> Array:
         """Depth worn per work of sliding of each face, (faces,), m/J."""
-        wear = self.case.wear
-        assert wear is not None
-        assert wear.area is not None
-        own = self.case.layout.own("wear")
-        return np.array([(wear.coefficient or 0.0) if one is None else one for one in own]) / wear.area
+        found = face_wear(self.case).values()
+        return np.array([(one.coefficient or 0.0) / (one.area or 1.0) for one in found])
 
     def __call__(self, depths: Array, number: int) -> DepthRates:
         """Return the rates at given depths.

@@ -33,8 +33,10 @@ def wear_section(
     if not found:
         return None
     words = f"Work of sliding over {number(found['seconds'])} s. Rates without an interval are means from t = 0."
-    if found["area"] is not None:
-        words += f" Depths are volumes spread evenly over {number(found['area'])} m^2 of each face."
+    areas = {face: one.get("area", found["area"]) for face, one in found["faces"].items()}
+    if known := {face: area for face, area in areas.items() if area is not None}:
+        spread = ", ".join(f"{number(area)} m^2 of {face}" for face, area in known.items())
+        words += f" Depths are volumes spread evenly over {spread}."
     rows = [
         (face, name, of_face[key]["value"], unit, _interval(of_face[key]), of_face["verdict"])
         for face, of_face in found["faces"].items()

@@ -8,10 +8,10 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.case.face_wear import FaceWear
 from gapbeam.solver.diagnostics.sliding_work import SlidingWork
 from gapbeam.solver.record_table import WEAR_COLUMNS, WEAR_FILE
 from gapbeam.solver.run.output.atomic_files import written
@@ -22,14 +22,14 @@ from gapbeam.solver.system.semi_discrete import ContactOperator
 HEAD = ",".join(["face", *(f"{name} ({unit})" for name, unit in WEAR_COLUMNS.items())])
 
 
-def write_wear(folder: Path, sliding: SlidingWork, seconds: float, coefficients: Mapping[str, Any]) -> None:
+def write_wear(folder: Path, sliding: SlidingWork, seconds: float, faces: Mapping[str, FaceWear]) -> None:
     """Write work, its parts, work rate and depth rate of all contact points; nothing where nothing was measured.
 
     Args:
         folder: Of the results.
         sliding: At the end of the run.
         seconds: Its span, s.
-        coefficients: Of wear by face, 1/Pa; None: no depth rate is known, and its cell is empty.
+        faces: How each face wears; without a coefficient no depth rate is known, and its cell is empty.
 
     Raises:
         NotWritten: It could not be written.
@@ -40,7 +40,7 @@ def write_wear(folder: Path, sliding: SlidingWork, seconds: float, coefficients:
     names, lines = contact.face_names, [HEAD]
     for face, row in zip(contact.faces, point_rows(sliding, seconds).tolist(), strict=True):
         name = names[face]
-        known = coefficients[name]
+        known = faces[name].coefficient
         depth = "" if known is None else repr(known * row[-1] / row[_AREA])
         lines.append(f"{name},{','.join(map(repr, row))},{depth}")
     path = folder / WEAR_FILE

@@ -27,6 +27,10 @@ class Wear(Table):
         description="depth at which the life of a face ends, for `gapbeam life`, m; default none",
         examples=[0.2e-3],
     )
+    growth: Literal["even", "local"] = Field(
+        default="even",
+        description="how gaps grow in a life: even by the depth of the face, local each contact point by its own depth",
+    )
     impact_time: Literal["auto"] | Positive = Field(
         default="auto",
         description="how much of each contact of a face is its impact, the work of which is listed apart, s; "

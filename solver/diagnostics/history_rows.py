@@ -137,7 +137,10 @@ class Recorder:
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
         if self.statistics is not None:
-            self.statistics.see(found | {"approach_speeds": instants.approach, "force_square": instants.force_square})
+            seen = {"approach_speeds": instants.approach, "force_square": instants.force_square}
+            if instants.point_work is not None:
+                seen["point_work"] = instants.point_work
+            self.statistics.see(found | seen)
         return found
 
     @cached_property

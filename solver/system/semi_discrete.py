@@ -46,6 +46,7 @@ class ContactOperator:
         walls: The motion of walls, of gaps since t = 0.
         frictionless: Whether T only measures motion, and no force acts along it.
         measures_sliding: Whether the work of sliding is measured.
+        maps_sliding: Whether records have this work of each point, too.
         slip_modes: What separates impact, sliding and sticking in this work.
     """
 
@@ -62,6 +63,7 @@ class ContactOperator:
     walls: Walls = NO_WALLS
     frictionless: bool = False
     measures_sliding: bool = False
+    maps_sliding: bool = False
     slip_modes: SlipModes = ALL_SLIDES
 
     @property

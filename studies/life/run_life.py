@@ -24,6 +24,8 @@ from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.life.case_rates import CaseRates
 from gapbeam.studies.life.kept_runs import KeptRuns
 from gapbeam.studies.life.limits import wear_to_limits
+from gapbeam.studies.life.point_rates import PointRates
+from gapbeam.studies.life.profiles import PROFILES_FILE, Profiles, of_faces
 from gapbeam.studies.life.time_words import time_words
 from gapbeam.studies.life.worn_case import worn_case, worn_clearances
 from gapbeam.studies.life.worn_march import Array, Blocks, Worn, WornState
@@ -50,6 +52,7 @@ class LifeResult(PrintedResult):
         faces: Names of the faces.
         worn: What was found.
         kept: How many of the runs were on disk already.
+        profiles: Depths of all contact points, where each grows by itself; depths of faces are then the deepest.
     """
 
     folder: Path
@@ -58,6 +61,7 @@ class LifeResult(PrintedResult):
     faces: Sequence[str]
     worn: Worn
     kept: int = 0
+    profiles: Profiles | None = None
 
     @property
     def limit(self) -> float:
@@ -72,7 +76,8 @@ class LifeResult(PrintedResult):
     @property
     def paths(self) -> list[Path]:
         """The files."""
-        return [self.folder / LIFE_FILE, self.folder / TABLE_FILE]
+        files = [LIFE_FILE, TABLE_FILE, *([] if self.profiles is None else [PROFILES_FILE])]
+        return [self.folder / name for name in files]
 
     @property
     def verdict(self) -> str:
@@ -144,7 +149,8 @@ def run_life(
     """
     read = read_case(case, fixed)
     limits = refuse_unworn(read)
-    rates = CaseRates(read)
+    local = PointRates(read) if read.wear is not None and read.wear.growth == "local" else None
+    rates = CaseRates(read) if local is None else local
     faces = list(rates.names)
     plan = {"case": json.loads(read.model_dump_json()), "tolerance": tolerance}
 
@@ -154,8 +160,13 @@ def run_life(
 
     with study_folder(folder):
         kept = KeptRuns.of_folder(folder, plan, rates, seen, overwrite)
-        worn = wear_to_limits(kept, limits, Blocks(1.0, tolerance, longest, runs))
-        result = LifeResult(folder, read, limits, faces, worn, kept.taken)
+        blocks, profiles = Blocks(1.0, tolerance, longest, runs), None
+        if local is None:
+            worn = wear_to_limits(kept, limits, blocks)
+        else:
+            of_points = wear_to_limits(kept, limits[local.owners], blocks)
+            worn, profiles = of_faces(of_points, local.owners), Profiles(local.unworn.system.contact, of_points.states)
+        result = LifeResult(folder, read, limits, faces, worn, kept.taken, profiles)
         _write(result)
     return result
 
@@ -185,7 +196,8 @@ def refuse_unworn(case: Case) -> Array:
             f'analysis.type: found "{case.analysis.type}"; expected "transient": the rates of a life are means of '
             "marches"
         )
-    depths = [(one.depth_limit or 0.0) if one.wears else 0.0 for one in faces.values()]
+    even = case.wear.growth == "even"  # otherwise the case stays as it is
+    depths = [(one.depth_limit or 0.0) if one.wears and even else 0.0 for one in faces.values()]
     faults = contradictions_in(worn_case(case, depths))
     if faults:
         worn = ", ".join(f"{name} {depth:g} m" for name, depth in zip(faces, depths, strict=True))
@@ -215,6 +227,10 @@ def _write(result: LifeResult) -> None:
         "faces": list(result.faces),
         "states": [_described(state, result) for state in worn.states],
     }
+    if result.profiles is not None:
+        summary["profiles"] = result.profiles.as_data()
+        with study_written(result.folder / PROFILES_FILE):
+            write_beside(result.folder / PROFILES_FILE, result.profiles.as_csv())
     with study_written(result.folder / LIFE_FILE):
         write_beside(result.folder / LIFE_FILE, json.dumps(summary, indent=1) + "\n")
     text = io.StringIO()
@@ -229,6 +245,7 @@ def _write(result: LifeResult) -> None:
 
 
 def _described(state: WornState, result: LifeResult) -> dict[str, Any]:
+    grown = state.depths if result.profiles is None else np.zeros_like(state.depths)
     return {
         "time": state.time,
         "depths": state.depths.tolist(),
@@ -237,5 +254,5 @@ def _described(state: WornState, result: LifeResult) -> dict[str, Any]:
         "high": state.rates.high.tolist(),
         "verdicts": list(state.rates.verdicts),
         "errors": state.errors.tolist(),
-        "clearances": worn_clearances(worn_case(result.case, list(map(float, state.depths)))),
+        "clearances": worn_clearances(worn_case(result.case, list(map(float, grown)))),
     }

@@ -45,7 +45,7 @@ def wear_has_its_coefficients(support: AnySupports, wear: Wear | None) -> Iterat
 
 def depth_limits_have_an_area(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
     """A depth is a volume over an area."""
-    if wear is None or wear.area is not None:
+    if wear is None or wear.area is not None or wear.growth == "local":
         return
     own = dict(keyed(support))
     limits = {(*key, "depth_limit"): one.depth_limit for key, one in own.items() if one.area is None}
@@ -58,6 +58,22 @@ def depth_limits_have_an_area(support: AnySupports, wear: Wear | None) -> Iterat
                 f"{limit:g} m, without the worn area",
                 "the area over which the volume is spread: without one no depth is known",
                 f"area = 1e-5 in {'[wear]' if key[0] == 'wear' else '[wear] or in this support'}, m^2",
+            )
+
+
+def local_growth_has_areas_of_its_own(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
+    """Where each contact point wears by itself, its area is the one that belongs to it."""
+    if wear is None or wear.growth != "local":
+        return
+    areas = {("wear", "area"): wear.area} | {(*key, "area"): one.area for key, one in keyed(support)}
+    for key, area in areas.items():
+        if area is not None:
+            yield Fault(
+                key,
+                f'{area:g} m^2, with growth = "local"',
+                "no area: each contact point wears over the area that belongs to it",
+                'leave it out; or growth = "even", which spreads the volume of a face over its area',
+                (("wear", "growth"),),
             )
 
 

@@ -142,6 +142,7 @@ class SlidingArrays(NamedTuple):
         modes: What separates the parts.
         rows: Work of each face at the records, (rows, faces), J.
         part_rows: Its parts, (rows, faces, 3), J.
+        point_rows: Work of each point at the records, (rows, m), J; (rows, 0): not asked for.
     """
 
     tangents: Array
@@ -151,6 +152,12 @@ class SlidingArrays(NamedTuple):
     modes: SlipModes
     rows: Array
     part_rows: Array
+    point_rows: Array
+
+    def first(self, count: int) -> SlidingArrays:
+        """Return the first records."""
+        rows = {name: getattr(self, name)[:count] for name in ("rows", "part_rows", "point_rows")}
+        return self._replace(**rows)
 
 
 class Records(NamedTuple):
@@ -183,5 +190,4 @@ class Records(NamedTuple):
 
     def first(self, count: int) -> Records:
         """Return the first records."""
-        sliding = self.sliding._replace(rows=self.sliding.rows[:count], part_rows=self.sliding.part_rows[:count])
-        return Records._make([*(column[:count] for column in self[:-1]), sliding])
+        return Records._make([*(column[:count] for column in self[:-1]), self.sliding.first(count)])

@@ -214,7 +214,7 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0
     _record_levers(records.levers, modal.weights, motion.pressure, records.joint_contact[row])
-    record_sliding(records.sliding, modal.faces, records.sliding.rows[row], records.sliding.part_rows[row])
+    record_sliding(records.sliding, modal.faces, row)
     for kind in range(accounts.RECORDED):
         copy_into(records.over_time[row, kind], ledgers.over_time[kind])
     copy_into(records.energies[row], ledgers.energies)

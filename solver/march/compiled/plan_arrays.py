@@ -163,6 +163,7 @@ def _sliding(modal: ModalSystem, accounts: Accounts, rows: int) -> SlidingArrays
         modes=contact.slip_modes,
         rows=np.zeros((rows, faces)),
         part_rows=np.zeros((rows, faces, parts)),
+        point_rows=np.zeros((rows, contact.size if contact.maps_sliding else 0)),
     )
 
 

@@ -9,7 +9,7 @@ from gapbeam.solver.march.compiled.array_loops import fill
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, SlidingArrays
 from gapbeam.solver.march.compiled.point_motions import in_play
 from gapbeam.solver.march.compiled.scheme_kernels import force_at
-from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.solver.system.operators import Indices
 from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after
 
 
@@ -40,9 +40,12 @@ def enter_sliding(modal: Modal, motion: KernelState, room: Room, sliding: Slidin
 
 
 @compiled
-def record_sliding(sliding: SlidingArrays, faces: Indices, row: Array, parts: Array) -> None:
-    """Record the work of each face, (faces,), J, and its parts, (faces, 3), J; both are 0 before."""
+def record_sliding(sliding: SlidingArrays, faces: Indices, row: int) -> None:
+    """Record the work of each face, its parts, and the work of each point where that is asked for."""
+    work, parts, points = sliding.rows[row], sliding.part_rows[row], sliding.point_rows[row]
     for i in range(len(sliding.work)):
-        row[faces[i]] += sliding.work[i]
+        work[faces[i]] += sliding.work[i]
         for mode in range(parts.shape[1]):
             parts[faces[i], mode] += sliding.parts[mode, i]
+    for i in range(len(points)):
+        points[i] = sliding.work[i]

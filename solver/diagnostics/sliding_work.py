@@ -44,7 +44,7 @@ class SlidingWork:
     def opened(cls, contact: ContactOperator, start: State) -> SlidingWork:
         """Return the sums at the start of a march."""
         size = contact.size if contact.measures_sliding else 0
-        pressed = by_face(contact, start.pressure > 0.0) > 0.0
+        pressed = by_face(contact, np.maximum(start.pressure, 0.0)) > 0.0
         return cls(contact, np.zeros(size), np.zeros((len(SLIP_MODES), size)), np.where(pressed, np.inf, 0.0))
 
     @property

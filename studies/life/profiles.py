@@ -37,8 +37,8 @@ class Profiles:
         writer.writerow([*HEADS, *(f"depth at {state.time!r} s (m)" for state in self.states)])
         places = np.column_stack([contact.positions[:, :2], angles(contact), contact.weights])
         depths = np.column_stack([state.depths for state in self.states])
-        for face, place, depth in zip(contact.faces, places.tolist(), depths.tolist(), strict=True):
-            writer.writerow([contact.face_names[face], *place, *depth])
+        for face, place, depth in zip(contact.faces, places, depths, strict=True):
+            writer.writerow([contact.face_names[face], *map(float, place), *map(float, depth)])
         return text.getvalue()
 
     def as_data(self) -> dict[str, Any]:

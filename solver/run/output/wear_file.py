@@ -38,8 +38,8 @@ def write_wear(folder: Path, sliding: SlidingWork, seconds: float, faces: Mappin
     if not contact.measures_sliding:
         return
     names, lines = contact.face_names, [HEAD]
-    for face, row in zip(contact.faces, point_rows(sliding, seconds).tolist(), strict=True):
-        name = names[face]
+    for face, columns in zip(contact.faces, point_rows(sliding, seconds), strict=True):
+        name, row = names[face], list(map(float, columns))
         known = faces[name].coefficient
         depth = "" if known is None else repr(known * row[-1] / row[_AREA])
         lines.append(f"{name},{','.join(map(repr, row))},{depth}")
@@ -62,4 +62,4 @@ def point_rows(sliding: SlidingWork, seconds: float) -> Array:
 def angles(contact: ContactOperator) -> Array:
     """Return the direction of the wall that each point meets, degrees from straight down, positive toward +y, (m,)."""
     across = 0.0 - contact.across
-    return np.degrees(np.arctan2(across[:, 0], -across[:, 1]))
+    return np.asarray(np.degrees(np.arctan2(across[:, 0], -across[:, 1])))

@@ -36,12 +36,14 @@ from gapbeam.postprocess.figures.power_density_figure import draw_power_density
 from gapbeam.postprocess.figures.record_lines_figure import draw_cycles, draw_shock_spectrum
 from gapbeam.postprocess.figures.response_curve import draw_response_curve
 from gapbeam.postprocess.figures.time_history import draw_time_history
+from gapbeam.postprocess.figures.wear_figure import draw_wear
 from gapbeam.postprocess.results.bounded_json import read_json
 from gapbeam.postprocess.results.chosen_records import chosen_records
 from gapbeam.postprocess.results.impacts_of_run import impacts_of
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results.supports_of_run import supports_of
+from gapbeam.postprocess.results.wear_of_run import wear_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.analysis_tables import as_data, as_text
 from gapbeam.postprocess.signals.cycle_counts import SNCurve, cycle_counts, cycle_data, cycle_rows
@@ -245,6 +247,8 @@ def _figures(
         figures["contact"] = lambda: draw_contact(history, frequency, zoom)
     if all(name in history for name in (*_ENERGIES, "energy_residual")):
         figures["energy"] = lambda: draw_energy(history, frequency, zoom)
+    if maps := wear_of(results.folder):
+        figures["wear"] = lambda: draw_wear(maps)
     curve = results.folder / CURVE_FILE
     if curve.is_file():
         figures["response_curve"] = lambda: draw_response_curve(read_json(curve, "repeat the run"))

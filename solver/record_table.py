@@ -27,6 +27,7 @@ KEPT_MODEL = "model.checkpoint"
 LOCK_FILE = "run.lock"
 CURVE_FILE = "curve.json"
 IMPACTS_FILE = "impacts.csv"
+WEAR_FILE = "wear.csv"
 CURVE_TABLE_FILE = "curve.csv"
 
 KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
@@ -34,6 +35,14 @@ KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
 
 COMPONENTS = {2: ("x", "y"), 3: ("x", "y", "z")}
 TANGENTS = {2: ("x",), 3: ("x", "y")}
+SLIP_MODES = ("impact", "sliding", "sticking")
+"""The parts of the work of sliding, see `gapbeam.solver.system.slip_modes`."""
+
+WEAR_COLUMNS = {
+    "x": "m", "y": "m", "angle": "deg", "area": "m^2", "work": "J", **dict.fromkeys(SLIP_MODES, "J"),
+    "work rate": "W", "depth rate": "m/s",
+}  # fmt: skip
+"""Columns of `WEAR_FILE` behind the face, with their units."""
 
 
 @dataclass(frozen=True)
@@ -99,6 +108,12 @@ HISTORY: tuple[HistoryVariable, ...] = (
         "J",
         ("time", "worn_face"),
         "integral of normal force times speed along the face since t = 0; with [wear] only",
+    ),
+    HistoryVariable(
+        "work_by_mode",
+        "J",
+        ("time", "worn_face", "slip_mode"),
+        "parts of the work of sliding: impact, sliding and sticking; with [wear] only",
     ),
     HistoryVariable("kinetic_energy", "J", ("time",), "kinetic energy relative to the support"),
     HistoryVariable("strain_energy", "J", ("time",), "elastic energy, restraint excluded"),

@@ -6,11 +6,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.postprocess.results.face_rows import rows_by_face
 from gapbeam.solver.record_table import IMPACTS_FILE
 
-_COLUMNS = 6  # face, closing time, approach speed, impulse, duration, stands for
-LARGEST = 200_000_000  # bytes, more than a run writes
+_COLUMNS = 5  # closing time, approach speed, impulse, duration, stands for
 
 
 def impacts_of(folder: Path) -> dict[str, np.ndarray]:
@@ -22,21 +21,4 @@ def impacts_of(folder: Path) -> dict[str, np.ndarray]:
     Raises:
         ResultsError: The file cannot be read.
     """
-    path = folder / IMPACTS_FILE
-    if not path.is_file():
-        return {}
-    found: dict[str, list[list[float]]] = {}
-    try:
-        if path.stat().st_size > LARGEST:
-            raise ValueError(f"{path.stat().st_size} bytes")
-        for line in path.read_text(encoding="utf-8").splitlines()[1:]:
-            face, *cells = line.split(",")
-            if len(cells) != _COLUMNS - 1:
-                raise ValueError(f"the line {line[:80]!r}")
-            found.setdefault(face, []).append([float(cell) for cell in cells])
-        rows = {face: np.array(lines) for face, lines in found.items()}
-        if not all(np.all(np.isfinite(one)) for one in rows.values()):
-            raise ValueError("numbers that are not finite")
-    except (OSError, ValueError) as fault:
-        raise ResultsError(path, str(fault)[:200], "impacts, one a line", "repeat the run") from fault
-    return rows
+    return rows_by_face(folder / IMPACTS_FILE, _COLUMNS, "impacts, one a line")

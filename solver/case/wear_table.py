@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Literal
+
 from pydantic import Field
 
 from gapbeam.solver.table import NonNegative, Positive, Table
@@ -24,4 +26,13 @@ class Wear(Table):
         default=None,
         description="depth at which the life of a face ends, for `gapbeam life`, m; default none",
         examples=[0.2e-3],
+    )
+    growth: Literal["even", "local"] = Field(
+        default="even",
+        description="how gaps grow in a life: even by the depth of the face, local each contact point by its own depth",
+    )
+    impact_time: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="how much of each contact of a face is its impact, the work of which is listed apart, s; "
+        "auto: half a period of the contact",
     )

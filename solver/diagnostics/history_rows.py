@@ -15,7 +15,7 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
-from gapbeam.solver.record_table import COMPONENTS, TANGENTS
+from gapbeam.solver.record_table import COMPONENTS, SLIP_MODES, TANGENTS
 from gapbeam.solver.supports.body_motions import BodyMotion, body_motions
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.reactions import Reactions
@@ -63,6 +63,7 @@ class Recorder:
             "component": COMPONENTS[model.case.mesh.dimension],
             "face": model.system.contact.face_names,
             "worn_face": model.system.contact.face_names if model.system.contact.measures_sliding else (),
+            "slip_mode": SLIP_MODES if model.system.contact.measures_sliding else (),
             "tangent": TANGENTS[model.case.mesh.dimension] if rubs else (),
             "load": tuple(load.name for load in model.system.loads),
             "across": COMPONENTS[3][1:] if model.case.layout.holes else (),
@@ -115,6 +116,8 @@ class Recorder:
             found["friction_force"] = still if instants.friction_force is None else instants.friction_force
         if instants.sliding_work is not None:
             found["sliding_work"] = instants.sliding_work
+        if instants.work_by_mode is not None:
+            found["work_by_mode"] = instants.work_by_mode
         if self.model.probes:
             found |= self._probe_rows(instants)
         if self.labels["across"]:
@@ -134,7 +137,10 @@ class Recorder:
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
         if self.statistics is not None:
-            self.statistics.see(found | {"approach_speeds": instants.approach, "force_square": instants.force_square})
+            seen = {"approach_speeds": instants.approach, "force_square": instants.force_square}
+            if instants.point_work is not None:
+                seen["point_work"] = instants.point_work
+            self.statistics.see(found | seen)
         return found
 
     @cached_property

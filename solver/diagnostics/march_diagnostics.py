@@ -62,7 +62,7 @@ class Accounts:
             ContactTimes.opened(contact, law, start),
             Impacts.opened(system, law, start),
             Tally(dt),
-            SlidingWork(contact),
+            SlidingWork.opened(contact, start),
         )
         return cls(system, law, ledger, *watch, start.time)
 

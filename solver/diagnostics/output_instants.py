@@ -34,6 +34,8 @@ class Instants(NamedTuple):
         friction_force: (times, faces, tangents), N; None: nothing has rubbed.
         joint_contact: What contact adds to the forces of joints, (times, r), N and N m; None: there are no joints.
         sliding_work: (times, faces), J; None: not measured.
+        work_by_mode: Its parts, (times, faces, 3), J.
+        point_work: That of each point, (times, m), J; None: not asked for.
         kinetic: (times,), J, like the rest of the ledger.
         strain: With the restraint.
         restraint: Energy in the restraint.
@@ -64,6 +66,8 @@ class Instants(NamedTuple):
     friction_force: Array | None
     joint_contact: Array | None
     sliding_work: Array | None
+    work_by_mode: Array | None
+    point_work: Array | None
     kinetic: Array
     strain: Array
     restraint: Array
@@ -101,6 +105,8 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         friction_force=None if state.traction is None else friction_by_face(contact, state.traction),
         joint_contact=_joint_contact(accounts, state, forces),
         sliding_work=accounts.sliding.by_face,
+        work_by_mode=accounts.sliding.parts_by_face,
+        point_work=accounts.sliding.work.copy() if contact.maps_sliding else None,
         kinetic=np.asarray(ledger.kinetic),
         strain=np.asarray(ledger.strain),
         restraint=np.asarray(restraint_energy(accounts.system, state)),

@@ -4,7 +4,8 @@
 
 N is the normal force of a point in the balance of a step, s the way that the point moves along its face in the step.
 Over the time T it is the work rate W / T. Friction with the coefficient mu takes mu W from the motion of a point that
-slides; W itself is measured without friction as well.
+slides; W itself is measured without friction as well. `gapbeam.solver.system.slip_modes` says which part of it is
+impact, sliding and sticking.
 
 Source: Archard, Journal of Applied Physics 24 (1953) 981, for wear in proportion to W; Pettigrew, Taylor, Fisher,
 Yetisir and Smith, Nuclear Engineering and Design 185 (1998) 249, for the work rate.
@@ -12,13 +13,15 @@ Yetisir and Smith, Nuclear Engineering and Design 185 (1998) 249, for the work r
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 
 import numpy as np
 
 from gapbeam.solver.diagnostics.contact_peaks import by_face
+from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.system.operators import Array, Operators
-from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, Step
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State, Step
+from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after
 
 
 @dataclass
@@ -28,24 +31,48 @@ class SlidingWork:
     Attributes:
         contact: To distinguish the faces; its `measures_sliding` says whether anything is measured.
         work: W at each point, (m,), J; (0,) where nothing is measured.
+        parts: Its parts by `SLIP_MODES`, (3, m), J.
+        pressed_for: How long each face has been pressed, (faces,), s; infinite: since the march began.
     """
 
     contact: ContactOperator
-    work: Array = field(init=False)
+    work: Array
+    parts: Array
+    pressed_for: Array
 
-    def __post_init__(self) -> None:
-        self.work = np.zeros(self.contact.size if self.contact.measures_sliding else 0)
+    @classmethod
+    def opened(cls, contact: ContactOperator, start: State) -> SlidingWork:
+        """Return the sums at the start of a march."""
+        size = contact.size if contact.measures_sliding else 0
+        pressed = by_face(contact, np.maximum(start.pressure, 0.0)) > 0.0
+        return cls(contact, np.zeros(size), np.zeros((len(SLIP_MODES), size)), np.where(pressed, np.inf, 0.0))
 
     @property
     def by_face(self) -> Array | None:
         """W of each face, (faces,), J; None: not measured."""
         return by_face(self.contact, self.work) if self.contact.measures_sliding else None
 
+    @property
+    def parts_by_face(self) -> Array | None:
+        """The parts of W of each face, (faces, 3), J; None: not measured."""
+        if not self.contact.measures_sliding:
+            return None
+        return np.stack([by_face(self.contact, part) for part in self.parts], axis=-1)
+
     def see(self, step: Step, operators: Operators) -> None:
         """Take in an accepted step. Collective where sliding is measured."""
-        contact = self.contact
+        contact, modes = self.contact, self.contact.slip_modes
         if not contact.measures_sliding:
             return
         moved = contact.slip(contact.interface.trace(step.new.u[VALUE] - step.old.u[VALUE], operators))
         force = np.maximum(contact.weights * step.stage.pressure, 0.0)
-        self.work += force * np.linalg.norm(moved, axis=1)
+        ways = np.linalg.norm(moved, axis=1)
+        done = force * ways
+        self.work += done
+        for point in np.flatnonzero(done):
+            share = impact_share(self.pressed_for[contact.faces[point]], step.size, modes)
+            self.parts[:, point] += by_mode(done[point], ways[point] / step.size, share, modes)
+        pressed = by_face(contact, force) > 0.0
+        self.pressed_for[:] = [
+            pressed_after(*face) for face in zip(self.pressed_for, [step.size] * len(pressed), pressed, strict=True)
+        ]

@@ -5,7 +5,8 @@ from __future__ import annotations
 from math import pi, sqrt
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.computed_defaults import lightest_supported
+from gapbeam.solver.case.computed_defaults import Default, lightest_supported
+from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 
 DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
@@ -40,6 +41,22 @@ def compared_stiffness(case: Case, stiffness: float, law: ChosenLaw) -> float:
     if law.spring_exponent == case.contact.law.spring_exponent:
         return stiffness
     return stiffness * slope_factor(case, law) / slope_factor(case)
+
+
+def impact_time(case: Case, wear: Wear, stiffness: float) -> Default:
+    """Return how much of each contact of a face is its impact, s: given, or the duration of an impact.
+
+    Args:
+        case: The case.
+        wear: Its table.
+        stiffness: K of the contact, Pa/m^n.
+    """
+    name, unit = "wear.impact_time", "s"
+    if wear.impact_time != "auto":
+        return Default(name, wear.impact_time, unit, "given in the case")
+    reason = "half a period of the supported part of the beam on one face"
+    consequence = "half: of longer contacts less is impact and more is sliding or sticking; double: more is impact"
+    return Default(name, contact_duration(case, stiffness), unit, reason, consequence)
 
 
 def contact_duration(case: Case, stiffness: float) -> float:

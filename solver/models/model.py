@@ -34,7 +34,7 @@ from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_larg
 from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.case_law import law_of_case
-from gapbeam.solver.models.contact_scales import contact_duration
+from gapbeam.solver.models.contact_scales import contact_duration, impact_time
 from gapbeam.solver.models.contact_setting import contact_setting, friction_coefficients
 from gapbeam.solver.models.explicit_step import with_stable_step
 from gapbeam.solver.models.joint_reactions import reactions_of
@@ -45,6 +45,7 @@ from gapbeam.solver.models.time_step import with_time_step
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+from gapbeam.solver.system.slip_modes import SlipModes
 
 LOG = logging.getLogger("gapbeam")
 
@@ -230,6 +231,11 @@ def model_of(case: Case, body: Body) -> Model:
         creep = slip_velocity(case, case.contact.rubs)
         law = replace(law, friction=CoulombFriction(friction_coefficients(case, body), creep.value))
         defaults = (*defaults, creep)
+    if case.wear is not None:
+        struck = impact_time(case, case.wear, support.stiffness_per_area)
+        creeping = 0.0 if law.friction is None else law.friction.slip_velocity
+        contact = replace(contact, slip_modes=SlipModes(struck.value, creeping))
+        defaults = (*defaults, struck)
     system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
     if case.time.scheme.explicit:
         case, computed = with_stable_step(asked, case, computed, stable_step(system, law))

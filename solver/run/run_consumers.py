@@ -12,6 +12,7 @@ import numpy as np
 from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumptions.assumption import let_pass
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -28,6 +29,7 @@ from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.run.output.progress_file import ProgressFile
+from gapbeam.solver.run.output.wear_file import write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State, Step
@@ -192,6 +194,7 @@ class RunConsumers:
             self._history.abandon()
             raise
         write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts)
+        write_wear(self._folder, self.accounts.sliding, self.accounts.time, face_wear(self.model.case))
 
     def costs(self) -> Mapping[str, float]:
         """Return what the checkpoints cost: how many, and their wall time, s."""

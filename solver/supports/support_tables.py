@@ -19,7 +19,7 @@ from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive,
 
 PLAY = ("clearance", "offset", "lateral", "tilt")
 """Keys of a [[support]] that change its gaps alone."""
-OWN_CONTACT = ("stiffness", "damping", "friction", "wear")
+OWN_CONTACT = ("stiffness", "damping", "friction", "wear", "area", "depth_limit")
 """Keys of a [[support]] that stand in the place of those of [contact] and [wear]."""
 
 
@@ -42,6 +42,8 @@ class BaseAndGland(Table):
     damping: ClassVar[None] = None
     friction: ClassVar[None] = None
     wear: ClassVar[None] = None
+    area: ClassVar[None] = None
+    depth_limit: ClassVar[None] = None
     body: ClassVar[None] = None
 
     @property
@@ -113,6 +115,13 @@ class OneOfSeveral(AlongBeam):
     wear: NonNegative | None = Field(
         default=None,
         description="Archard's coefficient of this support, in the place of wear.coefficient, 1/Pa",
+    )
+    area: Positive | None = Field(
+        default=None, description="worn area of each face of this support, in the place of wear.area, m^2"
+    )
+    depth_limit: Positive | None = Field(
+        default=None,
+        description="depth at which the life of a face of this support ends, in the place of wear.depth_limit, m",
     )
     body: SupportBody | None = Field(
         default=None, description="mass, spring and damper of a support that gives way, a table; default none: rigid"

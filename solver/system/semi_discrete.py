@@ -23,6 +23,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
 from gapbeam.solver.system.reactions import Reactions
+from gapbeam.solver.system.slip_modes import ALL_SLIDES, SlipModes
 from gapbeam.solver.system.system_load import Load
 from gapbeam.solver.system.wall_motion import NO_WALLS, Walls
 
@@ -45,6 +46,8 @@ class ContactOperator:
         walls: The motion of walls, of gaps since t = 0.
         frictionless: Whether T only measures motion, and no force acts along it.
         measures_sliding: Whether the work of sliding is measured.
+        maps_sliding: Whether records have this work of each point, too.
+        slip_modes: What separates impact, sliding and sticking in this work.
     """
 
     interface: Interface
@@ -60,6 +63,8 @@ class ContactOperator:
     walls: Walls = NO_WALLS
     frictionless: bool = False
     measures_sliding: bool = False
+    maps_sliding: bool = False
+    slip_modes: SlipModes = ALL_SLIDES
 
     @property
     def symmetric(self) -> bool:

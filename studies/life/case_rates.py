@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.face_wear import FaceWear, face_wear
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
@@ -44,7 +45,7 @@ class CaseRates:
     """Runs of a case on worn gaps, one after the other; the body is set up once.
 
     Attributes:
-        case: Not worn, with [wear], a coefficient for every face and an area.
+        case: Not worn, with [wear], and an area of every face that wears.
         body: What the runs share.
     """
 
@@ -52,13 +53,14 @@ class CaseRates:
     body: KeptBody = field(default_factory=KeptBody)
 
     @property
+    def wear(self) -> Mapping[str, FaceWear]:
+        """How each face wears, by name."""
+        return face_wear(self.case)
+
+    @property
     def factors(self) -> Array:
         """Depth worn per work of sliding of each face, (faces,), m/J."""
-        wear = self.case.wear
-        assert wear is not None
-        assert wear.area is not None
-        own = self.case.layout.own("wear")
-        return np.array([(wear.coefficient or 0.0) if one is None else one for one in own]) / wear.area
+        return np.array([(one.coefficient or 0.0) / (one.area or 1.0) for one in self.wear.values()])
 
     def __call__(self, depths: Array, number: int) -> DepthRates:
         """Return the rates at given depths.
@@ -71,32 +73,54 @@ class CaseRates:
             RunFailed: The run did not pass.
             UserError: It has too few records for statistics.
         """
-        model = self.body.model(worn_case(self.case, list(map(float, depths)), number))
-        case, factors = model.case, self.factors
-        every = _every(model)
-        steps = round(case.time.end / model.step)
-        statistics = _statistics(model, every)
+        worn = list(map(float, depths))
+        model, factors = self.body.model(worn_case(self.case, worn, number)), self.factors
+        statistics = self.statistics_of(model)
+        verdicts = self.marched(model, statistics, worn)
+        found = _work_rates(statistics, self.case.time.end)
+        rates = [found[name] for name in self.names]
+        values, low, high = (
+            factors * np.array([max(float(one[key]), 0.0) for one in rates]) for key in ("value", "low", "high")
+        )
+        return DepthRates(values, low, high, verdicts)
+
+    def statistics_of(self, model: Model) -> RunStatistics:
+        """Return what gathers the statistics of a run."""
+        return _statistics(model, _every(model))
+
+    def marched(self, model: Model, statistics: RunStatistics, depths: Sequence[float]) -> tuple[str, ...]:
+        """March a model and gather its statistics; return the verdict on the work rate of each face.
+
+        Args:
+            model: On worn gaps.
+            statistics: Of `statistics_of`.
+            depths: Of all faces, for the message, m.
+
+        Raises:
+            RunFailed: The run did not pass.
+            UserError: It has too few records for statistics.
+        """
+        steps = round(model.case.time.end / model.step)
         start = seated(model).state
-        response = respond(model, start, steps, every * model.step, watched=True, statistics=statistics)
+        response = respond(model, start, steps, statistics.interval, watched=True, statistics=statistics)
         if response.exit_status:
             worn = ", ".join(f"{name} {depth:.3g} m" for name, depth in zip(self.names, depths, strict=True))
             raise RunFailed(
                 f"the run with the faces worn by {worn} did not pass: {response.verdict}: {response.message}",
                 response.exit_status,
             )
-        found = _work_rates(statistics, case.time.end)
-        rates = [found[name] for name in self.names]
-        values, low, high = (
-            factors * np.array([max(float(one[key]), 0.0) for one in rates]) for key in ("value", "low", "high")
-        )
-        repeats = high - low < REPEATED * values
-        verdicts = ("good" if same else str(one["verdict"]) for same, one in zip(repeats, rates, strict=True))
-        return DepthRates(values, low, high, tuple(verdicts))
+        found = _work_rates(statistics, model.case.time.end)
+        return tuple("good" if _repeats(found[name]) else str(found[name]["verdict"]) for name in self.names)
 
     @property
     def names(self) -> Sequence[str]:
         """Names of the faces."""
         return [face.name for face in self.case.layout.faces]
+
+
+def _repeats(rate: Mapping[str, Any]) -> bool:
+    """Return whether an interval is that of a motion that repeats."""
+    return float(rate["high"]) - float(rate["low"]) < REPEATED * float(rate["value"])
 
 
 def _every(model: Model) -> int:

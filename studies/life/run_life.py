@@ -17,14 +17,18 @@ from rich.table import Table
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
+from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import RangeNotCovered, UserError
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.life.case_rates import CaseRates
 from gapbeam.studies.life.kept_runs import KeptRuns
+from gapbeam.studies.life.limits import wear_to_limits
+from gapbeam.studies.life.point_rates import PointRates
+from gapbeam.studies.life.profiles import PROFILES_FILE, Profiles, of_faces
 from gapbeam.studies.life.time_words import time_words
 from gapbeam.studies.life.worn_case import worn_case, worn_clearances
-from gapbeam.studies.life.worn_march import Blocks, Worn, WornState, wear_down
+from gapbeam.studies.life.worn_march import Array, Blocks, Worn, WornState
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder, study_written
 
@@ -44,18 +48,25 @@ class LifeResult(PrintedResult):
     Attributes:
         folder: Where its files are.
         case: Not worn.
-        limit: Depth at which a life ends, m.
+        limits: Depth at which the life of each face ends, (faces,), m.
         faces: Names of the faces.
         worn: What was found.
         kept: How many of the runs were on disk already.
+        profiles: Depths of all contact points, where each grows by itself; depths of faces are then the deepest.
     """
 
     folder: Path
     case: Case
-    limit: float
+    limits: Array
     faces: Sequence[str]
     worn: Worn
     kept: int = 0
+    profiles: Profiles | None = None
+
+    @property
+    def limit(self) -> float:
+        """The limit of the face that is first, m; the smallest where nothing slides."""
+        return float(self.limits.min() if self.worn.first is None else self.limits[self.worn.first])
 
     @property
     def exit_status(self) -> int:
@@ -65,7 +76,8 @@ class LifeResult(PrintedResult):
     @property
     def paths(self) -> list[Path]:
         """The files."""
-        return [self.folder / LIFE_FILE, self.folder / TABLE_FILE]
+        files = [LIFE_FILE, TABLE_FILE, *([] if self.profiles is None else [PROFILES_FILE])]
+        return [self.folder / name for name in files]
 
     @property
     def verdict(self) -> str:
@@ -78,12 +90,12 @@ class LifeResult(PrintedResult):
         """Return the life, or why there is none, in one line."""
         worn = self.worn
         if worn.first is None:
-            return f"no life: nothing slides under a force at any face, so none reaches {self.limit:g} m"
+            return "no life: nothing slides under a force at any face, so none reaches its limit"
         last, name = worn.states[-1], self.faces[worn.first]
         if worn.life is None or worn.low is None or worn.high is None:
             return (
-                f"{self.limit:g} m is not reached: after {time_words(last.time)} the deepest face, {name}, is worn by "
-                f"{last.depths[worn.first]:.3g} m; {WHY[worn.reason]}"
+                f"{self.limit:g} m is not reached: after {time_words(last.time)} {name}, the nearest to its limit, is "
+                f"worn by {last.depths[worn.first]:.3g} m; {WHY[worn.reason]}"
             )
         doubt = "" if self.verdict == "good" else f"; intervals of the rates: {self.verdict}"
         return (
@@ -136,8 +148,9 @@ def run_life(
         NotWritten: A file could not be written.
     """
     read = read_case(case, fixed)
-    limit = refuse_unworn(read)
-    rates = CaseRates(read)
+    limits = refuse_unworn(read)
+    local = PointRates(read) if read.wear is not None and read.wear.growth == "local" else None
+    rates = CaseRates(read) if local is None else local
     faces = list(rates.names)
     plan = {"case": json.loads(read.model_dump_json()), "tolerance": tolerance}
 
@@ -147,27 +160,33 @@ def run_life(
 
     with study_folder(folder):
         kept = KeptRuns.of_folder(folder, plan, rates, seen, overwrite)
-        worn = wear_down(kept, len(faces), Blocks(limit, tolerance, longest, runs))
-        result = LifeResult(folder, read, limit, faces, worn, kept.taken)
+        blocks, profiles = Blocks(1.0, tolerance, longest, runs), None
+        if local is None:
+            worn = wear_to_limits(kept, limits, blocks)
+        else:
+            of_points = wear_to_limits(kept, limits[local.owners], blocks)
+            worn, profiles = of_faces(of_points, local.owners), Profiles(local.unworn.system.contact, of_points.states)
+        result = LifeResult(folder, read, limits, faces, worn, kept.taken, profiles)
         _write(result)
     return result
 
 
-def refuse_unworn(case: Case) -> float:
-    """Return the depth at which the life of a face ends, m.
+def refuse_unworn(case: Case) -> Array:
+    """Return the depth at which the life of each face ends, (faces,), m; 1 of a face that does not wear and has none.
 
     Raises:
-        UserError: The case states none, wears nothing, or is no march.
-        CaseError: It has faults when it is worn.
+        UserError: A face that wears has none, nothing wears, or the case is no march, or has faults when it is worn.
     """
-    wear = case.wear
-    if wear is None or wear.depth_limit is None or wear.area is None:
+    faces = face_wear(case)
+    lacking = [name for name, one in faces.items() if one.wears and one.depth_limit is None]
+    if case.wear is None or lacking or not any(one.depth_limit for one in faces.values()):
+        of_one = f" for {', '.join(lacking)}" if 0 < len(lacking) < len(faces) else ""
         raise UserError(
             "a life ends at a depth, which is a volume over an area: expected depth_limit, coefficient and area in "
-            f"[wear]; found {'no [wear]' if wear is None else 'no depth_limit'}; try depth_limit = 0.2e-3"
+            f"[wear], or in [[support]]; found {'no [wear]' if case.wear is None else f'no depth_limit{of_one}'}; try "
+            "depth_limit = 0.2e-3"
         )
-    own = case.layout.own("wear")
-    if not any((wear.coefficient or 0.0) if one is None else one for one in own):
+    if not any(one.wears for one in faces.values()):
         raise UserError(
             "wear.coefficient: found no coefficient but 0: nothing wears and no face has a life; expected one above 0 "
             "for a support at least, such as 2e-14 1/Pa"
@@ -177,13 +196,16 @@ def refuse_unworn(case: Case) -> float:
             f'analysis.type: found "{case.analysis.type}"; expected "transient": the rates of a life are means of '
             "marches"
         )
-    faults = contradictions_in(worn_case(case, [wear.depth_limit] * len(own)))
+    even = case.wear.growth == "even"  # otherwise the case stays as it is
+    depths = [(one.depth_limit or 0.0) if one.wears and even else 0.0 for one in faces.values()]
+    faults = contradictions_in(worn_case(case, depths))
     if faults:
+        worn = ", ".join(f"{name} {depth:g} m" for name, depth in zip(faces, depths, strict=True))
         raise UserError(
-            f"wear.depth_limit: with all faces worn by {wear.depth_limit:g} m the case has faults: "
+            f"depth_limit: with the faces worn to their limits ({worn}) the case has faults: "
             + "; ".join(" ".join(str(one).split()) for one in faults[:3])
         )
-    return wear.depth_limit
+    return np.array([one.depth_limit or 1.0 for one in faces.values()])
 
 
 def _write(result: LifeResult) -> None:
@@ -193,6 +215,7 @@ def _write(result: LifeResult) -> None:
         "message": result.headline(),
         "reason": worn.reason,
         "limit": result.limit,
+        "limits": result.limits.tolist(),
         "face": None if worn.first is None else result.faces[worn.first],
         "life": worn.life,
         "low": worn.low,
@@ -204,6 +227,10 @@ def _write(result: LifeResult) -> None:
         "faces": list(result.faces),
         "states": [_described(state, result) for state in worn.states],
     }
+    if result.profiles is not None:
+        summary["profiles"] = result.profiles.as_data()
+        with study_written(result.folder / PROFILES_FILE):
+            write_beside(result.folder / PROFILES_FILE, result.profiles.as_csv())
     with study_written(result.folder / LIFE_FILE):
         write_beside(result.folder / LIFE_FILE, json.dumps(summary, indent=1) + "\n")
     text = io.StringIO()
@@ -218,6 +245,7 @@ def _write(result: LifeResult) -> None:
 
 
 def _described(state: WornState, result: LifeResult) -> dict[str, Any]:
+    grown = state.depths if result.profiles is None else np.zeros_like(state.depths)
     return {
         "time": state.time,
         "depths": state.depths.tolist(),
@@ -226,5 +254,5 @@ def _described(state: WornState, result: LifeResult) -> dict[str, Any]:
         "high": state.rates.high.tolist(),
         "verdicts": list(state.rates.verdicts),
         "errors": state.errors.tolist(),
-        "clearances": worn_clearances(worn_case(result.case, list(map(float, state.depths)))),
+        "clearances": worn_clearances(worn_case(result.case, list(map(float, grown)))),
     }

@@ -136,9 +136,40 @@ def test_gaps_grow_by_the_depths_of_their_faces() -> None:
     assert worn_case(case, [0.0, 0.0, 0.0]) == case
 
 
+def test_each_support_has_its_own_limit(tmp_path: Path) -> None:
+    """The limit of a support counts in the place of that of [wear]: the first to come ends the life, by its name."""
+    slot = {"from": 0.0, "to": 0.05, "clearance": 1.07e-4}
+    far = {"name": "far", "from": 0.3, "to": 0.32, "clearance": 1.0e-4, "region": "stop", "depth_limit": 1.0e-3}
+    wear = {"coefficient": 2.0e-14, "depth_limit": 1.0e-3}
+    ends = []
+    for limit, area in ((5.0e-5, 1.0e-5), (2.5e-5, 2.0e-5)):
+        own = {"name": "slot", "depth_limit": limit, "area": area}
+        tables = NOISY | {"support": [slot | own, far | {"area": 2.0e-5}], "wear": wear}
+        found = gapbeam.life(tables, tolerance=0.5, output=tmp_path / f"{limit}")
+        assert found.exit_status == 0, found.headline()
+        name = found.faces[found.worn.first or 0]
+        assert name.startswith("slot_")
+        assert f"until {name} is worn by {limit:g} m" in found.headline()
+        stored = json.loads((tmp_path / f"{limit}" / "life.json").read_text())
+        assert (stored["limit"], stored["limits"]) == (limit, [limit, limit, 1.0e-3])
+        ends.append(found.worn.states[0].rates.values)
+    assert ends[0][:2] == pytest.approx(2.0 * ends[1][:2], rel=1e-12)
+    assert ends[0][2] == pytest.approx(ends[1][2], rel=1e-12)
+
+
 REFUSED: dict[str, tuple[dict[str, Any], str]] = {
-    "no wear": ({"wear": None}, r"expected depth_limit, coefficient and area in \[wear\]; found no \[wear\]"),
+    "no wear": ({"wear": None}, r"expected depth_limit, coefficient and area in .*; found no \[wear\]"),
     "no limit": ({"wear": {"coefficient": 1e-14, "area": 1e-5}}, "found no depth_limit"),
+    "no limit of a support": (
+        {
+            "support": [
+                {"name": "one", "from": 0.0, "to": 0.05, "clearance": 1e-4, "depth_limit": 1e-4},
+                {"name": "two", "from": 0.3, "to": 0.32, "clearance": 1e-4, "region": "stop"},
+            ],
+            "wear": {"coefficient": 1e-14, "area": 1e-5},
+        },
+        "found no depth_limit for two",
+    ),
     "nothing wears": ({"wear": {"coefficient": 0.0, "area": 1e-5, "depth_limit": 1e-4}}, "no coefficient but 0"),
     "too few records": ({"time": GENTLE["time"] | {"end": 0.002}}, "too few records"),
 }
@@ -165,6 +196,26 @@ def test_limits_that_make_no_sense_are_faults(wear: dict[str, float], message: s
     """Of the case, with status 2."""
     with pytest.raises(CaseError, match=message):
         gapbeam.read_case(GENTLE | {"wear": wear})
+
+
+@pytest.mark.parametrize(
+    ("own", "wear", "message"),
+    [
+        ({"depth_limit": 1e-4}, None, r"depth_limit\n  found:    0.0001 m, without \[wear\]"),
+        ({"area": 1e-5}, None, r"area\n  found:    1e-05 m\^2, without \[wear\]"),
+        ({"area": 1e-5}, {}, r"area\n  found:    1e-05 m\^2, without a coefficient"),
+        ({"depth_limit": 1e-4}, {"coefficient": 1e-14}, "depth_limit\n  found:    0.0001 m, without the worn area"),
+        ({"area": -1e-5}, {"coefficient": 1e-14}, "area"),
+    ],
+)
+def test_keys_of_a_support_that_make_no_sense_are_faults(
+    own: dict[str, float], wear: dict[str, float] | None, message: str
+) -> None:
+    """Without [wear], without a coefficient or an area."""
+    support = [{"name": "one", "from": 0.0, "to": 0.05, "clearance": 1e-4} | own]
+    tables = {key: value for key, value in GENTLE.items() if key != "wear"} | {"support": support}
+    with pytest.raises(CaseError, match=message):
+        gapbeam.read_case(tables if wear is None else tables | {"wear": wear})
 
 
 def test_what_does_not_slide_has_no_life(tmp_path: Path) -> None:

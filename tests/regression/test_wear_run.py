@@ -11,6 +11,8 @@ import pytest
 import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.wear_section import wear_section
+from gapbeam.postprocess.results.wear_of_run import wear_of
+from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import CaseError
@@ -66,21 +68,52 @@ def test_rates_are_those_of_the_records(worn: Path) -> None:
 
 def test_the_report_has_every_rate(worn: Path) -> None:
     """Three rates of two faces, with intervals; nothing in the report of a run without wear."""
-    section = wear_section(gapbeam.open_results(worn).summary)
+    section = wear_section(gapbeam.open_results(worn).summary, wear_of(worn))
     assert section is not None
-    (table,) = [block for block in section.blocks if isinstance(block, TableBlock)]
+    table, parts, where = [block for block in section.blocks if isinstance(block, TableBlock)]
     assert [row[:2] for row in table.rows] == [
         (face, f"{rate} rate") for face in ("base", "gland") for rate in ("work", "volume", "depth")
     ]
     assert all(" to " in str(row[4]) for row in table.rows)
-    assert wear_section({}) is None
+    assert [row[0] for row in parts.rows] == [row[0] for row in where.rows] == ["base", "gland"]
+    assert all(sum(map(float, row[2:])) == pytest.approx(100.0) for row in parts.rows)
+    assert wear_section({}, {}) is None
+
+
+def test_the_points_add_up_to_the_faces(worn: Path) -> None:
+    """Work rates of all points to that of the face, depths over the area to its volume; a damaged file is refused."""
+    results, maps = gapbeam.open_results(worn), wear_of(worn)
+    for name, found in results.summary["wear"]["faces"].items():
+        one = maps[name]
+        assert one.rate.sum() * results.summary["wear"]["seconds"] == pytest.approx(found["work"], rel=1e-13)
+        assert one.depth_rate is not None
+        assert one.depth_rate @ one.area == pytest.approx(2e-14 * one.rate.sum(), rel=1e-13)
+        assert set(one.angle) == {0.0 if name == "base" else 180.0}
+        places, density = one.along()
+        assert places[0] >= 0.0
+        assert np.all(density >= 0.0)
+        assert one.unevenness > 1.0
+    (worn / "copy").mkdir()
+    (worn / "copy" / "wear.csv").write_text((worn / "wear.csv").read_text()[:-60])
+    with pytest.raises(ResultsError, match="expected work at contact points"):
+        wear_of(worn / "copy")
+
+
+def test_the_map_is_drawn(worn: Path) -> None:
+    """`gapbeam plot` draws it."""
+    assert worn / "figures" / "wear.png" in gapbeam.plot(worn)
 
 
 def test_wear_changes_no_bit_of_the_motion(worn: Path, tmp_path: Path) -> None:
     """The same run without [wear] has the same records; sliding_work is not among them."""
     assert gapbeam.run(CASE, KEYS, tmp_path / "without").exit_status == 0
     with_wear, without = (gapbeam.open_results(path).history for path in (worn, tmp_path / "without"))
-    assert set(with_wear.variables) - set(without.variables) == {"sliding_work", "worn_face"}
+    assert set(with_wear.variables) - set(without.variables) == {
+        "sliding_work",
+        "work_by_mode",
+        "worn_face",
+        "slip_mode",
+    }
     assert [name for name in without.variables if not with_wear[name].equals(without[name])] == []
     assert "wear" not in gapbeam.open_results(tmp_path / "without").summary
 

@@ -71,6 +71,7 @@ def write_results(
         "across": ("y", "z"),
         "moving": (),
         "worn_face": (),
+        "slip_mode": (),
         "support_body": (),
         "support_axis": (),
         "joint": (),

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from gapbeam.studies.life.limits import wear_to_limits
 from gapbeam.studies.life.worn_march import Array, Blocks, DepthRates, Worn, wear_down
 
 LIMIT, GAP, FASTEST = 1.0e-4, 1.0e-4, 1.0e-12  # m, m, m/s
@@ -100,6 +101,25 @@ def test_depths_and_life_are_those_of_the_equation(name: str) -> None:
     for state in found.states:
         assert state.depths == pytest.approx(depths(state.time), abs=0.01 * LIMIT)
     assert found.states[-1].depths.max() == pytest.approx(LIMIT, rel=1e-9)
+
+
+@pytest.mark.parametrize(("limits", "first"), [((1.0, 1.0), 0), ((0.5, 1.0), 0), ((2.0, 0.4), 1)])
+def test_the_first_limit_of_several(limits: tuple[float, float], first: int) -> None:
+    """Two faces with limits of their own: which one ends the life, when, and how deep the other is then."""
+    ends = LIMIT * np.array(limits)
+
+    def done(_time: float, depth: Array) -> float:
+        return float((depth / ends).max() - 1.0)
+
+    done.terminal = True  # type: ignore[attr-defined]
+    span = (0.0, 20.0 * LIMIT / FASTEST)
+    exactly = solve_ivp(lambda _time, depth: coupled(depth), span, np.zeros(2), rtol=1e-10, atol=1e-16, events=done)
+    found = wear_to_limits(rates_of(coupled), ends, Blocks(1.0, runs=400))
+    assert found.first == first == int(np.argmax(exactly.y[:, -1] / ends))
+    assert life_of(found) == pytest.approx(exactly.t[-1], rel=0.005)
+    assert abs(life_of(found) - exactly.t[-1]) < found.block_error
+    assert found.states[-1].depths == pytest.approx(exactly.y[:, -1], rel=0.01)
+    assert found.states[-1].rates.values == pytest.approx(coupled(exactly.y[:, -1]), rel=0.02)
 
 
 def test_the_last_block_ends_at_the_limit_of_a_linear_law() -> None:

@@ -37,6 +37,7 @@ from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.impacts_of_run import impacts_of
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.results.wear_of_run import wear_of
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.postprocess.signals.probe_analysis import Analysis, Options, analyze
@@ -65,7 +66,7 @@ def run_report(results: Results, command: str) -> Report:
     recorded = (results.folder / HISTORY_FILE).is_file()
     scene = _scene(results, command) if recorded else []
     sections = [opening_section(results, scene, peak_rows(results.history) if recorded else ())]
-    chance = (statistics_section(results.summary), wear_section(results.summary))
+    chance = (statistics_section(results.summary), wear_section(results.summary, wear_of(results.folder), command))
     sections += [section for section in chance if section is not None]
     if (results.folder / HISTORY_FILE).is_file():
         sections += _of_history(results, command)

@@ -158,6 +158,7 @@ from gapbeam.solver.case.checks.time_checks import (
 )
 from gapbeam.solver.case.checks.wear_checks import (
     depth_limits_have_an_area,
+    local_growth_has_areas_of_its_own,
     moving_supports_do_not_wear_around,
     wear_fits_the_formulation,
     wear_has_its_coefficients,
@@ -193,6 +194,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     supports_keep_apart,
     own_contact_fits_the_case,
     depth_limits_have_an_area,
+    local_growth_has_areas_of_its_own,
     wear_has_its_coefficients,
     wear_fits_the_formulation,
     moving_supports_do_not_wear_around,

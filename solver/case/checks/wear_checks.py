@@ -13,38 +13,68 @@ from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 
+OF_WEAR = {"wear": "1/Pa", "area": "m^2", "depth_limit": "m"}
+"""Keys of a [[support]] that stand in the place of those of [wear], with their units."""
+
 
 def wear_has_its_coefficients(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
     """A depth is that of something that wears, and coefficients of supports are those of a case with [wear]."""
-    own = {key: one.wear for key, one in keyed(support)}
-    for key, coefficient in own.items():
-        if coefficient is not None and wear is None:
-            yield Fault(
-                (*key, "wear"),
-                f"{coefficient:g} 1/Pa, without [wear]",
-                "the table [wear], by which a run measures the work that wears",
-                "[wear] with the coefficient of the other supports",
-            )
-    if wear is None or wear.coefficient is not None or wear.area is None:
+    own = dict(keyed(support))
+    for key, one in own.items() if wear is None else ():
+        for name, unit in OF_WEAR.items():
+            if (value := getattr(one, name)) is not None:
+                yield Fault(
+                    (*key, name),
+                    f"{value:g} {unit}, without [wear]",
+                    "the table [wear], by which a run measures the work that wears",
+                    "[wear] with the coefficient of the other supports",
+                )
+    if wear is None or wear.coefficient is not None:
         return
-    if all(coefficient is None for coefficient in own.values()):
+    areas = {(*key, "area"): one.area for key, one in own.items() if one.wear is None and one.area is not None}
+    if wear.area is not None and all(one.wear is None for one in own.values()):
+        areas[("wear", "area")] = wear.area
+    for key, area in areas.items():
         yield Fault(
-            ("wear", "area"),
-            f"{wear.area:g} m^2, without a coefficient",
+            key,
+            f"{area:g} m^2, without a coefficient",
             "a coefficient of wear: without one no volume is known that is spread over the area",
             "coefficient = 2e-14 in [wear], 1/Pa",
         )
 
 
-def depth_limits_have_an_area(wear: Wear | None) -> Iterator[Fault]:
+def depth_limits_have_an_area(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
     """A depth is a volume over an area."""
-    if wear is not None and wear.depth_limit is not None and wear.area is None:
-        yield Fault(
-            ("wear", "depth_limit"),
-            f"{wear.depth_limit:g} m, without the worn area",
-            "the area over which the volume is spread: without one no depth is known",
-            "area = 1e-5 in [wear], m^2",
-        )
+    if wear is None or wear.area is not None or wear.growth == "local":
+        return
+    own = dict(keyed(support))
+    limits = {(*key, "depth_limit"): one.depth_limit for key, one in own.items() if one.area is None}
+    if any(one.area is None for one in own.values()):
+        limits[("wear", "depth_limit")] = wear.depth_limit
+    for key, limit in limits.items():
+        if limit is not None:
+            yield Fault(
+                key,
+                f"{limit:g} m, without the worn area",
+                "the area over which the volume is spread: without one no depth is known",
+                f"area = 1e-5 in {'[wear]' if key[0] == 'wear' else '[wear] or in this support'}, m^2",
+            )
+
+
+def local_growth_has_areas_of_its_own(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
+    """Where each contact point wears by itself, its area is the one that belongs to it."""
+    if wear is None or wear.growth != "local":
+        return
+    areas = {("wear", "area"): wear.area} | {(*key, "area"): one.area for key, one in keyed(support)}
+    for key, area in areas.items():
+        if area is not None:
+            yield Fault(
+                key,
+                f'{area:g} m^2, with growth = "local"',
+                "no area: each contact point wears over the area that belongs to it",
+                'leave it out; or growth = "even", which spreads the volume of a face over its area',
+                (("wear", "growth"),),
+            )
 
 
 def wear_fits_the_formulation(contact: Contact, wear: Wear | None) -> Iterator[Fault]:

@@ -7,6 +7,7 @@ from typing import NamedTuple
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.contact_kernel import Solution
 from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.solver.system.slip_modes import SlipModes
 
 
 class Modal(NamedTuple):
@@ -136,12 +137,27 @@ class SlidingArrays(NamedTuple):
     Attributes:
         tangents: T in modal coordinates, (m, k, n).
         work: Work at each point, changed in place, (m,), J.
+        parts: Its parts, changed in place, (3, m), J.
+        pressed_for: How long each face has been pressed, changed in place, (faces,), s.
+        modes: What separates the parts.
         rows: Work of each face at the records, (rows, faces), J.
+        part_rows: Its parts, (rows, faces, 3), J.
+        point_rows: Work of each point at the records, (rows, m), J; (rows, 0): not asked for.
     """
 
     tangents: Array
     work: Array
+    parts: Array
+    pressed_for: Array
+    modes: SlipModes
     rows: Array
+    part_rows: Array
+    point_rows: Array
+
+    def first(self, count: int) -> SlidingArrays:
+        """Return the first records."""
+        rows = {name: getattr(self, name)[:count] for name in ("rows", "part_rows", "point_rows")}
+        return self._replace(**rows)
 
 
 class Records(NamedTuple):
@@ -174,5 +190,4 @@ class Records(NamedTuple):
 
     def first(self, count: int) -> Records:
         """Return the first records."""
-        sliding = self.sliding._replace(rows=self.sliding.rows[:count])
-        return Records._make([*(column[:count] for column in self[:-1]), sliding])
+        return Records._make([*(column[:count] for column in self[:-1]), self.sliding.first(count)])

@@ -91,7 +91,7 @@ def _march_steps(
             complete_points(modal, modal.around, law, motion, room)
             return FAILED, step, recorded
         if len(records.sliding.tangents) > 0:
-            enter_sliding(modal, motion, room, records.sliding)
+            enter_sliding(modal, motion, room, records.sliding, scheme.dt)
         _enter(modal, scheme, law, motion, room, ledgers, factors[step], walls, step)
         number = first + step + 1
         if number % FRESH_GAPS == 0 or number == last:
@@ -214,7 +214,7 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0
     _record_levers(records.levers, modal.weights, motion.pressure, records.joint_contact[row])
-    record_sliding(records.sliding, modal.faces, records.sliding.rows[row])
+    record_sliding(records.sliding, modal.faces, row)
     for kind in range(accounts.RECORDED):
         copy_into(records.over_time[row, kind], ledgers.over_time[kind])
     copy_into(records.energies[row], ledgers.energies)

@@ -153,9 +153,18 @@ def room_for_records(modal: ModalSystem, accounts: Accounts, steps: int, every: 
 
 def _sliding(modal: ModalSystem, accounts: Accounts, rows: int) -> SlidingArrays:
     contact = modal.system.contact
-    if not contact.measures_sliding:
-        return SlidingArrays(np.zeros((0, 0, 0)), np.zeros(0), np.zeros((rows, 0)))
-    return SlidingArrays(modal.tangents, accounts.sliding.work, np.zeros((rows, len(contact.face_names))))
+    so_far = accounts.sliding
+    faces, parts = (len(contact.face_names) if contact.measures_sliding else 0), len(so_far.parts)
+    return SlidingArrays(
+        tangents=modal.tangents if contact.measures_sliding else np.zeros((0, 0, 0)),
+        work=so_far.work,
+        parts=so_far.parts,
+        pressed_for=so_far.pressed_for,
+        modes=contact.slip_modes,
+        rows=np.zeros((rows, faces)),
+        part_rows=np.zeros((rows, faces, parts)),
+        point_rows=np.zeros((rows, contact.size if contact.maps_sliding else 0)),
+    )
 
 
 def arrays_of_state(modal: ModalSystem, state: State) -> KernelState:

@@ -39,6 +39,8 @@ def instants_of(block: CompiledBlock, count: int) -> Instants:
         friction_force=None,
         joint_contact=None if modal.system.reactions is None else kept.joint_contact[:count],
         sliding_work=kept.sliding.rows[:count] if modal.system.contact.measures_sliding else None,
+        work_by_mode=kept.sliding.part_rows[:count] if modal.system.contact.measures_sliding else None,
+        point_work=kept.sliding.point_rows[:count] if modal.system.contact.maps_sliding else None,
         kinetic=energy("kinetic"),
         strain=energy("strain"),
         restraint=0.5 * np.sum(row_product(q, modal.restraint) * q, axis=1),

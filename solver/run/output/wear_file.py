@@ -1,0 +1,65 @@
+"""wear.csv: the work of sliding at every contact point of a run, one a line, that any program reads.
+
+The angle is that of the wall from straight down, positive toward +y: 0 of a plane below the beam, 180 of one above it.
+The depth rate is that of the point alone, k W' / w, with the area w that belongs to the point.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+
+import numpy as np
+
+from gapbeam.solver.case.face_wear import FaceWear
+from gapbeam.solver.diagnostics.sliding_work import SlidingWork
+from gapbeam.solver.record_table import WEAR_COLUMNS, WEAR_FILE
+from gapbeam.solver.run.output.atomic_files import written
+from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+HEAD = ",".join(["face", *(f"{name} ({unit})" for name, unit in WEAR_COLUMNS.items())])
+
+
+def write_wear(folder: Path, sliding: SlidingWork, seconds: float, faces: Mapping[str, FaceWear]) -> None:
+    """Write work, its parts, work rate and depth rate of all contact points; nothing where nothing was measured.
+
+    Args:
+        folder: Of the results.
+        sliding: At the end of the run.
+        seconds: Its span, s.
+        faces: How each face wears; without a coefficient no depth rate is known, and its cell is empty.
+
+    Raises:
+        NotWritten: It could not be written.
+    """
+    contact = sliding.contact
+    if not contact.measures_sliding:
+        return
+    names, lines = contact.face_names, [HEAD]
+    for face, columns in zip(contact.faces, point_rows(sliding, seconds), strict=True):
+        name, row = names[face], list(map(float, columns))
+        known = faces[name].coefficient
+        depth = "" if known is None else repr(known * row[-1] / row[_AREA])
+        lines.append(f"{name},{','.join(map(repr, row))},{depth}")
+    path = folder / WEAR_FILE
+    with written(path):
+        write_beside(path, "\n".join(lines) + "\n")
+
+
+_AREA = list(WEAR_COLUMNS).index("area")
+
+
+def point_rows(sliding: SlidingWork, seconds: float) -> Array:
+    """Return the columns of `WEAR_COLUMNS` but the depth rate, (m, 9)."""
+    contact = sliding.contact
+    rates = sliding.work / seconds if seconds > 0.0 else np.zeros(contact.size)
+    x, y = contact.positions[:, 0], contact.positions[:, 1]
+    return np.column_stack([x, y, angles(contact), contact.weights, sliding.work, *sliding.parts, rates])
+
+
+def angles(contact: ContactOperator) -> Array:
+    """Return the direction of the wall that each point meets, degrees from straight down, positive toward +y, (m,)."""
+    across = 0.0 - contact.across
+    return np.asarray(np.degrees(np.arctan2(across[:, 0], -across[:, 1])))

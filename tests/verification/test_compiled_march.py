@@ -13,6 +13,7 @@ import pytest
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, damping
+from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged
@@ -30,6 +31,18 @@ VALUES = {"hht-alpha": {"alpha": 0.2}}  # less creates energy, which magnifies r
 EVERY = {name: scheme_of(name, **VALUES.get(name, {})) for name in scheme_names()}
 SCHEMES = {name: scheme for name, scheme in EVERY.items() if kernel_of(scheme) is not None}
 HERTZ = Spring(2.0e6, 1.5)
+
+
+def side_by_side(points: int) -> ContactLaw:
+    """Return three laws, each at every third point: dampers given, by the touch speed, and rising with the depth."""
+    laws = (
+        kelvin_voigt(1.0e5, 30.0, touch_depth=1.0e-5),
+        ContactLaw(HERTZ, Damper("hunt-crossley", 0.0), touch_product=0.6),
+        ContactLaw(Spring(1.0e5, 1.2), Damper("adams-impact", 60.0, (2.0e-3,))),
+    )
+    return mixed_law([LawGroup(np.arange(first, points, 3), law) for first, law in enumerate(laws)])
+
+
 LAWS = {
     "elastic": ContactLaw(Spring(1.0e5)),
     "hertz": ContactLaw(HERTZ),
@@ -41,10 +54,12 @@ LAWS = {
     "unlike points": ContactLaw(
         Spring(np.geomspace(1.0e4, 1.0e6, 12)), Damper("adams-impact", np.full(12, 9.0), (2.0e-3,))
     ),
+    "side by side": side_by_side(12),
+    "side by side around": side_by_side(72),
 }
 BODIES = {"beam": dense_beam, "shaft": dense_shaft}
-ROUND = ("hertz", "kelvin-voigt adhesive", "hunt-crossley by restitution")
-PAIRS = [*(("beam", law) for law in LAWS), *(("shaft", law) for law in ROUND)]
+ROUND = ("hertz", "kelvin-voigt adhesive", "hunt-crossley by restitution", "side by side around")
+PAIRS = [*(("beam", law) for law in LAWS if "around" not in law), *(("shaft", law) for law in ROUND)]
 STEPS = 200
 TOUCHY = {
     "hunt-crossley by restitution": 1.0e-6,  # chi follows from touch speeds: slow touches magnify round-off

@@ -23,7 +23,7 @@ from gapbeam.solver.contact.laws.damper import NO_DAMPER, Damper, per_area
 from gapbeam.solver.contact.laws.law_arrays import fill_damping, fill_endpoint, fill_stage, fill_touch_factors
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS, UNDAMPED
 from gapbeam.solver.contact.laws.law_forms import IMPLICIT, MEAN
-from gapbeam.solver.contact.laws.point_law import LawNumbers, LawTable, StepNumbers
+from gapbeam.solver.contact.laws.point_law import LawNumbers, LawTable, StepNumbers, row_of
 from gapbeam.solver.contact.laws.springs import Spring, at_points, rows_of
 from gapbeam.solver.system.operators import Array
 
@@ -163,7 +163,13 @@ class ContactLaw:
 
     def table(self, size: int) -> LawTable:
         """Return the law as numbers and arrays for m = `size` points, without friction and multipliers."""
-        return LawTable(self.numbers, at_points(self.spring.stiffness, size), at_points(self.damper.coefficient, size))
+        return LawTable(
+            row_of(self.numbers)[None],
+            np.zeros(size, dtype=np.int64),
+            self.touch_product is not None,
+            at_points(self.spring.stiffness, size),
+            at_points(self.damper.coefficient, size),
+        )
 
     @cached_property
     def numbers(self) -> LawNumbers:

@@ -8,6 +8,7 @@ from gapbeam.solver.contact.laws.point_law import (
     StepNumbers,
     damping_at,
     endpoint_pressure,
+    numbers_at,
     stage_pressure,
     touch_factor,
 )
@@ -21,7 +22,7 @@ def fill_stage(step: StepNumbers, law: LawTable, old: Array, new: Array, found: 
     for row in range(new.shape[0]):
         for i in range(new.shape[1]):
             point = Point(law.stiffness[i], law.coefficient[i], old[row, i], 0.0, 0.0, 0.0)
-            pressure, slope, elastic = stage_pressure(step, law.numbers, point, new[row, i])
+            pressure, slope, elastic = stage_pressure(step, numbers_at(law, i), point, new[row, i])
             found[0, row, i], found[1, row, i], found[2, row, i] = pressure, slope, elastic
 
 
@@ -31,7 +32,7 @@ def fill_endpoint(law: LawTable, depth: Array, rate: Array, rate_slope: float, f
     for row in range(depth.shape[0]):
         for i in range(depth.shape[1]):
             pressure, slope, elastic = endpoint_pressure(
-                law.numbers, law.stiffness[i], law.coefficient[i], depth[row, i], rate[row, i], rate_slope
+                numbers_at(law, i), law.stiffness[i], law.coefficient[i], depth[row, i], rate[row, i], rate_slope
             )
             found[0, row, i], found[1, row, i], found[2, row, i] = pressure, slope, elastic
 
@@ -41,7 +42,7 @@ def fill_damping(law: LawTable, depth: Array, found: Array) -> None:
     """Set c(d), (r, m)."""
     for row in range(depth.shape[0]):
         for i in range(depth.shape[1]):
-            found[row, i] = damping_at(law.numbers, law.stiffness[i], law.coefficient[i], depth[row, i])[0]
+            found[row, i] = damping_at(numbers_at(law, i), law.stiffness[i], law.coefficient[i], depth[row, i])[0]
 
 
 @entry

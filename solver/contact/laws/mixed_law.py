@@ -46,8 +46,8 @@ class MixedLaw(ContactLaw):
 
     @property
     def why_not_compiled(self) -> str | None:
-        """Kernels take one law."""
-        return "supports with different contact laws"
+        """The reason of the first law that kernels do not take."""
+        return next((law.why_not_compiled for _, law in self.groups if law.why_not_compiled is not None), None)
 
     def softened(self, share: float) -> MixedLaw:
         """Return the laws with a share of their stiffness."""
@@ -103,12 +103,13 @@ class MixedLaw(ContactLaw):
         return self._staged(depth, lambda at, law: law.endpoint(depth[..., at], rate[..., at], rate_slope))
 
     def table(self, size: int) -> LawTable:
-        """Refuse: a table holds one law.
-
-        Raises:
-            ValueError: Always.
-        """
-        raise ValueError(f"{len(self.groups)} contact laws at {size} points have no table; expected one law")
+        """Return the tables of the laws as one for m = `size` points."""
+        tables = [law.table(len(points)) for points, law in self.groups]
+        owner, stiffness, coefficient = np.zeros(size, dtype=np.int64), np.zeros(size), np.zeros(size)
+        for number, ((points, _), one) in enumerate(zip(self.groups, tables, strict=True)):
+            owner[points], stiffness[points], coefficient[points] = number, one.stiffness, one.coefficient
+        rows = np.concatenate([one.rows for one in tables])
+        return LawTable(rows, owner, self.touch_product is not None, stiffness, coefficient)
 
     def _with(self, changed: Callable[[LawGroup], ContactLaw]) -> MixedLaw:
         return replace(self, groups=tuple(LawGroup(group.points, changed(group)) for group in self.groups))

@@ -8,18 +8,20 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from gapbeam.solver.contact.laws.damper import DampedPoint, Parameters
 from gapbeam.solver.contact.laws.law_choice import UNDAMPED, damping
 from gapbeam.solver.contact.laws.law_forms import ENDPOINT, MEAN
 from gapbeam.solver.contact.laws.springs import spring_mean, spring_pressure, spring_slope
 from gapbeam.solver.jit import compiled_in_order
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices
 
 SLOWEST_TOUCH = 1.0e-4  # m/s; slower touches are damped as if they came with this speed
 
 
 class LawNumbers(NamedTuple):
-    """The part of a contact law that is the same at all points.
+    """The part of a contact law that is the same at all its points.
 
     Attributes:
         exponent: n.
@@ -41,15 +43,19 @@ class LawNumbers(NamedTuple):
 
 
 class LawTable(NamedTuple):
-    """A contact law as numbers.
+    """Contact laws as numbers: one law at all points, or several of them side by side.
 
     Attributes:
-        numbers: What is the same at all points.
+        rows: The `LawNumbers` of each law, (laws, 10).
+        owner: The law of each point, (m,).
+        by_touch: Whether the damper of a law follows from touch speeds.
         stiffness: K of each point, (m,).
         coefficient: Coefficient of the damper at each point, (m,).
     """
 
-    numbers: LawNumbers
+    rows: Array
+    owner: Indices
+    by_touch: bool
     stiffness: Array
     coefficient: Array
 
@@ -88,6 +94,20 @@ class Point(NamedTuple):
     old_pressure: float
     guess_depth: float
     guess_rate: float
+
+
+def row_of(numbers: LawNumbers) -> Array:
+    """Return the numbers of a law as a row of a table, (10,)."""
+    exponent, formula, parameters, *others = numbers
+    return np.array([exponent, formula, *parameters, *others], dtype=float)
+
+
+@compiled_in_order
+def numbers_at(law: LawTable, point: int) -> LawNumbers:
+    """Return the numbers of the law at a point."""
+    row = law.rows[law.owner[point]]
+    parameters = (row[2], row[3], row[4], row[5])
+    return LawNumbers(row[0], int(row[1]), parameters, row[6] > 0.0, row[7] > 0.0, row[8], row[9])
 
 
 @compiled_in_order

@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.point_law import LawTable, Point, StepNumbers, stage_pressure
+from gapbeam.solver.contact.laws.point_law import LawTable, Point, StepNumbers, numbers_at, stage_pressure
 from gapbeam.solver.contact.solve.contact_solve import (
     EPSILON,
     FULL_STEPS,
@@ -173,7 +173,7 @@ def _evaluate(balance: Balance, step: StepPoints, law: LawTable, found: Solution
         if depths[i] <= 0.0 and old_depth[i] <= 0.0 and held[i] == 0.0 and change[i] == 0.0:
             pressures[i], slopes[i], elastics[i] = 0.0, 0.0, 0.0
             continue
-        pressure, slope, elastic = stage_pressure(step.numbers, law.numbers, point_at(step, law, i), depths[i])
+        pressure, slope, elastic = stage_pressure(step.numbers, numbers_at(law, i), point_at(step, law, i), depths[i])
         pressures[i], slopes[i], elastics[i] = pressure, slope, elastic
         missed = abs((held[i] + change[i]) / weights[i] - pressure)
         residual, total = max(residual, missed), total + missed
@@ -235,7 +235,7 @@ def _step_slope(balance: Balance, step: StepPoints, law: LawTable, found: Soluti
     total = 0.0
     for i in in_play(balance.around, len(balance.held)):
         pressure = stage_pressure(
-            step.numbers, law.numbers, point_at(step, law, i), found.depth[i] + length * found.deeper[i]
+            step.numbers, numbers_at(law, i), point_at(step, law, i), found.depth[i] + length * found.deeper[i]
         )[0]
         force = balance.held[i] + found.change[i] + length * found.update[i]
         total -= found.deeper[i] * (force - balance.weights[i] * pressure)

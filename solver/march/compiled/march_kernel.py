@@ -11,7 +11,7 @@ from __future__ import annotations
 import numpy as np
 
 from gapbeam.solver.contact.laws.law_forms import ENDPOINT
-from gapbeam.solver.contact.laws.point_law import LawTable
+from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
@@ -108,7 +108,7 @@ def _march_steps(
         if accounts.growth(ledgers) > limits.total_growth:
             complete_points(modal, modal.around, law, motion, room)
             return CREATED, step + 1, recorded
-        if law.numbers.touch_product > 0.0 and modal.around is None:
+        if law.by_touch and modal.around is None:
             touch_all(modal, law, motion, room)
         if number % every == 0 or number == last:
             complete_points(modal, modal.around, law, motion, room)
@@ -143,10 +143,10 @@ def _enter(
             elastic = found.elastic[i]
             if scheme.form == ENDPOINT:
                 elastic *= 1.0 - old_share
-                elastic += old_share * spring_pressure(law.stiffness[i], law.numbers.exponent, before)
+                elastic += old_share * spring_pressure(law.stiffness[i], numbers_at(law, i).exponent, before)
             room.force[face] += force
             forces += abs(force)
-            contact += weight * spring_potential(law.stiffness[i], law.numbers.exponent, depth)
+            contact += weight * spring_potential(law.stiffness[i], numbers_at(law, i).exponent, depth)
             elastic_work += weight * elastic * (depth - before)
             contact_loss += weight * (pressure - elastic) * (depth - before)
     raise_closest(modal.around, modal.initial_gap, room.deepest, ledgers.deepest)
@@ -190,7 +190,8 @@ def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, 
     form_gaps_anew(modal, motion, room)
     contact = 0.0
     for i in range(len(motion.depth)):
-        contact += modal.weights[i] * spring_potential(law.stiffness[i], law.numbers.exponent, motion.depth[i])
+        exponent = numbers_at(law, i).exponent
+        contact += modal.weights[i] * spring_potential(law.stiffness[i], exponent, motion.depth[i])
     accounts.enter_energies(ledgers, contact, modal.squares, motion.q)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
-from gapbeam.solver.contact.laws.point_law import LawTable, touch_factor
+from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, touch_factor
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill
@@ -112,7 +112,7 @@ def _look_around(
             step.guess_depth[i] = step.old_depth[i] - moved_by(around, around.guess, i)
             step.guess_rate[i] = -moved_by(around, around.rate, i)
             held_depth[i] = step.guess_depth[i] - moved_by(around, around.free, i)
-        if law.numbers.touch_product > 0.0:
+        if law.by_touch:
             set_place(around, touch.velocity, around.motions)
             for i in in_play(around, len(initial_gap)):
                 _touch(law, step.old_depth, touch.speed, i, moved_by(around, around.motions, i))
@@ -167,7 +167,7 @@ def complete_points(modal: Modal, around: AroundPoints | None, law: LawTable, mo
     """Bring points around sections up to date that could not touch."""
     if around is not None:
         form_gaps_anew(modal, motion, room)
-        if law.numbers.touch_product > 0.0:
+        if law.by_touch:
             touch_all(modal, law, motion, room)
 
 
@@ -176,4 +176,6 @@ def _touch(law: LawTable, depth: Array, speed: Array, point: int, opening: float
     """Keep the approach speed of a point whose gap opens at some speed, m/s, if it is open."""
     if depth[point] <= 0.0:
         speed[point] = -opening
-        law.coefficient[point] = touch_factor(law.numbers.touch_product, speed[point])
+        product = numbers_at(law, point).touch_product
+        if product > 0.0:
+            law.coefficient[point] = touch_factor(product, speed[point])

@@ -4,7 +4,7 @@ run := environment/run
 side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo paper test test-slow test-timing test-parallel test-sid test-sid-all bench bench-large docs docs-run gallery lint format image clean
+.PHONY: help demo paper test test-slow test-timing test-parallel test-sid test-sid-all bench bench-large docs joss docs-run gallery lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -47,6 +47,11 @@ docs: ## the documentation as a site, in build/docs; its Python packages go into
 	build/docs-venv/bin/pip install --quiet --disable-pip-version-check -r docs/site/requirements-docs.txt
 	PYTHONDONTWRITEBYTECODE=1 build/docs-venv/bin/python -m docs.site build/docs
 	@echo "Open build/docs/index.html"
+
+joss: ## the paper for the Journal of Open Source Software, build/joss/paper.pdf; its tools go into build/joss-venv
+	test -x build/joss-venv/bin/pip || python3 -m venv build/joss-venv
+	build/joss-venv/bin/pip install --quiet --disable-pip-version-check -r docs/joss/requirements-joss.txt
+	PYTHONDONTWRITEBYTECODE=1 build/joss-venv/bin/python -m docs.joss build/joss/paper.pdf
 
 docs-run: ## execute the commands and the Python of tutorials and how-to pages; pages="docs/how-to/sweep-keys.md" for some
 	$(run) python3 -m docs.execution $(pages)

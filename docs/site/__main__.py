@@ -19,13 +19,14 @@ from docs.site.python_interface import interface_page
 
 DOCS = Path(__file__).parents[1]
 MADE = {"reference/all-commands.md": commands_page, "reference/python-interface.md": interface_page}
+PAPER = DOCS / "joss"  # set by `make joss`
 KEPT = (".md", ".png", ".gif", ".ipynb")
 
 
 def copied(target: Path) -> None:
     """Copy the pages and pictures into a folder, and make there what is made from the code."""
     for path in sorted(DOCS.rglob("*")):
-        if path.suffix in KEPT:
+        if path.suffix in KEPT and path.parent != PAPER:
             copy = target / path.relative_to(DOCS)
             copy.parent.mkdir(parents=True, exist_ok=True)
             shutil.copyfile(path, copy)

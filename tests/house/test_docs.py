@@ -15,7 +15,8 @@ PROJECT = Path(__file__).parents[2]
 DOCS = PROJECT / "docs"
 KINDS = ("tutorials", "how-to", "reference", "explanation", "benchmarks")
 ROOT_PAGES = [PROJECT / name for name in ("README.md", "CONTRIBUTING.md", "CHANGELOG.md")]
-PAGES = sorted(DOCS.rglob("*.md"))
+PAPER = DOCS / "joss" / "paper.md"  # no page of the site: tests/house/test_joss_paper.py
+PAGES = sorted(set(DOCS.rglob("*.md")) - {PAPER})
 TESTS = {path.name for path in (PROJECT / "tests").rglob("test_*.py")}
 SOURCES = [
     path for room in ("solver", "studies", "meshes", "postprocess") for path in sorted((PROJECT / room).rglob("*.py"))

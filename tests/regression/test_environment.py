@@ -10,6 +10,7 @@ import tomllib
 from pathlib import Path
 
 import pytest
+import yaml
 from packaging.requirements import Requirement
 
 from tests.shared.command import alone
@@ -179,12 +180,62 @@ def test_gapbeam_knows_its_version():
     assert importlib.metadata.version("gapbeam") == about["version"]
 
 
-def test_conda_list_holds_everything_that_gapbeam_needs():
-    text = (project / "environment" / "conda.yml").read_text()
-    listed = set(re.findall(r"^  - ([\w-]+)", text, re.MULTILINE))
-    other_names = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
-    needed = {Requirement(need).name for need in about["dependencies"]}
-    assert {other_names.get(name, name) for name in needed} - listed == set()
+CONDA_NAMES = {"gmsh": "python-gmsh", "matplotlib": "matplotlib-base"}
+"""What conda-forge calls packages that PyPI calls otherwise."""
+
+
+def conda_pins(lines):
+    """The limits of each package in lines of a conda list: name, limits without order; builds are left out."""
+    found = {}
+    for line in lines:
+        name, _, limits = line.partition(" ")
+        found[name] = set(limits.split(",")) - {""} if "real" not in limits else set()
+    return found
+
+
+def needed_pins():
+    """The same of what pyproject.toml asks for, the workers of studies included."""
+    needs = [Requirement(need) for need in (*about["dependencies"], *about["optional-dependencies"]["workers"])]
+    return {CONDA_NAMES.get(need.name, need.name): {str(limit) for limit in need.specifier} for need in needs}
+
+
+def environment_pins():
+    listed = yaml.safe_load((project / "environment" / "conda.yml").read_text())["dependencies"]
+    return conda_pins(line for line in listed if isinstance(line, str))
+
+
+def recipe():
+    return yaml.safe_load((project / "environment" / "recipe" / "recipe.yaml").read_text())
+
+
+def recipe_pins():
+    asked = recipe()["requirements"]
+    return conda_pins([*asked["run"], *asked["run_constraints"]])
+
+
+@pytest.mark.parametrize("listed", [environment_pins, recipe_pins])
+def test_conda_lists_hold_everything_that_gapbeam_needs(listed):
+    """No name is missing, and no limit is wider than that of pyproject.toml."""
+    found = listed()
+    wrong = {name: limits for name, limits in needed_pins().items() if not limits <= found.get(name, {"missing"})}
+    assert {name: found.get(name, "missing") for name in wrong} == {}
+
+
+def test_the_recipe_agrees_with_the_project_and_the_environment():
+    """Name, version, oldest Python, license, command, build tools; its limits are those of environment/conda.yml."""
+    made = recipe()
+    values = made["context"]
+    command, target = next(iter(about["scripts"].items()))
+    assert (values["name"], values["version"]) == (about["name"], about["version"])
+    assert f">={values['python_min']}" == about["requires-python"]
+    assert (made["about"]["license"], made["about"]["summary"]) == (about["license"], about["description"])
+    assert (project / "environment" / "recipe" / made["source"]["path"] / made["about"]["license_file"]).is_file()
+    assert made["build"]["python"]["entry_points"] == [f"{command} = {target}"]
+    tools = tomllib.loads((project / "pyproject.toml").read_text())["build-system"]["requires"]
+    assert {f"{need.name} {need.specifier}" for need in map(Requirement, tools)} <= set(made["requirements"]["host"])
+    environment = environment_pins()
+    runs = {name: limits for name, limits in recipe_pins().items() if name not in ("__linux", "python")}
+    assert runs == {name: environment[name] for name in runs}
 
 
 def test_one_thread_a_rank():

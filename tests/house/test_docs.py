@@ -24,7 +24,7 @@ SOURCES = [
 KIND_PAGES = [page for page in PAGES if page.parent != DOCS]
 
 LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
-CODE = re.compile(r"^```.*?^```|^(?: {4}.*\n)+|`[^`\n]*`", re.MULTILINE | re.DOTALL)
+CODE = re.compile(r"^```.*?^```|^(?: {4}[^\n]*\n)+|`[^`\n]*`", re.MULTILINE | re.DOTALL)
 NAMED = re.compile(
     r"(?<![\w./-])(?:solver|gapbeam|meshes|postprocess|studies|tests|benchmarks|docs|cases|environment)/[\w./-]*[\w/]"
 )

@@ -34,6 +34,7 @@ def operators_of(mesh: dict[str, object], effective: str) -> PetscOperators:
     return operators
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
 @pytest.mark.parametrize("count", [1, 7, 37])
 def test_products_with_many_columns_are_those_of_each(mesh: dict[str, object], count: int) -> None:

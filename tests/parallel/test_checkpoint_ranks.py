@@ -47,6 +47,7 @@ def test_two_ranks_go_on_to_the_same_bits(folder: Path) -> None:
     assert differing(folder / "full" / "whole", folder / "full" / "parts") == []
 
 
+@pytest.mark.slow(minutes=0.4)
 @pytest.mark.parametrize(("whole", "parts"), [("one", "from-one"), ("whole", "begun")], ids=["1 to 2", "2 to 1"])
 def test_other_ranks_go_on_to_round_off(whole: str, parts: str, folder: Path) -> None:
     """A full model on another number of ranks, over a whole run of many impacts: within 1e-10, and not the same run."""
@@ -63,6 +64,7 @@ def test_other_ranks_go_on_to_round_off(whole: str, parts: str, folder: Path) ->
         check_fields([expected, found], CLOSE, name)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(("whole", "parts"), [("one", "from-one"), ("parts", "begun")], ids=["1 to 2", "2 to 1"])
 def test_reduced_model_goes_on_to_the_same_bits_on_other_ranks(whole: str, parts: str, folder: Path) -> None:
     """The matrices that were marched go on: no bit of histories and figures differs, fields within round-off."""

@@ -13,6 +13,7 @@ from tests.shared.command import alone, on_ranks
 pytestmark = [alone, pytest.mark.versions]
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_tables_come_piece_by_piece(tmp_path: Path) -> None:
     """Three ranks, one of them empty: written by some, read by others in another order, to the bit; faults on all.
 

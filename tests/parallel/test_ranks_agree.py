@@ -141,6 +141,7 @@ def test_both_faces_open_and_close(results: list[Results]) -> None:
     assert (np.abs(np.diff(closed.astype(int), axis=0)).sum(axis=0) >= 2).all()
 
 
+@pytest.mark.slow(minutes=0.4)
 def test_histories_agree(results: list[Results]) -> None:
     """Every variable of history.h5, contact iterations included, against one rank.
 
@@ -150,11 +151,13 @@ def test_histories_agree(results: list[Results]) -> None:
     assert too_far(results) == {}
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_fields_agree(results: list[Results]) -> None:
     """fields.xdmf as meshio reads it: points, cells, times, and the displacement at the same place."""
     check_fields(results, CLOSE)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_seats_agree(results: list[Results]) -> None:
     """Reactions of the seat within 1e-7 of one rank, and in balance with the weight of the beam within 1e-7."""
     seats = [one.summary["seat"] for one in results]
@@ -165,6 +168,7 @@ def test_seats_agree(results: list[Results]) -> None:
         assert seat["base_force"] - seat["gland_force"] == pytest.approx(weight, rel=1e-7)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_iterations_agree(all_results: dict[str, list[Results]]) -> None:
     """The beam by conjugate gradients, which differ on ranks: all variables but the number of contact iterations."""
     assert set(too_far(all_results["iterative"])) <= {"iterations"}

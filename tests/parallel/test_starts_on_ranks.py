@@ -33,6 +33,7 @@ KEYS = (
 )
 
 
+@pytest.mark.slow(minutes=0.4)
 def test_a_start_on_two_ranks(tmp_path: Path) -> None:
     """Histories agree, that of the first record, which is the start, too."""
     results = on_one_and_two(DEMO, KEYS, tmp_path)

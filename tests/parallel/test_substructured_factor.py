@@ -28,6 +28,7 @@ def test_covers_are_smallest() -> None:
     assert len(smallest_cover(np.empty((0, 2), dtype=np.int64))) == 0
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_substructured_factor_is_that_of_the_whole_matrix() -> None:
     """Three ranks: chains and rings of nodes, ranks without unknowns, with and without kept columns; faults on all."""
     done = on_ranks(3, program="tests.programs.factors_on_ranks")

@@ -99,6 +99,7 @@ RINGS = (
 )
 
 
+@pytest.mark.slow(minutes=0.4)
 def test_rigid_sections_on_two_ranks(tmp_path: Path) -> None:
     """The mean motions of the surface are sums over both ranks: a shaken tube moves alike, in a basis found anew.
 

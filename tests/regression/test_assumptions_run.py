@@ -59,6 +59,7 @@ def finding(summary: dict[str, Any], name: str) -> dict[str, Any]:
     return next(one for one in summary["assumptions"] if one["name"] == name)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_small_motion_holds_and_is_shown(tmp_path: Path) -> None:
     """The demo stays inside of every limit: one table in summary and report, one line in the log."""
     summary = run(tmp_path, DEMO, *BEAM, "time.end=0.1", "material.yield_stress=3.55e8")

@@ -50,6 +50,7 @@ def _check(name: str, folder: Path) -> None:
     assert np.sqrt(np.mean(np.sum(chosen**2, axis=1))) == pytest.approx(size, rel=TOLERANCE)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_demo_moves_as_reduced(tmp_path: Path) -> None:
     """A slender beam in play, under a force."""
     _check("demo", tmp_path)

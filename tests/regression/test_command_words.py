@@ -44,6 +44,7 @@ def bash(script: str, home: Path) -> subprocess.CompletedProcess[str]:
     )  # fmt: skip
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(
     ("words", "completed"),
     [

@@ -155,6 +155,7 @@ def test_what_cannot_be_compared_is_explained(tmp_path: Path) -> None:
             compare(open_results(good), open_results(folder))
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_the_command_leaves_table_and_picture_and_reports_by_its_status(tmp_path: Path) -> None:
     """0 where runs agree, 5 where not, 2 for what is no results folder or no tolerance."""

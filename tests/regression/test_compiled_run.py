@@ -57,6 +57,7 @@ def same_history(one: Path, other: Path, relative: float) -> None:
             assert np.abs(found - expected).max(initial=0.0) <= relative * scale, name
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(
     "changes",
     [
@@ -92,6 +93,7 @@ def test_a_compiled_run_leaves_the_same_results(
     assert last[0] == pytest.approx(last[1], rel=1e-4, abs=1e-4 * np.abs(last[1]).max())
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_tube_in_holes_leaves_the_same_results(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Motion in space, with stress at a probe and resultants of the holes."""
     keys = {
@@ -120,6 +122,7 @@ def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, mon
     same_history(compiled.folder, steps.folder, 1.0e-3)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_signal_ends_a_compiled_run(tmp_path: Path) -> None:
     run_case(case_of(), tmp_path / "warm", MPI.COMM_SELF)
     history_file, fields = tmp_path / "long" / "history.h5", tmp_path / "long" / "fields.xdmf"

@@ -128,6 +128,7 @@ def test_step_that_does_not_converge_fails_the_run(tmp_path: Path) -> None:
     assert np.isfinite(history["displacement"]).all()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_halving_gets_over_the_step_that_did_not_converge(tmp_path: Path) -> None:
     """The same with few iterations and halvings allowed: parts of steps are counted, and records stay whole steps."""
     overrides = [*RATTLE, "time.end=0.01", "time.max_iterations=4", "time.max_halvings=12"]
@@ -140,6 +141,7 @@ def test_halving_gets_over_the_step_that_did_not_converge(tmp_path: Path) -> Non
     assert history["time"].values[-1] == 0.01
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(
     ("part", "factor"),
     [("u", np.nan), ("v", np.nan), ("u", np.inf), ("v", 1e300), ("depth", np.nan)],

@@ -55,6 +55,7 @@ def three_pieces(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
         writer.commit()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_history_in_pieces_is_whole_at_every_checkpoint(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Committed again and again: readable each time, small pieces are continued, and one file is left at the end."""
     monkeypatch.setattr(histories, "SMALL", 200_000)
@@ -71,6 +72,7 @@ def test_history_in_pieces_is_whole_at_every_checkpoint(tmp_path: Path, monkeypa
     assert [path.name for path in tmp_path.iterdir()] == ["history.h5"]
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_history_goes_on_within_a_piece(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Cut back to a checkpoint in the middle, twice, and killed in between: what is written again counts."""
     three_pieces(tmp_path, monkeypatch)

@@ -177,6 +177,7 @@ def test_known_values_are_found_again(done: dict[str, Done]) -> None:
     assert "held out" in call.stdout
 
 
+@pytest.mark.slow(minutes=0.4)
 @alone
 def test_one_figure_reports_force_and_damping_only_together(done: dict[str, Done]) -> None:
     """One measurement for two unknowns: said loudly, fitted exactly, and neither is claimed to be known."""
@@ -192,6 +193,7 @@ def test_one_figure_reports_force_and_damping_only_together(done: dict[str, Done
     assert found["rms"]["fit"] < 1e-3
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_free_frequencies_reports_stiffness_over_mass_and_no_more(done: dict[str, Done]) -> None:
     """Bending of a free beam: E / rho as Euler and Bernoulli have it; E and rho are reported as not identifiable."""
@@ -239,6 +241,7 @@ def test_going_on_and_processes_make_no_difference(done: dict[str, Done], files:
     assert "probe.test.point: 0.37 there, 0.36 now" in changed.stderr
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_what_fails_is_reported_and_never_taken(done: dict[str, Done]) -> None:
     """A contact solve that may not iterate: the status is 4, the verdict is reported, nothing is written as found."""
@@ -249,6 +252,7 @@ def test_what_fails_is_reported_and_never_taken(done: dict[str, Done]) -> None:
     assert not (folder / "identified.toml").exists()
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_a_report_shows_what_was_found(done: dict[str, Done]) -> None:
     """`gapbeam report` knows the folder; its blocks hold every measurement, unknown and evaluation."""

@@ -57,6 +57,7 @@ def interrupted(folder: Path) -> int:
     return int(summary["exit_status"])
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_ranks_end_without_mpirun(tmp_path: Path) -> None:
     """Kill -9 of mpirun: its ranks go, with a checkpoint unless Open MPI is quicker; they would run on for ever."""
     folder, pids = tmp_path / "out", tmp_path / "pids"
@@ -97,6 +98,7 @@ def on_terminal(slave: int) -> None:
     fcntl.ioctl(slave, termios.TIOCSCTTY, 0)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_closed_terminal_ends_a_run_in_order(tmp_path: Path) -> None:
     """SIGHUP while the bar is drawn, and nothing to draw on any more: a checkpoint, and exit status 143."""
     folder = tmp_path / "out"
@@ -123,6 +125,7 @@ def test_closed_terminal_ends_a_run_in_order(tmp_path: Path) -> None:
     assert interrupted(folder) == 143
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_run_outlives_its_screen(tmp_path: Path) -> None:
     """Under nohup, its pipe closed: it goes on, and its log; an interrupt still ends it in order."""
     folder = tmp_path / "out"
@@ -143,6 +146,7 @@ def test_run_outlives_its_screen(tmp_path: Path) -> None:
     assert "interrupted at t = " in (folder / "run.log").read_text(encoding="utf-8")
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("words", [("schema",), ("check", DEMO)], ids=["schema", "check"])
 def test_closed_pipe_ends_short_commands_quietly(words: tuple[str | Path, ...]) -> None:
     """As with `| head -1`: no trace, no message."""
@@ -155,6 +159,7 @@ def test_closed_pipe_ends_short_commands_quietly(words: tuple[str | Path, ...]) 
     assert not [line for line in said.splitlines() if not line.startswith("INFO")]
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("library", ["h5py", "libpetsc"])
 def test_interrupt_while_libraries_load(library: str, tmp_path: Path) -> None:
     """Ctrl-C in the first seconds: exit status 130, one line, no trace, no abort, nothing written.

@@ -28,6 +28,7 @@ def frequencies_of(state: HeldModes, kind: str) -> np.ndarray:
     return np.array([frequency for frequency, motion in pairs if motion.kind == kind])
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_seat_is_a_beam_on_its_two_edges() -> None:
     """Under gravity it rests at x = 0 and 50 mm: the overhang on k1 infinite, k2 = 3 E I / a has 44.08 Hz, 278.2 Hz.
 

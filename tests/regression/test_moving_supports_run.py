@@ -41,6 +41,7 @@ def written(folder: Path, model: str) -> Path:
     return path
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("model", MODELS)
 def test_a_resumed_run_is_the_same(model: str, tmp_path: Path) -> None:
     """Stopped and continued while walls move, compiled and step by step: no bit differs."""
@@ -63,6 +64,7 @@ def test_a_resumed_run_is_the_same(model: str, tmp_path: Path) -> None:
     assert history["wall_motion"].values[-1, 1] == pytest.approx(-9.0e-4, abs=1e-18)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_results_know_where_walls_are(tmp_path: Path) -> None:
     """Faces of the results, moved by `wall_motion`, stand where the support would be; pictures draw them there."""
     case = written(tmp_path, "rigid")

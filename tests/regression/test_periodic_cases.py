@@ -57,6 +57,7 @@ def peaks(outcome: Outcome) -> np.ndarray:
     return np.array([outcome.summary["periodic"]["probes"][name]["peak_to_peak"] for name in ("test", "tip")])
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_shooting_agrees_with_a_march(shot: Outcome, tmp_path: Path) -> None:
     """The last period of a march of 4 s has the peaks and harmonics 1-5 of the orbit within 0.1 %."""
     marched = run(tmp_path, "analysis={type = 'transient'}", "time.end=4.0", "output.fields_interval=1.0")
@@ -87,6 +88,7 @@ def test_a_curve_stops_where_it_is_asked_to(tmp_path: Path, monkeypatch: pytest.
     assert outcome.summary["periodic"]["residual"] <= 1e-8
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_harmonic_balance_agrees_with_shooting(tmp_path: Path) -> None:
     """160 harmonics give harmonics 1-5 of 1000 steps within 1 %, the peaks within 0.2 %, and an energy balance."""
     shot = run(tmp_path / "shot", "time.step=5e-5")
@@ -200,6 +202,7 @@ def test_curve_of_a_beam(tmp_path: Path) -> None:
     assert {line.get_linestyle() for line in lines if len(line.get_xdata()) > 1} == {"-", "--"}
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_curve_that_does_not_cover_its_range_has_status_5(tmp_path: Path) -> None:
     """Few points do not reach the ends: the gap is named, with what helps; the response itself stands."""
     curve = ["key='load.shaker.amplitude'", "low=1.0", "high=40.0", "max_points=2"]

@@ -58,6 +58,7 @@ def test_density_of_a_sine(tmp_path: Path) -> None:
         power_density(history, "velocity")
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_a_span_of_time(noisy: Path, tmp_path: Path) -> None:
     """Peaks, figures and densities are those of the span."""
     names = {path.stem for path in plot(noisy, tmp_path, begin=2.0, end=5.0, psd=("contact_force", "displacement"))}
@@ -97,6 +98,7 @@ def test_what_cannot_be_drawn_is_refused(noisy: Path, tmp_path: Path) -> None:
         plot(orbit, begin=0.01)
 
 
+@pytest.mark.slow(minutes=0.2)
 @alone
 def test_the_command(noisy: Path, tmp_path: Path) -> None:
     """Means over an interval are noted; faults end with status 2."""

@@ -54,6 +54,7 @@ def results(folder: Path, dimension: int, count: int = 4) -> Path:
     return folder
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_pictures_and_film(tmp_path: Path, dimension: int) -> None:
     calls: list[tuple[int, int]] = []

@@ -115,6 +115,7 @@ def test_studies_of_a_dict(tmp_path: Path) -> None:
     assert "1 of 1 trials passed" in repr(tried)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_modes_and_check_describe_a_case(tmp_path: Path) -> None:
     """Frequencies ascend; a description prints its tables; measured frequencies that descend are refused."""
     coarse = {"model": {"type": "beam", "elements": 12}}

@@ -89,6 +89,7 @@ def test_both_marches_count_alike(tmp_path: Path, monkeypatch: pytest.MonkeyPatc
         assert one["contact_time"][:] == pytest.approx(other["contact_time"][:], abs=1e-12)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_run_ends_when_its_interval_is_narrow(tmp_path: Path) -> None:
     """It goes on beyond time.end, ends before its longest time, and to the same bits where it was stopped between."""
     asked = {"relative_error": 0.3, "of": RMS, "at_most": 6.0}

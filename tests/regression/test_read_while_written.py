@@ -119,6 +119,7 @@ def test_damage_is_reported_after_gathering(opened: Fields, tmp_path: Path) -> N
     assert opened.frame(6).time == pytest.approx(0.012)
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_another_run_in_the_place_of_one(opened: Fields, tmp_path: Path) -> None:
     """A folder that was written anew, with another mesh."""
     words = ("run", DEMO, *settings(*BRIEF, "mesh.size=0.03"), "--output", tmp_path / "out", "--overwrite")

@@ -296,6 +296,7 @@ def test_faults_are_reported_all_at_once(forced: Path, tmp_path: Path) -> None:
             report_on([tmp_path / "empty"], "c")
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_command(tmp_path: Path) -> None:
     """A page and its PDF; nothing is replaced unasked, and what cannot be done is refused with status 2."""

@@ -126,6 +126,7 @@ def curve_shown(page: Page) -> dict[str, list[float]]:
     return found
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_click_on_a_clearance_shows_its_curve(browser: Browser, page_file: Path) -> None:
     """Each button draws the points of its curve and the curve of all choices, and nothing is fetched."""
     shown: list[str] = []
@@ -174,6 +175,7 @@ def test_buttons_are_reached_by_keyboard(browser: Browser, page_file: Path) -> N
     page.context.close()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_phone(browser: Browser, page_file: Path) -> None:
     """At 360 points of width nothing sticks out but within what scrolls, figures fit, and fingers scroll the page."""
     shown: list[str] = []

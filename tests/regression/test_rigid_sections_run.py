@@ -27,6 +27,7 @@ KEYS = (
 )
 
 
+@pytest.mark.slow(minutes=0.4)
 def test_a_resumed_run_is_the_same(tmp_path: Path) -> None:
     """Stopped and continued on the same sections: no bit differs; fields spread the forces over the mesh."""
     whole = gapbeam.run(TUBE, KEYS, tmp_path / "whole")
@@ -43,6 +44,7 @@ def test_a_resumed_run_is_the_same(tmp_path: Path) -> None:
     assert np.min(last.contact_pressure) >= 0.0
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_another_clearance_needs_no_new_sections(tmp_path: Path) -> None:
     """What a sweep changes without a new mesh: gaps follow, and so does the force that the walls take."""
     wide = gapbeam.run(TUBE, (*KEYS, "support.left.clearance=0.2e-3", "time.end=0.005"), tmp_path / "wide")

@@ -32,6 +32,7 @@ def written(folder: Path, changes: dict[str, Any]) -> Path:
     return path
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(("changes", "stops"), [(RUBBING, (60,)), (SMOOTH, (2,))], ids=["rubbing", "smooth"])
 def test_a_resumed_run_is_the_same(changes: dict[str, Any], stops: tuple[int, ...], tmp_path: Path) -> None:
     """Stopped and continued, step by step with friction and compiled without it: no bit differs."""
@@ -50,6 +51,7 @@ def test_a_resumed_run_is_the_same(changes: dict[str, Any], stops: tuple[int, ..
     assert float(np.ptp(displacement.values[:, 0, 0])) > 1e-6
 
 
+@pytest.mark.slow(minutes=0.3)
 @alone
 def test_two_ranks(tmp_path: Path) -> None:
     """Friction and motion agree on one rank and on two."""
@@ -74,6 +76,7 @@ def test_a_sweep_over_the_coefficient_shares_the_body(tmp_path: Path) -> None:
     assert float(rows[0]["peak_force"]) > 1.01 * float(rows[1]["peak_force"]) > 0.0
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("method", ["shooting", "harmonic-balance"])
 def test_periodic_responses_along_the_beam(method: str, tmp_path: Path) -> None:
     """A clamped beam is pulled to and fro: F tan(k L) / (E A k) at its end, k = 2 pi f / c. Friction is refused."""

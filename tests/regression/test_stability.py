@@ -97,6 +97,7 @@ def test_the_command_writes_map_and_tables(tmp_path: Path) -> None:
             assert len(picture.convert("RGB").getcolors(1 << 24) or []) > 50
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_every_quantity_colors_its_map(tmp_path: Path) -> None:
     """A figure that differs between two records changes its own map; a refused point stays white."""
     base = {"contact.stiffness": "1e10", "time.step": "1e-4", "time.scheme": "newmark", "verdict": "passed"}

@@ -52,6 +52,7 @@ def block(tmp_path: Path) -> Path:
     return path
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_the_commands_that_a_user_types(block: Path) -> None:
     """`check` says how the run starts, `run` ends well, and a start within a wall ends with status 2."""
@@ -75,6 +76,7 @@ def test_the_commands_that_a_user_types(block: Path) -> None:
     assert_says(refused.stderr, ["[analysis.motion]", "into hole_hole", "expected a start between the faces"])
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_run_that_stops_and_continues_has_the_same_bits(block: Path) -> None:
     """The start plays no part in what continues from a checkpoint."""
     whole = gapbeam.run(block, output=block.with_name("whole"))
@@ -83,6 +85,7 @@ def test_a_run_that_stops_and_continues_has_the_same_bits(block: Path) -> None:
     assert differing(block.with_name("whole"), block.with_name("parts")) == []
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_sweep_over_start_values(block: Path) -> None:
     """The responses pass, and every one starts with its own vector, on one body."""
     keys = ["analysis.mode.amplitude=0.0", "load=[]", "analysis.motion.spin=0.0", "time.end=2e-3"]

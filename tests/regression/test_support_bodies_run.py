@@ -146,6 +146,7 @@ def test_periodic_responses(tmp_path: Path) -> None:
         assert done.summary["periodic"]["stable"] is (True if method == "shooting" else None)  # too few harmonics
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 @pytest.mark.versions
 def test_two_ranks(tmp_path: Path) -> None:

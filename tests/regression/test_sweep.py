@@ -364,6 +364,7 @@ def test_a_response_whose_workers_were_lost_fails_and_is_tried_again(tmp_path: P
     assert run_chain(second) == 1
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_case_with_faults_everywhere_is_reported() -> None:
     """The faults of the case file itself come first."""
     done = called("sweep", CASE, "time.step=-1,-2")

@@ -39,6 +39,7 @@ time = { end = 30.0, step = 4e-4 }
 """
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_a_run_keeps_the_doubts_of_its_tolerance(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A reference uncertain by 5.8 %: 2 % is not promised, status 5 and results; 10 % is promised, status 0."""
@@ -89,6 +90,7 @@ def test_a_run_compares_its_own_estimate_with_its_tolerance(tmp_path: Path, monk
     assert again.summary["warnings"].count(warning) == 1
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_resonance_leaves_a_tolerance_that_its_first_periods_keep(tmp_path: Path) -> None:
     """Generalized-alpha: within 2 % of a quarter of the step in the first 8 periods, and far beyond it after 6 s."""
     case = tmp_path / "resonance.toml"

@@ -198,6 +198,7 @@ def test_a_study_of_a_small_case_is_stored_and_found_again(tmp_path: Path, monke
     assert outcome.summary["model"]["dofs"] == study.chosen.measured.dofs
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_what_cannot_be_studied_is_explained(tmp_path: Path) -> None:
     """No forcing period, a formulation without stiffness, a tolerance that is none: status 2, and what is expected."""

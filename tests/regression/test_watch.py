@@ -145,6 +145,7 @@ def test_a_full_disk_does_not_end_a_run(tmp_path: Path, monkeypatch: pytest.Monk
     assert gapbeam.run(DEMO, BRIEF, tmp_path / "out").exit_status == 0
 
 
+@pytest.mark.slow(minutes=0.4)
 def test_watching_ends_with_the_verdict(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A run beside a watcher that looks five times a second: the run is done, and the watcher says so."""
     monkeypatch.setattr(progress_file, "INTERVAL", 0.05)

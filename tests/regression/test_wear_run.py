@@ -118,6 +118,7 @@ def test_wear_changes_no_bit_of_the_motion(worn: Path, tmp_path: Path) -> None:
     assert "wear" not in gapbeam.open_results(tmp_path / "without").summary
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("rubs", [False, True], ids=["compiled", "python"])
 def test_a_resumed_run_has_the_same_work(rubs: bool, tmp_path: Path) -> None:
     """Stopped and continued: no bit differs. Without noise there are no intervals."""

@@ -76,6 +76,7 @@ def done(command: list[str | Path], folder: Path) -> subprocess.CompletedProcess
     return said
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_build_says_no_warning(built: tuple[Path, str]) -> None:
     """Neither deprecated metadata nor files that belong to no package."""
     assert len(list(built[0].iterdir())) == 2

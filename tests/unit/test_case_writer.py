@@ -145,6 +145,7 @@ def valid_cases(draw: st.DrawFn) -> Case:
     return case
 
 
+@pytest.mark.slow(minutes=0.1)
 @LIGHT
 @given(
     case=valid_cases(),

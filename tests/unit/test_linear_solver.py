@@ -150,6 +150,7 @@ def test_beam_rattles_by_iterations_as_by_a_factor(tmp_path: Path, changes: dict
     assert any("conjugate gradients" in words for words in outcomes["iterative"].summary["warnings"])
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("interface", ["free", "fixed"])
 def test_a_basis_by_iterations_spans_what_one_by_a_factor_does(tmp_path: Path, interface: str) -> None:
     reduced = {"model": {"type": "reduced", "modes": 8, "interface": interface}}

@@ -97,6 +97,7 @@ def test_root_file_system_reports_what_it_shows() -> None:
     assert not any(Path(folder).is_relative_to("/usr/bin") for folder in shared.split(":"))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_studies_hold_their_folder(tmp_path: Path) -> None:
     """A folder that another run or study writes is refused, before anything is computed, and left as it is."""
     calls = [(command, *words, "--output", tmp_path / "held") for command, words in STUDIES.items()]

@@ -161,6 +161,7 @@ def test_two_incommensurate_frequencies_are_not_periodic() -> None:
     assert periodicity(motion(100, function), FORCING).period is None
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("coefficient", [3.7, 3.8, 3.9, 3.99, 4.0])
 def test_chaos_is_not_periodic_wherever_the_record_ends(coefficient: float) -> None:
     displacement, velocity = logistic(400, 400.0, coefficient)

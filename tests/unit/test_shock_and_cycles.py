@@ -75,6 +75,7 @@ def test_damage_of_a_sine(tmp_path: Path) -> None:
         SNCurve(-3.0, 100e6, 2e6)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_figures_and_tables(tmp_path: Path) -> None:
     """Both are drawn, and stand in tables and data; what has no meaning is refused."""
     time = 1.0e-3 * np.arange(2001)
@@ -146,6 +147,7 @@ def test_cycles_in_their_file(tmp_path: Path) -> None:
     assert found["column"].count("gland") == len(mine)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_power_density_in_its_file(tmp_path: Path) -> None:
     """The file's densities sum to the power A^2 / 2 of a sine."""
     time = 1.0e-3 * np.arange(4097)

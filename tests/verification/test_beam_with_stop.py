@@ -58,6 +58,7 @@ def cantilever(elements: int) -> SemiDiscreteSystem:
     )
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize("name", ["discrete-gradient", "newmark"])
 def test_known_figures(name: str) -> None:
     """Code_aster gives u = -1.85334e-6 m at 0.1315 s and v = -4.63284e-3 m/s at 0.1566 s at the tip."""
@@ -73,6 +74,7 @@ def test_known_figures(name: str) -> None:
     assert u.min() < -GAP
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_known_figures_from_a_case_file() -> None:
     """The same by a case: a clamped joint, a narrow stop under the tip, and a section of the same E I and rho A.
 

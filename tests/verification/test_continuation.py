@@ -49,6 +49,7 @@ def impacting_curve() -> ResponseCurve:
     return follow(lambda omega: oscillator_map(200, omega, **IMPACTS), 0.9, x, CurveSettings(0.88, 1.2))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_resonance_curve_of_a_linear_oscillator() -> None:
     """Without contact the curve is F / sqrt((1 - w^2)^2 + (2 zeta w)^2) over all frequencies, without events.
 
@@ -97,6 +98,7 @@ def test_folds_are_where_marches_jump() -> None:
         assert jumps[7] > 5.0 * np.median(jumps)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_period_doubles_where_the_multiplier_is_minus_one() -> None:
     """Between the two doublings a march leaves the response of one period for one of two; outside it comes back to it.
 

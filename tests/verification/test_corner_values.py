@@ -17,6 +17,7 @@ from tests.verification.test_joints_and_masses import ROOT, joint, tables
 SOLID: dict[str, Any] = {"dimension": 3, "size": 0.05, "support_size": 0.02, "cells_through_thickness": 2}
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(
     "more",
     [

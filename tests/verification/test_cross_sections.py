@@ -130,6 +130,7 @@ def tip_of_tube(model: dict[str, Any]) -> float:
     return float(built.probes["tip"].evaluate(state.u[VALUE], built.system.operators)[-1])
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_tube_between_plates_rests_as_its_solid_does() -> None:
     """By hand the rigid tube turns about the edge of the base, and sinks by its play; bending adds some of it."""
     full = tip_of_tube({"type": "full"})

@@ -28,6 +28,7 @@ def test_the_exact_law_of_a_mass_without_stops() -> None:
     assert virial == pytest.approx(TEMPERATURE, rel=1e-6)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("name", RATTLERS)
 def test_marches_have_the_exact_figures(name: str) -> None:
     """Means of twelve signals lie within three standard errors and 2 % for the step; most intervals hold."""

@@ -72,6 +72,7 @@ def free_beam_response(t, x, point, force, frequency, thickness, width, roots):
     return total * force / mass
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_free_beam_under_a_harmonic_force(dimension: int) -> None:
     """A slender free beam (4 mm) shaken with 60 Hz from rest for 25 ms: the sum of its closed-form modes.
@@ -128,6 +129,7 @@ def test_steady_state_of_a_damped_beam_is_the_discrete_one(scheme: TimeScheme) -
         assert np.linalg.norm(found - expected.real) < 1e-6 * np.linalg.norm(expected)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("dimension", [2, 3])
 def test_base_motion_given_in_three_quantities(dimension: int) -> None:
     """Acceleration A, velocity A/w a quarter period behind and displacement A/w^2 in opposition: to 1e-10.

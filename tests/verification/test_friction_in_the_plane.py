@@ -76,6 +76,7 @@ def test_the_known_figures_are_those_of_the_closed_form() -> None:
     assert pytest.approx(EXACT, abs=5e-8) == KNOWN
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("name", PLANE_SCHEMES)
 def test_a_mass_slides_on_the_diagonal(name: str) -> None:
     """Four half periods within 1e-4 of the amplitude; midpoint schemes within 1e-7. It stays on the diagonal."""
@@ -95,6 +96,7 @@ def test_errors_of_the_step_and_of_the_slip_velocity() -> None:
     assert tight < 1e-6 * START
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("kind", [{"type": "full"}, {"type": "reduced", "contact": "all"}], ids=["full", "reduced"])
 def test_a_solid_slides_on_the_diagonal(kind: dict[str, str]) -> None:
     """A plate of 1 kg on a stop along its whole length, with an elastic joint: the same figures to 1e-5.

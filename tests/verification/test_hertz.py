@@ -129,6 +129,7 @@ def press(folder: Path, name: str, cell: float, degree: int) -> Pressed:
     return Pressed(x, pressure, weights, force, a, 2.0 * force / (pi * a))
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize("name", FORMULATIONS)
 def test_pressure_approaches_that_of_hertz(tmp_path: Path, name: str, degree: int) -> None:
@@ -143,6 +144,7 @@ def test_pressure_approaches_that_of_hertz(tmp_path: Path, name: str, degree: in
     assert fine.peak_found == pytest.approx(fine.peak, rel=4e-3 if degree == 1 else 2e-3)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("degree", [1, 2])
 def test_stress_on_a_face_that_is_not_flat(tmp_path: Path, degree: int) -> None:
     """G^T w S u is the assembled -int e . sigma(u) n v ds on the arc: the force along the bending axis, to 1e-12.

@@ -55,6 +55,7 @@ def bounced(compiled: bool, steps_of_contact: int, periods: float) -> Accounts:
     return accounts
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("compiled", [True, False])
 def test_a_mass_between_elastic_stops(compiled: bool) -> None:
     """Rate v / (2 (2 g + v pi / w)), speed v, impulse 2 m v, duration pi / w and square of the force of impacts.

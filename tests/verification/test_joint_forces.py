@@ -156,6 +156,7 @@ def moving(folder: Path, **more: Any) -> xr.Dataset:
     return history(folder, *ends, **(MOVING | {"time": {"end": 0.008, "step": 5.0e-5}, "output": RUN["output"]} | more))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_friction_is_in_the_forces_of_joints(tmp_path: Path) -> None:
     """A rubbing stop pulls a clamp along: the residual of a reduced model is the stiff spring of a full one."""
     rubbing = {"contact": {"friction": {"coefficient": 0.4}}, "support": MOVING["support"]}
@@ -171,6 +172,7 @@ def test_friction_is_in_the_forces_of_joints(tmp_path: Path) -> None:
     assert float(np.abs(along).max()) > 1.0
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("scheme", ["discrete-gradient", "generalized-alpha"])
 def test_the_compiled_march_records_the_same_forces(
     scheme: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

@@ -187,6 +187,7 @@ def test_gravity_and_base_motion_act_on_masses_alike() -> None:
         assert np.abs(lifted - gravity).max() > 0.01 * np.abs(gravity).max()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_rigid_beam_on_springs_and_dampers_is_an_oscillator() -> None:
     """Two equal joints at the ends: heave decays with c / 2 m at sqrt(k / m - (c / 2 m)^2) from a sag of m g / k."""
     stiffness, damping = 4.0e4, 6.0

@@ -100,6 +100,7 @@ def test_no_loss_needs_no_damping() -> None:
             kelvin_voigt_ratio(restitution, False)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("restitution", [0.9, 0.5, 0.1])
 @pytest.mark.parametrize("tension", ["clipped", "adhesive"])
 @pytest.mark.parametrize(("scheme", "tolerance"), [("discrete-gradient", 1e-6), ("newmark", 3e-3)])

@@ -31,6 +31,7 @@ MESHES: dict[str, dict[str, Any]] = {
 UNDAMPED_EXPLICIT = {"scheme": "central-difference", "step": 1.0e-9, "end": 1.0e-6}
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("mesh", MESHES)
 def test_rigid_motions_keep_momentum_and_energy(mesh: str) -> None:
     """R^T M R of translations and rotations: mass, center of gravity and inertia are those of the full matrix."""
@@ -110,6 +111,7 @@ def flight(model: Model, dt: float, steps: int) -> tuple[Ledger, State]:
     return ledger, state
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("way", ["consistent", "redistributed"])
 def test_explicit_flights_conserve_energy_below_the_limit_only(way: str) -> None:
     """At the limit the balance closes and little is created; 1.3 times the limit without safety blows up."""

@@ -65,6 +65,7 @@ def shares(simulation: Simulation, state: State, number: int) -> tuple[float, fl
     return float(sizes[chosen]), float(np.max(np.abs(np.delete(sizes, chosen))))
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("number", [1, 2, 3])
 @pytest.mark.parametrize("model", ["beam", "reduced"])
 def test_a_cantilever_stays_in_its_mode(model: str, number: int) -> None:

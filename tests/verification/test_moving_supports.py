@@ -210,6 +210,7 @@ REGIONS: dict[str, Any] = {
 }
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("name", REGIONS)
 def test_walls_move_as_their_support_is_placed(name: str) -> None:
     """A motion by w opens gaps as an offset of w does, a motion sideways as lateral, a change of clearance likewise."""

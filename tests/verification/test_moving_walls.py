@@ -123,6 +123,7 @@ def test_harmonic_walls_reproduce_the_frame_to_second_order() -> None:
     assert np.log2(np.array(apart[:-1]) / apart[1:]) == pytest.approx(2.0, abs=0.1)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("name", SCHEMES)
 def test_a_pressed_mass_follows_its_wall(name: str) -> None:
     """A wall that moves slowly carries a mass with it: u = -w, the force is the load, the work load times way."""

@@ -178,6 +178,7 @@ def test_gap_and_force_operators_are_the_assembled_forms(name: str, theta: int) 
     assert contact.symmetric == (theta == 1)
 
 
+@pytest.mark.slow(minutes=0.1)
 @every_mesh
 def test_correction_of_the_stiffness_is_the_assembled_form(name: str) -> None:
     """K_N = K - theta/gamma int sigma_n sigma_n, assembled by DOLFINx, to 1e-12 of the largest entry of K.

@@ -172,6 +172,7 @@ def test_angular_momentum_wanders_less_with_more_points() -> None:
     assert wander[4, 1.0e-6] == pytest.approx(wander[4, 4.0e-6], rel=1e-2)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(("cells", "kept"), [(4, 5e-2), (8, 1e-2)])
 def test_tilting_takes_angular_momentum_from_the_middle(cells: int, kept: float) -> None:
     """100 000 steps: a tube that starts level comes to tilt, from round-off; only both parts together stay."""
@@ -182,6 +183,7 @@ def test_tilting_takes_angular_momentum_from_the_middle(cells: int, kept: float)
     assert both == pytest.approx(np.full_like(both, both[0]), rel=kept)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(("cells", "accuracy"), [(4, 2e-2), (8, 2e-3)])
 @pytest.mark.parametrize("stiffness", [SOFT, HARD])
 def test_turns_of_an_elastic_bounce(stiffness: float, cells: int, accuracy: float) -> None:
@@ -192,6 +194,7 @@ def test_turns_of_an_elastic_bounce(stiffness: float, cells: int, accuracy: floa
     assert found == pytest.approx(np.full_like(found, wanted), abs=accuracy)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_hard_wall_reflects_as_a_mirror() -> None:
     """The polygon of pi - 2 alpha, but for twice the depth over the clearance: 17 %, 6.5 % and 2.5 %, 128 points."""
     most = []

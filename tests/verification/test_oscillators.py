@@ -54,6 +54,7 @@ def test_free_period_sdnd122() -> None:
     assert abs(end.v[0, 0]) < 1e-6
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("name", ORDER_TWO)
 def test_forced_stop_converges_to_the_piecewise_solution(name: str) -> None:
     """X'' + 0.02 x' + x + 100 <x - 0.5> = 0.5 cos 0.7 t from rest, 18 events up to t = 40, order 2 in time."""
@@ -67,6 +68,7 @@ def test_forced_stop_converges_to_the_piecewise_solution(name: str) -> None:
     assert np.log2(errors[0] / errors[1]) == pytest.approx(2.0, abs=0.15)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("zeta", [0.1, 0.5, 0.8])
 @pytest.mark.parametrize("adhesive", [False, True])
 @pytest.mark.parametrize("name", ["discrete-gradient", "implicit-midpoint", "newmark"])
@@ -83,6 +85,7 @@ def test_restitution_of_kelvin_voigt(zeta: float, adhesive: bool, name: str) -> 
     assert -steps[-1].new.v[0, 0] / speed == pytest.approx(expected, abs=3e-3)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("scheme", SCHEMES)
 def test_ledger_balances_and_knows_who_lost_energy(scheme: str) -> None:
     """Every scheme's residual is round-off; only the discrete gradient's algorithmic loss is round-off too."""

@@ -61,6 +61,7 @@ def by_scipy(times: Array) -> Array:
     return np.asarray(found.y[0] + 0.5 * LENGTH * found.y[1])
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("scheme", ["discrete-gradient", "generalized-alpha"])
 def test_bar_between_two_laws(scheme: str, tmp_path: Path) -> None:
     """A spring with a damper and ADAMS's law under one bar: its tip as by DOP853 with tight tolerances."""

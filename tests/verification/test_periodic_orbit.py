@@ -21,6 +21,7 @@ LARGEST_FORCE = 19.03880302
 PERIOD = 2.0 * pi / 0.8
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_orbit_returns() -> None:
     """One period from the known state leads back to it, with order 2; Richardson's limit to 2e-6."""
     ends, means, harmonics, forces = [], [], [], []

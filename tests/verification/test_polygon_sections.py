@@ -220,6 +220,7 @@ SLENDER = {
 }
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("name", SLENDER)
 def test_solids_of_polygons_vibrate_as_their_beams_do(name: str) -> None:
     """The first three bending frequencies of a slender cantilever within 0.5 %."""
@@ -250,6 +251,7 @@ def resting(beam: dict[str, Any], model: dict[str, Any]) -> Array:
     return np.asarray(built.probes["tip"].evaluate(state.u[VALUE], built.system.operators))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_dovetail_rests_alike_as_all_models() -> None:
     """By hand the rigid one turns about the edge of the base and sinks by its play; bending adds some of it."""
     dovetail = SLENDER["dovetail"]

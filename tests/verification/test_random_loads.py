@@ -205,6 +205,7 @@ def response(f: float) -> float:
     return float(DENSITY_OF_FORCE / factor**2)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_stationary_response_of_an_oscillator(tmp_path: Path) -> None:
     """The mean square is that of the discrete scheme, within its scatter, and nearly S0 / (4 k c) of white noise.
 
@@ -232,6 +233,7 @@ def test_stationary_response_of_an_oscillator(tmp_path: Path) -> None:
     assert sum(band["asked"] for band in bands) == pytest.approx(800.0, rel=2e-3)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_intervals_of_the_comparison_cover() -> None:
     """Over many seeds, 95 % of the ratios lie in their intervals, for spectra of all kinds."""
     for spectrum, end in ((WHITE, 10.0), (TABLE, 1.5), (FLOW, 45.0)):
@@ -247,6 +249,7 @@ SHAKEN = {"type": "random", "name": "shaker", "point": 0.4, "seed": 9, "spectrum
 FLOOR = {"type": "random", "name": "floor", "quantity": "acceleration", "ramp": 2e-3, "spectrum": WHITE}
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_compiled_and_step_by_step(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Both time loops take the same noise."""
     model = {"type": "reduced", "modes": 8, "shapes": 4}
@@ -266,6 +269,7 @@ FLOWING = (
 )
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("noise", [RANDOM, FLOWING], ids=["at a point", "along the beam"])
 def test_a_run_continues_under_the_same_noise(noise: str, tmp_path: Path) -> None:
     """A run in parts has the bits of a run without a stop, and records do not change the noise."""

@@ -98,6 +98,7 @@ def test_stations_move_as_the_section_does() -> None:
     assert points.spread(forces).min() > 0.0
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("section", ["round", {"type": "tube", "wall": 0.002}])
 def test_seats_are_those_of_the_surface(section: Any) -> None:
     """Reactions within 1 % (0.2 %, in fact) of those of the surface that deforms and of a statically determinate bar.
@@ -158,6 +159,7 @@ def test_orbits_are_those_of_beam_elements() -> None:
     assert means[0] == pytest.approx(means[1], rel=0.1)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_surface_slides_as_the_section_does() -> None:
     """Rigid motions move the surface along the holes and around them; the work of sliding is that of beam elements."""
     model = model_of(RIGID, wear={})
@@ -180,6 +182,7 @@ def test_the_surface_slides_as_the_section_does() -> None:
     assert works[0] == pytest.approx(works[1], rel=0.02)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_compiled_march_takes_the_sections() -> None:
     """Two rows for each station in the place of one for each point; the same numbers as step by step, to 1e-9."""
     simulation = Simulation(model_of(RIGID, load=[WEIGHT, SHAKER]))
@@ -196,6 +199,7 @@ def test_the_compiled_march_takes_the_sections() -> None:
     assert end.pressure == pytest.approx(expected[-1].pressure, abs=1e-8 * max(expected[-1].pressure.max(), 1.0))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_bounces_keep_their_energy() -> None:
     """A bar that is thrown about in its holes without damping: the balance closes to 1e-9 of the energy exchanged."""
     simulation = Simulation(model_of(RIGID, damping={}, load=[WEIGHT, SHAKER | {"amplitude": 60.0}]))
@@ -206,6 +210,7 @@ def test_bounces_keep_their_energy() -> None:
     assert abs(accounts.ledger.residual) < 1e-9 * accounts.ledger.exchanged
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_what_sections_leave_out_is_measured() -> None:
     """The deformation under a pressure on half of a section, against solves on the mesh; large ones are warned of.
 
@@ -238,6 +243,7 @@ def test_what_sections_leave_out_is_measured() -> None:
     assert 0.6 * bound < tube.body.basis.section_flexibility <= 1.05 * bound  # type: ignore[operator]
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_moving_holes_carry_the_bar_along() -> None:
     """A hole that rises lifts the bar: as beam elements do, step by step the same."""
     motion = {

@@ -74,6 +74,7 @@ def tip_of(model: Model) -> float:
     return float(model.probes["tip"].evaluate(state.u[VALUE], model.system.operators)[-1])
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_seat_is_that_of_the_mesh(bar: Path) -> None:
     """Reduced and rigid models on fewer points tilt in the play as the full one does, to a few percent."""
     full = tip_of(model_of(bar, {"type": "full"}))

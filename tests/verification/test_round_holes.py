@@ -74,6 +74,7 @@ def wall_force(r: float) -> float:
     return 2.0 * STIFFNESS * DIAMETER / 2.0 * LONG * (r * (a + sin(a) * cos(a)) - 2.0 * CLEARANCE * sin(a))
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("direction", [[0.0, 0.0, -1.0], [0.0, 1.0, 0.0], [0.0, 1.0, 1.0], [0.0, -0.3, 1.0]])
 @pytest.mark.parametrize(("times", "depth"), [(1.0, 0.01), (100.0, 0.0005)])
 def test_a_tube_is_pressed_into_its_holes(times: float, depth: float, direction: list[float]) -> None:
@@ -86,6 +87,7 @@ def test_a_tube_is_pressed_into_its_holes(times: float, depth: float, direction:
     assert aside < max(depth * (wanted - CLEARANCE), 0.006 * CLEARANCE)  # 0.006 rad between contact points
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(("cells", "accuracy"), [(2, 0.01), (4, 1e-3), (8, 1e-4)])
 def test_more_cells_around_find_the_depth(cells: int, accuracy: float) -> None:
     """A contact over 68 degrees to either side, with 8, 16 and 32 cells around."""
@@ -158,6 +160,7 @@ def test_nothing_but_its_springs_holds_a_tube_that_touches_no_wall() -> None:
     assert np.sum(squares < 1e-2 * SPRING / MASS) == 4  # along and about the axis, and both rotations
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("offset", [0.0, 1.0e-4])
 def test_a_tube_rests_as_its_solid_does(offset: float) -> None:
     """Reduced and full models in two holes, one of them out of line: same forces and places; the weight is carried."""

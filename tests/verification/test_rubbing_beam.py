@@ -132,6 +132,7 @@ def test_a_cylinder_that_slides_along_is_slowed_by_friction() -> None:
     assert abs(turning) * RADIUS < 1e-3 * SPEED
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("region", ["hole", "slot"])
 def test_the_surface_moves_as_that_of_the_solid(region: str) -> None:
     """Gaps and slip of beam and mesh agree at every contact point: moved along, sideways, up, pitched and twisted."""
@@ -179,6 +180,7 @@ SLICE: dict[str, Any] = {
 }  # fmt: skip
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_slice_that_sticks_and_slips_moves_as_its_solid() -> None:
     """A beam between base and gland is pulled to and fro, and slips: its tip moves as that of the mesh, to 3 %."""
     found = {}

@@ -66,6 +66,7 @@ def test_printed_numbers_stand_beside_ours(section: tuple[ReportSection, Path]) 
     assert all(text in errata.text for text in ("3.9266", "7.0686", "5.498", "4.73"))
 
 
+@pytest.mark.slow(minutes=0.4)
 def test_surfaces_run_between_the_limits(section: tuple[ReportSection, Path]) -> None:
     """Monotone in both springs, and at the corners of Figs. 4 to 6 the four limits; Eq. 9 agrees with every root."""
     made, _ = section
@@ -82,6 +83,7 @@ def test_surfaces_run_between_the_limits(section: tuple[ReportSection, Path]) ->
     assert words[words.index("of") + 1] == words[words.index("the") + 1]
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_seated_beam_stands_beside_them(section: tuple[ReportSection, Path]) -> None:
     """Frequencies of the clamped overhang in closed form; springs of the seat are those of its span, 3 E I / a."""
     made, folder = section
@@ -98,6 +100,7 @@ def test_the_seated_beam_stands_beside_them(section: tuple[ReportSection, Path])
     assert isinstance(only(made, Chart, "Mode shapes"), Chart)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_section_makes_a_page(section: tuple[ReportSection, Path]) -> None:
     made, folder = section
     page = write_html(Report("Section 2", "", (made,)), folder / "page.html").read_text(encoding="utf-8")

@@ -203,6 +203,7 @@ def test_slices_vibrate_as_beam_elements_do() -> None:
     assert solid[:3] == pytest.approx(beam[:3], rel=5e-3)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_solid_shafts_vibrate_and_bend_as_beam_elements_do() -> None:
     """A bar with a thicker hub that ends as an aluminum tube, clamped: two frequencies of bending, and the tip."""
     round_bar = {
@@ -249,6 +250,7 @@ PIECES = (
 )
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("kind", ["beam", "reduced"])
 def test_a_stepped_shaft_rests_in_two_supports_under_different_diameters(kind: str) -> None:
     """Reactions by the lever rule; both ends sink by half the clearance, since gaps begin at the surface there."""

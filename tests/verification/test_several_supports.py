@@ -181,6 +181,7 @@ def history(case: dict[str, Any], folder: Path, *overrides: str) -> Any:
     return gapbeam.open_results(folder).history
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("model", ["full", "reduced", "beam"])
 def test_one_slot_is_the_base_and_gland(model: str, tmp_path: Path) -> None:
     """A slot from x = 0, moved up by half of its clearance, is the support of the paper: equal to the last bit."""
@@ -193,6 +194,7 @@ def test_one_slot_is_the_base_and_gland(model: str, tmp_path: Path) -> None:
         np.testing.assert_array_equal(one[name].values, other[name].values)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_beam_turned_end_for_end_moves_as_before(tmp_path: Path) -> None:
     """Supports and probe mirrored about the middle: the same motion to round-off, up to the first impacts."""
     places = [(0.1, 0.15), (0.5, 0.52), (0.9, 0.95)]

@@ -67,6 +67,7 @@ def test_two_parts_are_one_march(model: str, tmp_path: Path) -> None:
     assert not (tmp_path / "second" / "checkpoint").exists()
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_other_loads_and_steps_are_allowed(tmp_path: Path) -> None:
     """The beam that the second run has is that which the first one left, whatever acts on it then."""
     first = tables(output={"keep_checkpoint": True})
@@ -94,6 +95,7 @@ KEEP = ("--set", "output.keep_checkpoint=true")
 STATE = '[analysis]\ntype = "transient"\nstate = "FOLDER"\n'
 
 
+@pytest.mark.slow(minutes=0.1)
 @alone
 def test_states_that_cannot_be_used(tmp_path: Path) -> None:
     """No folder, no checkpoint, another model, the own folder: status 2, and what to try."""

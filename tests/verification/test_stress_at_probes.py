@@ -96,6 +96,7 @@ def released(times: np.ndarray) -> np.ndarray:
     return np.asarray(2.0e11 * 0.5 * THICKNESS * swings @ (pulled * bend))
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_run_records_stresses_with_their_errors(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The history holds both stresses over time, the summary errors of their figures; other runs have neither."""
     case = model_of(None, model={"type": "reduced"}).case

@@ -103,6 +103,7 @@ def test_fields_of_a_run_are_its_records(folder: Path) -> None:
         np.testing.assert_allclose(found, wanted, rtol=1e-8, atol=1e-8 * float(np.abs(record).max()))
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_stress_colors_the_beam(folder: Path, tmp_path: Path) -> None:
     """Red above and blue below where the beam bends down; other pictures show it gray."""
     try:

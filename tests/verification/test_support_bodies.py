@@ -128,6 +128,7 @@ def two_masses(end: float, gap: float, contact: float, damper: float, push: floa
     )  # fmt: skip
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize(
     ("march", "end", "gap", "blows"), [("compiled", 0.06, 5.0e-4, 4), ("python", 6.0e-3, 5.0e-5, 1)]
 )
@@ -168,6 +169,7 @@ def test_two_mass_impact_oscillator(
     assert float(np.abs(found["energy_residual"]).max()) < 5e-11 * float(found["kinetic_energy"].max())
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_stiff_springs_make_rigid_supports(tmp_path: Path) -> None:
     """The motion differs from that in supports that stand still by something like 1 / k."""
     motion = {"velocity": 2.0e-3, "spin": 5.0e-3, "point": 0.0}

@@ -36,6 +36,7 @@ def history(tmp_path_factory: pytest.TempPathFactory) -> object:
     return gapbeam.open_results(folder).history
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_the_valve_stands_on_the_ends_of_its_guide(history: object) -> None:
     """Head and stem tip over the end of the guide: that end carries more than the weight, the other presses down."""
     forces, resultants = history["contact_force"], history["contact_resultant"]  # type: ignore[index]
@@ -45,6 +46,7 @@ def test_the_valve_stands_on_the_ends_of_its_guide(history: object) -> None:
     assert float(forces[0, 0]) == pytest.approx(weight + 2.0 * down, rel=0.03)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_the_valve_moves_along_its_spring(history: object) -> None:
     """Without friction the axial motion is that of a mass on spring and damper, in the frame of the engine."""
     mass, omega = STEM + HEAD, 2.0 * pi * 60.0

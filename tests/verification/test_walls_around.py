@@ -111,6 +111,7 @@ def test_recesses_move_walls() -> None:
     assert last - first == pytest.approx(1.0e-4 * np.array([sin(radians(45.0)), -cos(radians(45.0))]), abs=6e-6)
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_an_even_profile_is_a_hole() -> None:
     """Recesses that are equal everywhere are a larger clearance, and those of a circle aside are a hole aside."""
     even = model_of({"type": "profile", "angles": [0, 90, 180, 270], "recesses": [1e-4] * 4})
@@ -124,6 +125,7 @@ def test_an_even_profile_is_a_hole() -> None:
     assert seated(circle) == pytest.approx(seated(moved), abs=1e-7)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_worn_hole_lets_the_tube_down() -> None:
     """In a groove at the bottom that is wider than the contact, the tube rests as in a hole as wide as the groove."""
     worn = {"type": "profile", "angles": [-60, -40, 40, 60, 180], "recesses": [0.0, 2e-4, 2e-4, 0.0, 0.0]}
@@ -132,12 +134,14 @@ def test_a_worn_hole_lets_the_tube_down() -> None:
     assert found == pytest.approx(seated(model_of("hole", stiffness=2e11, clearance=1.2e-3)), abs=1e-10)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_hole_aside_holds_the_tube_aside() -> None:
     """Pulled toward +y, the tube rests the lateral offset farther than in a hole in line."""
     aside, plain = (seated(model_of("hole", [0.0, 1.0, 0.0], lateral=lateral)) for lateral in (1.5e-4, 0.0))
     assert aside == pytest.approx(plain + np.array([1.5e-4, 0.0]), abs=1e-9)
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("region", ["hole", "slot", {"type": "polygon", "walls": [-60.0, 60.0]}])
 def test_inclined_supports_incline_the_beam(region: Any) -> None:
     """A rigid beam in one long support with the tilt t rests with the slope t, about the middle of the support."""
@@ -161,6 +165,7 @@ MOVED = {"clearance": 3e-4, "offset": 5e-5, "lateral": -4e-5, "tilt": 1e-3}
 REGIONS = ["hole", {"type": "polygon", "walls": [-45.0, 45.0, 180.0], "recesses": [0.0, 1e-5, 0.0]}]
 
 
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("region", REGIONS)
 def test_another_place_moves_the_gaps(region: Any) -> None:
     """What a sweep changes without a new mesh is what a new model has."""
@@ -170,6 +175,7 @@ def test_another_place_moves_the_gaps(region: Any) -> None:
     assert moved.initial_gap == pytest.approx(other.system.contact.initial_gap, abs=1e-15)
 
 
+@pytest.mark.slow(minutes=0.1)
 def test_a_tube_between_walls_rests_as_its_solid_does() -> None:
     """Reduced and beam models against the solid, in a V-block."""
     block = {"type": "polygon", "walls": [-45.0, 60.0]}

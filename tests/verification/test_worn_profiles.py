@@ -13,6 +13,7 @@ from scipy.optimize import brentq
 
 import gapbeam
 from gapbeam.solver.faults import CaseError
+from gapbeam.studies.life.case_rates import CaseRates
 from gapbeam.studies.life.limits import wear_to_limits
 from gapbeam.studies.life.point_rates import PointRates
 from gapbeam.studies.life.profiles import of_faces
@@ -128,6 +129,15 @@ def test_a_contact_at_one_end_wears_there() -> None:
     assert worn.life is not None
     assert halved.runs > worn.runs
     assert abs(halved.life - worn.life) < worn.block_error
+
+
+def test_points_add_up_to_their_face() -> None:
+    """On gaps that are not worn, the volumes of all points are that of the face in even growth."""
+    points = PointRates(gapbeam.read_case(rubbing("local", TILT)))
+    found = points(np.zeros(len(points.owners)), 0)
+    (even,) = CaseRates(gapbeam.read_case(rubbing("even", TILT)))(np.zeros(1), 0).values
+    assert np.count_nonzero(found.values == 0.0) > 3
+    assert points.unworn.system.contact.weights @ found.values == pytest.approx(even * LENGTH * WIDTH, rel=1e-12)
 
 
 def test_an_area_beside_local_growth_is_a_fault() -> None:

@@ -245,21 +245,21 @@ def _run(
         seat = _seated(simulation, summary)
         start = simulation.start(seat, begin)
         signals.check()
-        if isinstance(model.case.analysis, Periodic):
-            signals.march_begins()
-            assert isinstance(seat, Seat)
-            response = search(model, seat.state, model.case.analysis, folder, comm, summary, interruption)
-            model, plan, start = response.steady.model, response.steady.plan, response.start
+    if reason is None:  # marches of a search use the loop, too
+        clock = time.perf_counter()
+        CompiledLoop.compile_ahead(plan, start if left is None else left.paused, signals.check)
+        summary["wall_time"]["compilation"] = time.perf_counter() - clock
+    if left is None and isinstance(model.case.analysis, Periodic):
+        signals.march_begins()
+        assert isinstance(seat, Seat)
+        response = search(model, seat.state, model.case.analysis, folder, comm, summary, interruption)
+        model, plan, start = response.steady.model, response.steady.plan, response.start
     if response is None:
         kept = {"seat": summary["seat"], "resumed": summary["resumed"], "every": steps_between(model)}
         checkpoints = Checkpoints(folder, model, comm, kept, model.case.output.checkpoint_interval)
     probes = ProbeFigures(model)
     if response is not None:
         steps = probes.listening(response.steps)
-    if reason is None and response is None:
-        clock = time.perf_counter()
-        CompiledLoop.compile_ahead(plan, start if left is None else left.paused, signals.check)
-        summary["wall_time"]["compilation"] = time.perf_counter() - clock
     consumers = consumers or RunConsumers(model, folder, comm, start, rule)
     signals.march_begins()
     try:

@@ -37,10 +37,14 @@ def kernels(folder: Path) -> list[Path]:
     return list(folder.rglob("march_kernel.march_steps-*.nbc"))
 
 
-def test_a_signal_is_heard_while_the_march_compiles(tmp_path: Path) -> None:
-    """SIGTERM ends the run before compilation does: status 143, the summary says so, no child goes on."""
+@pytest.mark.parametrize("options", [(), ("--set", 'analysis={type="periodic",start="seat"}')], ids=["march", "search"])
+def test_a_signal_is_heard_while_the_march_compiles(options: tuple[str, ...], tmp_path: Path) -> None:
+    """SIGTERM ends the run before compilation does: status 143, the summary says so, no child goes on.
+
+    So it does in a search for a periodic response, whose marches compiled in the process that shall hear it.
+    """
     log = tmp_path / "out" / "run.log"
-    process = first_run(tmp_path)
+    process = first_run(tmp_path, *options)
     until(lambda: log.exists() and "time loop is compiled" in log.read_text("utf-8"), "compilation")
     until(lambda: process.poll() is not None or bool(children_of(process.pid)), "the process that compiles")
     children = children_of(process.pid)

@@ -153,6 +153,8 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
     ("PlacedSupport", "law"): never,  # its stiffness has a unit of its own
     ("PlacedSupport", "wear"): never,  # only with [wear]
+    ("PlacedSupport", "area"): never,  # only with [wear]
+    ("PlacedSupport", "depth_limit"): never,
     ("Wear", "coefficient"): one_of(1.0e-14, 1.0e-13),
     ("Wear", "area"): seldom(powers(-6.0, -4.0)),
     ("Wear", "depth_limit"): never,  # only with an area; runs do not see it

@@ -31,6 +31,7 @@ class PressurePanel:
         points: np.ndarray,
         faces: dict[str, np.ndarray],
         largest: float,
+        large: float = 1.0,
     ) -> None:
         """Lay out.
 
@@ -41,9 +42,10 @@ class PressurePanel:
             points: Of the undeformed mesh, m.
             faces: Numbers of the mesh points on each face.
             largest: End of the scale, Pa.
+            large: Height of the sheet over the one it was designed for.
         """
         left, bottom, width, height = place
-        self._limit = _MEGA * largest or 1.0
+        self._limit, self._large = _MEGA * largest or 1.0, large
         self._numbers: dict[str, np.ndarray] = {}
         self._artists: dict[str, Any] = {}
         bar_place = (left + width + 0.008, bottom, 0.008, height)
@@ -87,7 +89,7 @@ class PressurePanel:
         panel.set_xlim(1e3 * support.near[0], 1e3 * support.near[1])
         panel.set_ylim(0.0, self._limit)
         panel.set_xlabel("x (mm)", labelpad=0)
-        panel.set_ylabel("contact pressure (MPa)", labelpad=6)
+        panel.set_ylabel("contact pressure (MPa)", labelpad=2.0 * self._large)
         panel.locator_params(axis="y", nbins=5)
         panel.legend(
             loc="lower right",
@@ -122,13 +124,14 @@ class PressurePanel:
                     vmax=self._limit,
                 )
                 self._numbers[face] = numbers
-            panel.set_ylabel("angle (°)" if around else "y (mm)", labelpad=_BETWEEN_TICKS if around else 4.0)
+            aside = _BETWEEN_TICKS * self._large if around else 0.0
+            panel.set_ylabel("angle (°)" if around else "y (mm)", labelpad=aside)
             panel.set_yticks([-180.0, 0.0, 180.0] if around else [1e3 * support.front, 0.0, 1e3 * support.back])
             panel.set_title(
                 f"pressure on the {face} (MPa)" if face in BASE_AND_GLAND else f"{face} (MPa)",
                 loc="left",
                 fontsize="medium",
-                pad=4,
+                pad=4.0 * self._large,
             )
             panel.spines[:].set_visible(True)
             if number == 0:

@@ -23,7 +23,7 @@ from gapbeam.postprocess.scene.label_rows import rows_of
 from gapbeam.postprocess.scene.motion_range import MotionRange
 from gapbeam.postprocess.scene.section_panel import draw_section
 from gapbeam.postprocess.scene.set_up import LoadArrow, SetUp
-from gapbeam.postprocess.scene.sheet import STYLE, Place, pixels
+from gapbeam.postprocess.scene.sheet import Place, pixels, style_of
 from gapbeam.postprocess.scene.support_surface import SupportBoxes, support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
 
@@ -53,8 +53,7 @@ def picture_of(set_up: SetUp, size: tuple[int, int]) -> tuple[np.ndarray, float]
     """
     scale = factor_of(set_up.supports, support_of(set_up.points, set_up.dimension, set_up.supports).thickness)
     large = size[1] / _DESIGNED_FOR
-    style = {key: value * large if key.endswith("size") else value for key, value in STYLE.items()}
-    with mpl.rc_context(style):
+    with mpl.rc_context(style_of(large)):
         sheet = _Sheet(set_up, scale, size, large)
         return sheet.drawn(), scale
 

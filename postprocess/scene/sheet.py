@@ -49,9 +49,22 @@ STYLE: dict[str, Any] = {
     "axes.xmargin": 0.0,
     "xtick.labelsize": 14.0,
     "ytick.labelsize": 14.0,
+    "xtick.major.size": 3.5,
+    "ytick.major.size": 3.5,
+    "xtick.major.pad": 3.5,
+    "ytick.major.pad": 3.5,
     "legend.frameon": False,
     "legend.fontsize": 14.0,
 }
+
+
+def style_of(large: float) -> dict[str, Any]:
+    """Return the style of a sheet, lengths and letters as large as the sheet is.
+
+    Args:
+        large: Height of the sheet over the one it was designed for.
+    """
+    return {key: value * large if key.endswith(("size", "pad")) else value for key, value in STYLE.items()}
 
 
 def whole_place(color: SurfaceColor) -> Place:
@@ -104,8 +117,7 @@ class Sheet:
         """
         self._size, self._caption, self._traces = size, caption, traces
         self._large = size[1] / _DESIGNED_FOR
-        style = {key: value * self._large if key.endswith("size") else value for key, value in STYLE.items()}
-        with mpl.rc_context(style):
+        with mpl.rc_context(style_of(self._large)):
             self.figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
             self._canvas = FigureCanvasAgg(self.figure)
             color = color or SurfaceColor.of_pressure(pressures[2])
@@ -116,7 +128,7 @@ class Sheet:
                 self._add_scale(color)
             self._mark(marks)
             self._near = self._ruled(ZOOM, windows[1], support, 7)
-            self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures)
+            self._pressure = PressurePanel(self.figure, _PRESSURE, support, *pressures, self._large)
             close = [block.face for block in support.near_blocks()]
             self._force = self._trace(_FORCE, "force (N)", traces.time, traces.forces, close)
             self._motion = self._trace(

@@ -188,4 +188,6 @@ def test_scene_is_small_and_stands_first(pages: dict[str, Path], tmp_path: Path)
     time = np.linspace(0.0, 0.5, 501)
     bare = html_of(report_on([write_results(tmp_path / "bare", time, sine_records(time))], "c"))
     assert 'class="scene"' not in bare
+    assert bare.index('class="verdict') < bare.index("There is no moving scene") < bare.index("<table")
+    assert "There is no moving scene" not in text
     assert 0 < len(text) - len(bare) < LARGEST

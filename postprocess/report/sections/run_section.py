@@ -45,6 +45,10 @@ from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
 
 PICTURES = "pictures"
+NO_SCENE = (
+    "There is no moving scene, since the run left fewer than two fields of the motion. A run in time with "
+    "`output.fields_interval` well below `time.end` writes them; `gapbeam view` draws the set-up without them."
+)
 PICTURE_WORDS = {
     "largest_contact_force": "The beam in its support at the field with the largest contact force.",
     "largest_displacement": "The beam in its support at the field with the largest displacement of the free end.",
@@ -82,12 +86,12 @@ def run_report(results: Results, command: str) -> Report:
 
 
 def _scene(results: Results, command: str) -> list[Block]:
-    """Return the moving scene; fields that cannot be read are reported in its place."""
+    """Return the moving scene; what stands in its way is said in its place."""
     try:
         scene = scene_of(results, command)
     except (ResultsError, SignalError) as fault:
         return [Verdict("warning", f"There is no moving scene: {fault}")]
-    return [] if scene is None else [scene]
+    return [Words(NO_SCENE)] if scene is None else [scene]
 
 
 def meta_of(results: Results, command: str) -> dict[str, str]:

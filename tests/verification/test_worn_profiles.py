@@ -102,7 +102,7 @@ def test_a_contact_at_one_end_wears_there() -> None:
             return float(area @ (STIFFNESS * np.maximum(height - gap - depth, 0.0))) - MASS * GRAVITY
 
         height = brentq(missing, float((gap + depth).min()), float((gap + depth).max()) + 1.0e-3, xtol=1e-15)
-        return STIFFNESS * np.maximum(height - gap - depth, 0.0)
+        return np.asarray(STIFFNESS * np.maximum(height - gap - depth, 0.0))
 
     def done(_time: float, depth: Array) -> float:
         return float(depth.max() - DEEP)

@@ -12,6 +12,7 @@ import logging
 import platform
 import re
 import sys
+import time
 from collections.abc import Mapping
 from itertools import pairwise
 from pathlib import Path
@@ -126,10 +127,13 @@ def run(
     if overwrite and resume:
         raise click.UsageError("--overwrite replaces the results of an earlier run, --resume goes on with it: give one")
     overrides: Mapping[str, object] | list[str] = override or []
-    taken = None if tolerance is None else level_within(case, override or [], tolerance)
+    began, limit = time.monotonic(), None if wall_time is None else duration(wall_time)
+    taken = None if tolerance is None else level_within(case, override or [], tolerance, limit)
     if taken is not None:
         overrides = taken.changes
-    asked: dict[str, object] = {} if wall_time is None else {"output.wall_time": duration(wall_time)}
+    asked: dict[str, object] = {}
+    if limit is not None:  # what a trade-off of --tolerance took is no longer left for the run
+        asked["output.wall_time"] = max(limit - (time.monotonic() - began), 1.0) if taken is not None else limit
     if error is not None:
         asked["output.errors"] = error
     if isinstance(overrides, Mapping):

@@ -54,13 +54,14 @@ def tradeoff(
     return result.exit_status
 
 
-def level_within(case: Path, override: list[str], tolerance: str) -> Taken:
+def level_within(case: Path, override: list[str], tolerance: str, wall_time: float | None = None) -> Taken:
     """Return the cheapest level of a case inside a tolerance, with all keys that it replaces; studied now if need be.
 
     Args:
         case: The case file.
         override: Overrides KEY=VALUE of the run.
         tolerance: "2%" or "0.02".
+        wall_time: Limit of the whole command, s: a study made now takes at most half of it.
 
     Returns:
         The level, with the doubts about the tolerance; the nearest where none is inside.
@@ -79,7 +80,8 @@ def level_within(case: Path, override: list[str], tolerance: str) -> Taken:
     from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping
 
     comm, limit, fixed = MPI.COMM_WORLD, fraction(tolerance), overrides_as_mapping(override)
-    return on_rank_zero(comm, lambda: level_for(case, fixed, limit, comm.size == 1))
+    minutes = MINUTES if wall_time is None else min(MINUTES, 0.5 * wall_time / 60.0)
+    return on_rank_zero(comm, lambda: level_for(case, fixed, limit, comm.size == 1, minutes))
 
 
 def judged_by(outcome: Outcome, taken: Taken) -> Outcome:

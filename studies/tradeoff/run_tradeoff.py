@@ -97,7 +97,7 @@ def tradeoff_folder(case: Path) -> Path:
     return Path("results") / f"{case.stem}-tradeoff"
 
 
-def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: bool) -> Taken:
+def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: bool, minutes: float = MINUTES) -> Taken:
     """Return the cheapest level inside a tolerance, with all keys that it replaces; a missing study is made now.
 
     Args:
@@ -105,6 +105,7 @@ def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: boo
         fixed: Keys that the run replaces.
         tolerance: Largest error that will do, as a fraction.
         alone: Whether this process may make the study: not under mpirun.
+        minutes: Wall time that a study made now may take.
 
     Returns:
         The level, with the doubts about the tolerance; the nearest where none is inside.
@@ -122,8 +123,8 @@ def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: boo
                 f"{folder} holds no trade-off of this case up to t = {read.time.end:g} s; run {made} first, on one "
                 "rank, with the same keys replaced"
             )
-        LOG.info("no trade-off of this case in %s: measured now, up to %g minutes", folder, MINUTES)
-        run_tradeoff(case, folder, fixed, tolerance)
+        LOG.info("no trade-off of this case in %s: measured now, up to %g minutes", folder, minutes)
+        run_tradeoff(case, folder, fixed, tolerance, minutes)
         found = stored_choice(folder, read, tolerance)
         assert found is not None
     LOG.info("tolerance %g %%: %s, as measured in %s", 100.0 * tolerance, found.name, folder)

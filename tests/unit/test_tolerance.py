@@ -10,10 +10,12 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gapbeam.commands.tradeoff import level_within
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
+from gapbeam.studies.tradeoff import run_tradeoff
 from gapbeam.studies.tradeoff.fidelity_levels import Level, plan_levels
 from gapbeam.studies.tradeoff.level_errors import Judged, judged, window_differences
 from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel, windows_over
@@ -187,3 +189,18 @@ def test_a_stored_study_serves_no_longer_case(tmp_path: Path) -> None:
     del study["end"]
     path.write_text(json.dumps(study), encoding="utf-8")
     assert stored_choice(tmp_path, case, TOLERANCE) is None
+
+
+def test_a_study_that_a_run_needs_takes_half_of_its_wall_time(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """`run --tolerance --wall-time 200s` measured models for 280 s; without a limit a study takes its usual minutes."""
+    allowed: list[float] = []
+
+    def study(case: Path, folder: Path, _fixed: object, _tolerance: float, minutes: float) -> None:
+        allowed.append(minutes)
+        write_stored(folder, read_case(case), [one(covered=END)], Grounds(END, {}))
+
+    monkeypatch.setattr(run_tradeoff, "run_tradeoff", study)
+    for wall_time in (None, 200.0):
+        monkeypatch.setattr(run_tradeoff, "tradeoff_folder", lambda _, name=str(wall_time): tmp_path / name)
+        level_within(DEMO, [], "2%", wall_time)
+    assert allowed == pytest.approx([run_tradeoff.MINUTES, 100.0 / 60.0])

@@ -132,24 +132,12 @@ def compiled_in_order(function: Function) -> Function:
 
 
 def entry(function: Function) -> Function:
-    """Compile a function that Python calls when it is first called; keep the machine code for later processes.
-
-    It makes no arrays: without counts of the references to arrays, which each call would change for every array of the
-    tables that it passes on, steps take a fifth less time. Python holds the arrays meanwhile.
-    """
-    return _entry(function, {**_OPTIONS, "_nrt": False})
-
-
-def entry_with_arrays(function: Function) -> Function:
-    """As `entry`, for a function that makes arrays."""
-    return _entry(function, _OPTIONS)
-
-
-def _entry(function: Function, options: dict[str, Any]) -> Function:
-    kept: dict[str, Any] = {} if _FOLDER is None else {"cache": True}
-    before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER or config.CACHE_DIR)
+    """Compile a function that Python calls when it is first called; keep the machine code for later processes."""
+    if _FOLDER is None:
+        return compiled(function)
+    before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER)
     try:
-        made: Function = numba.njit(**kept, **options)(function)
+        made: Function = numba.njit(cache=True, **_OPTIONS)(function)
     finally:
         config.CACHE_DIR = before
     return made

@@ -60,7 +60,7 @@ def test_no_point_that_touches_is_left_out(seed: int) -> None:
         begin_near(around, q, pressure)
         around.guess[:], around.free[:] = 1.0e-3 * random.standard_normal((2, 8))
         choose_near(around, gap, pressure, False)
-        near = around.near[: in_play(around, len(gap))]
+        near = np.array(in_play(around, len(gap)))
         turns = random.uniform(0.0, 2.0 * np.pi, 4)
         pushed = 0.5 * around.bound[:, None] * np.column_stack([np.cos(turns), np.sin(turns)])
         motions = [rows @ q, around.guess, around.free, pushed.ravel()]
@@ -85,7 +85,7 @@ def test_forces_that_move_a_section_farther_are_seen() -> None:
     assert stay_in_bounds(shared, around, 0.99 * allowed * force, 1.0)
     assert not stay_in_bounds(shared, around, 1.01 * allowed * force, 1.0)
     choose_near(around, gap, np.zeros(len(gap)), True)
-    assert in_play(around, len(gap)) == len(gap)
+    assert len(in_play(around, len(gap))) == len(gap)
     assert stay_in_bounds(shared, around, 1.0e9 * force, 1.0)
 
 

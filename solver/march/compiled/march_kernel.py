@@ -20,9 +20,9 @@ from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
-from gapbeam.solver.march.compiled.near_points import begin_near, raise_all, raise_closest
-from gapbeam.solver.march.compiled.point_motions import in_play, point_in_play
-from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, refresh_points, touch_all
+from gapbeam.solver.march.compiled.near_points import raise_closest
+from gapbeam.solver.march.compiled.point_motions import in_play
+from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
 from gapbeam.solver.march.compiled.sliding_kernel import enter_sliding, record_sliding
 from gapbeam.solver.march.compiled.wall_kernels import move_walls, wall_work
@@ -111,6 +111,7 @@ def _march_steps(
         if law.by_touch and modal.around is None:
             touch_all(modal, law, motion, room)
         if number % every == 0 or number == last:
+            complete_points(modal, modal.around, law, motion, room)
             record(modal, motion, ledgers, records, recorded, number)
             recorded += 1
     complete_points(modal, modal.around, law, motion, room)
@@ -130,8 +131,7 @@ def _enter(
     fill(room.closed, 0.0)
     fill(room.deepest, -np.inf)
     contact, elastic_work, contact_loss, forces, largest = 0.0, 0.0, 0.0, 0.0, 0.0
-    for number in range(in_play(modal.around, len(found.depth))):
-        i = point_in_play(modal.around, number)
+    for i in in_play(modal.around, len(found.depth)):
         face, depth, weight, before = modal.faces[i], found.depth[i], modal.weights[i], motion.depth[i]
         force = force_at(room, i)
         pressure = force / weight
@@ -173,8 +173,7 @@ def _enter(
         room.works[walls.loads[wall]] += work
         driven += work
     accept(modal, scheme, motion, room)
-    for number in range(in_play(modal.around, len(motion.pressure))):
-        i = point_in_play(modal.around, number)
+    for i in in_play(modal.around, len(motion.pressure)):
         if motion.pressure[i] > 0.0:
             room.closed[modal.faces[i]] = 1.0
     unresolved = UNRESOLVED * largest * forces
@@ -188,24 +187,22 @@ def _enter(
 @compiled
 def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays) -> None:
     """Form the gaps anew, and measure again what depends on them."""
-    refresh_points(modal, modal.around, motion, room)
+    form_gaps_anew(modal, motion, room)
     contact = 0.0
-    for number in range(in_play(modal.around, len(motion.depth))):
-        i = point_in_play(modal.around, number)
+    for i in range(len(motion.depth)):
         exponent = numbers_at(law, i).exponent
         contact += modal.weights[i] * spring_potential(law.stiffness[i], exponent, motion.depth[i])
     accounts.enter_energies(ledgers, contact, modal.squares, motion.q)
 
 
 @compiled
-def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Records, row: int, step: int) -> None:
-    """Record the state after so many steps."""
-    records.steps[row] = step
+def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Records, row: int, number: int) -> None:
+    """Record the state after a step."""
+    records.steps[row] = number
     copy_into(records.q[row], motion.q)
     copy_into(records.v[row], motion.v)
     fill(records.penetration[row], -np.inf)
-    for number in range(in_play(modal.around, len(motion.depth))):
-        i = point_in_play(modal.around, number)
+    for i in range(len(motion.depth)):
         face, pressure = modal.faces[i], motion.pressure[i]
         records.penetration[row, face] = max(records.penetration[row, face], motion.depth[i])
         if pressure != 0.0:
@@ -217,7 +214,6 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
         if pressure > 0.0:
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0
-    raise_all(modal.around, modal.initial_gap, records.penetration[row])
     _record_levers(records.levers, modal.weights, motion.pressure, records.joint_contact[row])
     record_sliding(records.sliding, modal.faces, row)
     for kind in range(accounts.RECORDED):
@@ -244,5 +240,4 @@ def record_now(
     modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Records, row: int, number: int
 ) -> None:
     """Record the state after a step that was taken apart."""
-    begin_near(modal.around, motion.q, motion.pressure)
     record(modal, motion, ledgers, records, row, number)

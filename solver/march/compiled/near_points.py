@@ -12,7 +12,7 @@ import numpy as np
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.array_loops import fill
-from gapbeam.solver.march.compiled.point_motions import in_play, moved_by, point_in_play, set_place, set_responses
+from gapbeam.solver.march.compiled.point_motions import in_play, moved_by, set_place, set_responses
 from gapbeam.solver.system.operators import Array
 
 SLACK = 0.01  # of the smallest gap, allowed for beyond twice the motion without a change of the forces
@@ -50,8 +50,7 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
     """
     count = 0
     fill(around.pressed, 0.0)
-    for number in range(in_play(around, len(pressure))):
-        point = point_in_play(around, number)
+    for point in in_play(around, len(pressure)):
         if pressure[point] != 0.0:
             around.pressed[around.pairs[point, 0] // 2] = 1.0
     for section in range(len(around.least_gap)):
@@ -60,11 +59,9 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
         around.bound[section] = bound
         if around.pressed[section] == 0.0 and _length(around.place, section) + bound < around.least_gap[section]:
             continue
-        y, z, pressed = around.place[2 * section], around.place[2 * section + 1], around.pressed[section] != 0.0
         for number in range(around.starts[section], around.starts[section + 1]):
             point = around.members[number]
-            depth = -initial_gap[point] - (around.directions[point, 0] * y + around.directions[point, 1] * z)
-            if depth > -bound or (pressed and pressure[point] != 0.0):
+            if pressure[point] != 0.0 or depth_at(around, initial_gap, around.place, point) > -bound:
                 around.near[count] = point
                 count += 1
     around.chosen[0] = count
@@ -92,25 +89,13 @@ def raise_closest(around: AroundPoints | None, initial_gap: Array, deepest: Arra
         so_far: Largest penetration of the steps before, m.
     """
     if around is not None:
-        _raise(around, initial_gap, around.after, deepest, so_far)
-
-
-@compiled
-def raise_all(around: AroundPoints | None, initial_gap: Array, deepest: Array) -> None:
-    """Raise the penetration of faces, (faces,), to that of points that cannot touch, in the state."""
-    if around is not None:
-        _raise(around, initial_gap, around.place, deepest, deepest)
-
-
-@compiled
-def _raise(around: AroundPoints, initial_gap: Array, place: Array, deepest: Array, least: Array) -> None:
-    for section in range(len(around.least_gap)):
-        face = around.faces[section]
-        highest = _length(place, section) - around.least_gap[section]
-        if highest > deepest[face] and highest > least[face]:
-            for number in range(around.starts[section], around.starts[section + 1]):
-                depth = depth_at(around, initial_gap, place, around.members[number])
-                deepest[face] = max(deepest[face], depth)
+        for section in range(len(around.least_gap)):
+            face = around.faces[section]
+            highest = _length(around.after, section) - around.least_gap[section]
+            if highest > deepest[face] and highest > so_far[face]:
+                for number in range(around.starts[section], around.starts[section + 1]):
+                    depth = depth_at(around, initial_gap, around.after, around.members[number])
+                    deepest[face] = max(deepest[face], depth)
 
 
 @compiled

@@ -13,7 +13,7 @@ import numpy as np
 
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
-from gapbeam.solver.march.compiled.point_motions import delassus_entry, in_play, point_in_play
+from gapbeam.solver.march.compiled.point_motions import delassus_entry, in_play
 from gapbeam.solver.system.operators import Array, Indices
 
 
@@ -63,8 +63,7 @@ def update_factor(
     first = 0
     while first < before and compliance[order[first]] == kept[first]:
         first += 1
-    for number in range(in_play(around, len(placed))):
-        point = point_in_play(around, number)
+    for point in in_play(around, len(placed)):
         placed[point] = 0
     for row in range(first):
         placed[order[row]] = 1
@@ -82,8 +81,7 @@ def update_factor(
     for number in range(changed):
         point = factor.spare[number]
         placed[point] = 2
-    for number in range(in_play(around, len(placed))):
-        point = point_in_play(around, number)
+    for point in in_play(around, len(placed)):
         if compliance[point] > 0.0 and placed[point] == 0:
             order[rows], kept[rows] = point, compliance[point]
             rows += 1

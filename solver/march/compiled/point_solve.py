@@ -11,7 +11,7 @@ from gapbeam.solver.march.compiled.array_loops import copy_into, fill
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, solve_contact
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
 from gapbeam.solver.march.compiled.near_points import begin_near, choose_near, depth_at, stay_in_bounds
-from gapbeam.solver.march.compiled.point_motions import in_play, moved_by, point_in_play, set_motions, set_place
+from gapbeam.solver.march.compiled.point_motions import in_play, moved_by, set_motions, set_place
 from gapbeam.solver.system.operators import Array
 
 
@@ -104,20 +104,17 @@ def _look_around(
 ) -> None:  # fmt: skip
     """Choose the points that may touch, and set their penetrations: before the step, of the guess, and held."""
     if around is not None:
-        for number in range(in_play(around, len(initial_gap))):
-            i = point_in_play(around, number)
+        for i in in_play(around, len(initial_gap)):
             compliance[i] = 0.0
         choose_near(around, initial_gap, step.old_pressure, everything)
-        for number in range(in_play(around, len(initial_gap))):
-            i = point_in_play(around, number)
+        for i in in_play(around, len(initial_gap)):
             step.old_depth[i] = depth_at(around, initial_gap, around.place, i)
             step.guess_depth[i] = step.old_depth[i] - moved_by(around, around.guess, i)
             step.guess_rate[i] = -moved_by(around, around.rate, i)
             held_depth[i] = step.guess_depth[i] - moved_by(around, around.free, i)
         if law.by_touch:
             set_place(around, touch.velocity, around.motions)
-            for number in range(in_play(around, len(initial_gap))):
-                i = point_in_play(around, number)
+            for i in in_play(around, len(initial_gap)):
                 _touch(law, step.old_depth, touch.speed, i, moved_by(around, around.motions, i))
 
 
@@ -137,8 +134,7 @@ def end_points(around: AroundPoints | None, initial_gap: Array, room: Room) -> N
     """Set the penetrations of points around sections at the end of a step."""
     if around is not None:
         set_place(around, room.new_q, around.after)
-        for number in range(in_play(around, len(initial_gap))):
-            i = point_in_play(around, number)
+        for i in in_play(around, len(initial_gap)):
             room.solution.depth[i] = depth_at(around, initial_gap, around.after, i)
 
 
@@ -156,13 +152,6 @@ def form_gaps_anew(modal: Modal, motion: KernelState, room: Room) -> None:
     for i in range(len(motion.depth)):
         motion.depth[i] = -modal.initial_gap[i] - motion.depth[i]
     open_gaps(modal.around, room.opened, motion.depth)
-
-
-@compiled
-def refresh_points(modal: Modal, around: AroundPoints | None, motion: KernelState, room: Room) -> None:
-    """Form the penetrations anew; around sections they never come from those of the step before."""
-    if around is None:
-        form_gaps_anew(modal, motion, room)
 
 
 @compiled

@@ -7,7 +7,7 @@ from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, inner_product
 from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme
-from gapbeam.solver.march.compiled.point_motions import add_forces, in_play, point_in_play
+from gapbeam.solver.march.compiled.point_motions import add_forces, in_play
 from gapbeam.solver.march.compiled.point_solve import (
     Touch,
     accept_points,
@@ -116,8 +116,7 @@ def _solve(modal: Modal, right: Array, x: Array) -> None:
 def _add_loads_and_held(modal: Modal, motion: KernelState, room: Room, factors: Array) -> None:
     """Add loads and the contact forces that acted last to the right side; set these forces, f_held."""
     add_rows(modal.loads, factors, 1.0, room.right)
-    for number in range(in_play(modal.around, len(room.held))):
-        i = point_in_play(modal.around, number)
+    for i in in_play(modal.around, len(room.held)):
         room.held[i] = modal.weights[i] * motion.pressure[i]
     add_forces(modal.gaps, modal.around, room.held, room.right)
 
@@ -134,8 +133,7 @@ def force_at(room: Room, point: int) -> float:
 def accept(modal: Modal, scheme: Scheme, motion: KernelState, room: Room) -> None:
     """Make the end of a solved step the state."""
     found, old_share = room.solution, scheme.alpha_f
-    for number in range(in_play(modal.around, len(motion.depth))):
-        i = point_in_play(modal.around, number)
+    for i in in_play(modal.around, len(motion.depth)):
         lasting = old_share * motion.pressure[i]
         pressure = force_at(room, i) / modal.weights[i]
         if old_share > 0.0:

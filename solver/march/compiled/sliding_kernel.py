@@ -7,7 +7,7 @@ from math import sqrt
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.array_loops import fill
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, SlidingArrays
-from gapbeam.solver.march.compiled.point_motions import in_play, point_in_play
+from gapbeam.solver.march.compiled.point_motions import in_play
 from gapbeam.solver.march.compiled.scheme_kernels import force_at
 from gapbeam.solver.system.operators import Indices
 from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after
@@ -18,8 +18,7 @@ def enter_sliding(modal: Modal, motion: KernelState, room: Room, sliding: Slidin
     """Enter the work of sliding of a solved step of the size dt, s, whose end is not the state yet."""
     pressed = room.pressed  # of the faces; room until the step is entered
     fill(pressed, 0.0)
-    for number in range(in_play(modal.around, len(motion.depth))):
-        i = point_in_play(modal.around, number)
+    for i in in_play(modal.around, len(motion.depth)):
         force = force_at(room, i)
         if force > 0.0:
             square = 0.0

@@ -15,14 +15,15 @@ from markupsafe import Markup
 from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock
 from gapbeam.postprocess.report.charts import Chart, Surface
 from gapbeam.postprocess.report.markdown_text import inline, paragraphs
-from gapbeam.postprocess.report.moving_scene import MovingScene, scene_values
+from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, scene_values
 from gapbeam.postprocess.report.number_text import cell, percent
 from gapbeam.postprocess.report.plotly_figures import chart_figure, surface_figure
 from gapbeam.postprocess.report.surface_picture import surface_picture
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results_errors import ResultsError
 
-SCRIPTS = ("numbers.js", "clock.js", "scene_model.js", "scene_painters.js", "scene.js", "page.js")  # in this order
+SCRIPTS = ("numbers.js", "clock.js", "scene_model.js", "scene_painters.js", "contact_maps.js", "scene.js", "page.js")
+"""In this order."""
 SENTENCE = 40  # letters
 LARGEST_PICTURE = 32 * 2**20  # bytes
 IMAGES = {
@@ -66,6 +67,7 @@ def html_of(report: Report) -> str:
         "numeric": _is_numeric,
         "wordy": _is_wordy,
         "text_alternative": _text_alternative,
+        "map_alternative": _map_alternative,
         "twin": lambda block: _data("image/png", surface_picture(block)),
         "inlined": _inlined,
         "scene_json": _scene_json,
@@ -163,6 +165,16 @@ def _text_alternative(block: Chart | Surface | MovingScene) -> str:
         return f"Surface: {block.z} over {block.x} and {block.y}. {block.caption}"
     names = ", ".join(dict.fromkeys(curve.name for curve in block.curves))
     return f"Chart: {block.y} over {block.x}, with {names}. {block.caption}"
+
+
+def _map_alternative(one: ContactMap) -> str:
+    """Return the text alternative of a map of contact pressure."""
+    over = "x, in mm, and the angle around the beam, in degrees" if one.around else "x, in mm"
+    faces = " and ".join(face.face for face in one.faces)
+    return (
+        f"Contact pressure of support {one.support} on {faces} over {over}, at the time of the scene; "
+        f"largest of all times {cell(1e-6 * one.largest, 3)} MPa."
+    )
 
 
 def _sections(blocks: Sequence[Block]) -> list[ReportSection]:

@@ -13,6 +13,8 @@ from gapbeam.postprocess.results_errors import BlockError
 
 FloatArray = np.ndarray
 
+_NUMBERS = 16  # of 16 bits for a place of a map: x, angle, and two triangles in digits
+
 
 @dataclass(frozen=True)
 class SceneBeam:
@@ -84,6 +86,55 @@ class SceneWall:
 
 
 @dataclass(frozen=True)
+class FacePressure:
+    """Contact pressure on a face in the frames of a scene.
+
+    Attributes:
+        face: Its name.
+        x: Places along the beam, (p,), m.
+        angles: From the lowest line, positive toward +y, (p,), degrees; empty on a plane, where x increases.
+        triangles: Numbers of the places at the corners of triangles between them, (t, 3); none on a plane.
+        pressures: In every frame, (frames, p), Pa; on a plane the largest across the beam.
+    """
+
+    face: str
+    x: FloatArray
+    angles: FloatArray
+    triangles: np.ndarray
+    pressures: FloatArray
+
+
+@dataclass(frozen=True)
+class ContactMap:
+    """Contact pressures on a face around the beam, or on the planes of a support.
+
+    Attributes:
+        support: Name of the support.
+        faces: One around the beam, or planes.
+    """
+
+    support: str
+    faces: tuple[FacePressure, ...]
+
+    @property
+    def around(self) -> bool:
+        """Whether it is a map over x and angle, and not curves over x."""
+        return self.faces[0].angles.size > 0
+
+    @property
+    def largest(self) -> float:
+        """Largest pressure of all frames, Pa."""
+        return max(float(face.pressures.max(initial=0.0)) for face in self.faces)
+
+    @property
+    def size(self) -> int:
+        """About how many numbers of 16 bits a page holds: places, and pressures where and when anything presses."""
+        pressed = [face.pressures > 0.0 for face in self.faces]
+        rows = sum(int(one.any(axis=0).sum()) * int(one.any(axis=1).sum()) for one in pressed)
+        return rows + sum(_NUMBERS * len(face.x) for face in self.faces)
+
+
+@dataclass(frozen=True)
 class MovingScene:
     """A structure that moves in its supports; the charts of the page follow its time.
 
@@ -95,6 +146,7 @@ class MovingScene:
         magnification: Of displacements and gaps at the start.
         opening: Number of the frame that is shown first, and on paper.
         command: That makes it.
+        maps: Contact pressures at the same times.
     """
 
     caption: str
@@ -104,6 +156,7 @@ class MovingScene:
     magnification: float
     opening: int = 0
     command: str = ""
+    maps: Sequence[ContactMap] = ()
 
 
 def scene_values(scene: MovingScene) -> dict[str, object]:
@@ -122,6 +175,7 @@ def scene_values(scene: MovingScene) -> dict[str, object]:
         "walls": [_wall(wall) for wall in scene.walls],
         "magnification": scene.magnification,
         "opening": scene.opening,
+        "maps": [[_pressure(face) for face in one.faces] for one in scene.maps],
     }
 
 
@@ -143,4 +197,18 @@ def _wall(wall: SceneWall) -> dict[str, object]:
         "flat": met.flat,
         "moved": None if wall.moved is None else packed(wall.moved),
         "force": packed(wall.force) if wall.force.size else None,
+    }
+
+
+def _pressure(face: FacePressure) -> dict[str, object]:
+    """Return the pressures of a face without the zeros of frames and places where nothing ever presses."""
+    pressed = face.pressures > 0.0
+    frames, places = np.flatnonzero(pressed.any(axis=1)), np.flatnonzero(pressed.any(axis=0))
+    return {
+        "x": packed(face.x),
+        "angles": packed(face.angles),
+        "triangles": face.triangles.ravel().tolist(),
+        "frames": frames.tolist(),
+        "places": places.tolist(),
+        "pressures": packed_shorts(face.pressures[np.ix_(frames, places)]),
     }

@@ -14,9 +14,9 @@ from matplotlib.tri import Triangulation
 from gapbeam.postprocess.figures.figure_style import BASE_AND_GLAND, face_style
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
 from gapbeam.postprocess.scene.surface_color import PRESSURES
+from gapbeam.postprocess.scene.unrolled import unrolled
 
 _MEGA = 1.0e-6
-_TOP = 179.99  # degrees
 _BETWEEN_TICKS = -16.0  # points: the name of the angle stands beside its short label 0, between those of -180 and 180
 
 
@@ -113,7 +113,8 @@ class PressurePanel:
             around = support.is_around(face)
             x, y = 1e3 * points[numbers, 0], 1e3 * points[numbers, 1]
             if around:
-                numbers, x, y = _unrolled(numbers, points)
+                numbers, x, y = unrolled(numbers, points)
+                x = 1e3 * x
             if numbers.size:
                 self._artists[face] = panel.tripcolor(
                     Triangulation(x, y),
@@ -138,12 +139,3 @@ class PressurePanel:
                 panel.set_xlabel("x (mm)", labelpad=0)
             else:
                 panel.tick_params(labelbottom=False)
-
-
-def _unrolled(numbers: np.ndarray, points: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return the points around a hole with x, mm, and the angle from the lowest line, degrees; the top twice."""
-    x, y, z = points[numbers].T
-    angles = np.degrees(np.arctan2(y, -(z - 0.5 * (z.max() + z.min()))))
-    top = np.flatnonzero(np.abs(angles) > _TOP)
-    angles[top] = 180.0
-    return np.r_[numbers, numbers[top]], 1e3 * np.r_[x, x[top]], np.r_[angles, np.full(len(top), -180.0)]

@@ -15,6 +15,7 @@ from tests.regression.test_postprocess_plot import sine_records
 from tests.shared.command import alone
 from tests.shared.processes import until
 from tests.shared.reports import report_on
+from tests.unit.test_contact_maps import COLLAR, PERIOD, collar_pressure, pressed_run, stop_pressure
 from tests.unit.test_moving_scene import planar_run, tube
 from tests.unit.test_postprocess_synthetic import write_fields, write_results
 
@@ -31,6 +32,14 @@ SHADES = """(canvas) => {
   }
   return found.size;
 }"""
+COLORED = """(canvas) => {
+  const data = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height).data, found = [];
+  for (let k = 0; k < data.length; k += 4) {
+    const column = (k / 4) % canvas.width, row = Math.floor(k / 4 / canvas.width);
+    if (column < 0.75 * canvas.width && data[k] - data[k + 2] > 100) found.push(row);
+  }
+  return found;
+}"""  # rows of what is yellow to red, left of the scale
 LARGEST = 2e6  # bytes of a scene of 51 fields, and of its scripts
 
 
@@ -53,11 +62,14 @@ def spatial_run(folder: Path) -> Path:
     return folder
 
 
+RUNS = {"slice": planar_run, "tube": spatial_run, "pressed": pressed_run}
+
+
 @pytest.fixture(scope="module")
 def pages(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
-    """Return the reports on a slice and on a tube."""
+    """Return the reports on a slice, on a tube, and on a tube with contact pressures."""
     folder = tmp_path_factory.mktemp("scene")
-    runs = {"slice": planar_run(folder / "slice"), "tube": spatial_run(folder / "tube")}
+    runs = {name: write(folder / name) for name, write in RUNS.items()}
     return {name: write_html(report_on([run], "c"), folder / f"{name}.html") for name, run in runs.items()}
 
 
@@ -139,6 +151,48 @@ def test_charts_follow_the_scene_and_set_its_time(browser: Browser, pages: dict[
     assert page.locator('[data-part="play"]').inner_text() == "Play"
     assert shown == []
     page.context.close()
+
+
+def test_contact_maps_follow_the_time(browser: Browser, pages: dict[str, Path]) -> None:
+    """The page has the pressures of the fields at its time, and the map shows them at their angle, light and dark."""
+    shown: list[str] = []
+    page = opened(browser, pages["pressed"], shown, viewport={"width": 360, "height": 800})
+    place = page.locator(".contact-map")
+    labels = [one.get_attribute("aria-label") or "" for one in place.locator("canvas").all()]
+    assert [label.split(",")[0] for label in labels] == [
+        "Contact pressure of support collar on collar_hole over x",
+        "Contact pressure of support stop on stop_below and stop_above over x",
+    ]
+    for scheme, frame in (("light", 0), ("dark", 10), ("light", 31)):
+        time = 0.01 * frame
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")  # type: ignore[arg-type]
+        page.evaluate("(time) => window.gapbeam.clock.set(time, null)", time)
+        page.evaluate("new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(done)))")
+        (hole,), (below, above) = page.evaluate(
+            "(frame) => window.gapbeam.scenes[0].maps.faces.map((faces) => faces.map((face) =>"
+            "({ x: face.x, angles: face.angles, values: [...face.at(frame)] })))",
+            frame,
+        )
+        expected = 1e-6 * collar_pressure(1e-3 * np.array(hole["x"]), np.array(hole["angles"]), time)
+        assert hole["values"] == pytest.approx(expected, abs=1e-4)
+        assert below["values"] == pytest.approx(1e-6 * stop_pressure(1e-3 * np.array(below["x"]), time), abs=1e-4)
+        assert not any(above["values"])
+        assert place.nth(0).locator('[data-part="most"]').inner_text() == f"largest {expected.max():.3g} MPa"
+        rows, box = place.nth(0).locator("canvas").evaluate(COLORED), place.nth(0).locator("canvas").bounding_box()
+        assert box is not None
+        assert box["x"] + box["width"] <= 360.0
+        angle = 180.0 - 360.0 * (np.mean(rows) - 22.0) / (box["height"] - 22.0 - 36.0)
+        assert angle == pytest.approx((360.0 * time / PERIOD + 180.0) % 360.0 - 180.0, abs=4.0)
+        assert place.nth(1).locator("canvas").evaluate(SHADES) > 2
+    most = place.nth(0).locator('[data-part="most"]')
+    shown_last, on_paper = most.inner_text(), f"largest {1e-6 * collar_pressure(np.array(COLLAR[1]), 0.0, 0.0):.3g} MPa"
+    page.evaluate("window.gapbeam.scenes[0].toPaper(); window.gapbeam.scenes[0].draw(false)")
+    assert most.inner_text() == on_paper
+    page.evaluate("window.gapbeam.scenes[0].toScreen()")
+    assert most.inner_text() == shown_last != on_paper
+    page.context.close()
+    assert 'class="contact-map"' not in pages["slice"].read_text(encoding="utf-8")
+    assert shown == []
 
 
 def test_gaps_grow_with_the_magnification(browser: Browser, pages: dict[str, Path]) -> None:

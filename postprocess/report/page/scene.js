@@ -1,7 +1,7 @@
 "use strict";
 // The controls of a scene: play, time, speed, magnification, and the view that is turned by mouse, finger and keys.
 (() => {
-  const { numbersOf, sceneModel, webglPainter, canvasPainter, clock } = window.gapbeam;
+  const { sceneModel, contactMaps, webglPainter, canvasPainter, clock } = window.gapbeam;
   const dark = window.matchMedia("(prefers-color-scheme: dark)");
   const calm = window.matchMedia("(prefers-reduced-motion: reduce)");
   const VIEWS = { side: [0.0, 0.0], oblique: [0.42, 0.3], end: [1.5, 0.08] };
@@ -22,7 +22,7 @@
     const canvas = figure.querySelector("canvas"), still = figure.querySelector(".still");
     const part = (name) => figure.querySelector(`[data-part="${name}"]`);
     const painter = webglPainter(canvas) || canvasPainter(canvas);
-    const model = sceneModel(data, painter.kind === "canvas");
+    const model = sceneModel(data, painter.kind === "canvas"), maps = contactMaps(figure, data.maps);
     const lowest = Math.min(1, data.magnification), highest = Math.max(10, 20 * data.magnification);
     const state = { frame: data.opening, scale: data.magnification, turn: [...VIEWS.oblique], zoom: 1, playing: false, byReader: false, last: 0, gone: 0 };
     const rate = Math.min(30, Math.max(5, model.frames / 8));  // frames per second at speed 1
@@ -49,6 +49,7 @@
     }
 
     function draw(light) {
+      if (light || still.hidden) maps.draw(state.frame, !light && dark.matches);  // what is on paper stays
       const density = Math.min(2, window.devicePixelRatio || 1);
       const width = Math.round(canvas.clientWidth * density), height = Math.round(canvas.clientHeight * density);
       if (!width || !height) return;
@@ -184,7 +185,7 @@
     clock.set(model.times[state.frame], figure);
     draw(false);
     window.gapbeam.scenes.push({
-      figure, model, state, draw, play, goTo,
+      figure, model, maps, state, draw, play, goTo,
       // The picture on paper: the opening frame in the colors of a light page.
       toPaper() {
         play(false, false);

@@ -8,7 +8,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.report.moving_scene import MovingScene, SceneBeam, SceneWall
+from gapbeam.postprocess.report.contact_maps import contact_maps_of, within_room
+from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, SceneBeam, SceneWall
 from gapbeam.postprocess.report.number_text import number
 from gapbeam.postprocess.report.station_motion import beam_of, stations_of
 from gapbeam.postprocess.results.field_reader import Fields
@@ -47,14 +48,14 @@ def scene_of(results: Results, command: str) -> MovingScene | None:
         beam = beam_of(stations_of(fields.points, fields.dimension), frames, fields.dimension, _width(results.case))
         bending = fields.points[:, fields.dimension - 1]
         size = float(bending.min()), float(bending.max())
-        total = len(fields)
-    times = np.array([frame.time for frame in frames])
-    start = float(beam.stations[0])
-    walls = walls_of(supports_of(results.summary, results.case), history, times, start, size)
+        total, times = len(fields), np.array([frame.time for frame in frames])
+        walls = walls_of(supports_of(results.summary, results.case), history, times, float(beam.stations[0]), size)
+        maps = contact_maps_of(fields.points, fields.cells, fields.dimension, walls, frames)
+    maps, left_out = within_room(maps)
     gaps = [wall.met.gap + max(wall.met.recesses, default=0.0) for wall in walls]
     opening = _opening(beam, walls)
-    words = _words(times, len(numbers), total, frequency)
-    return MovingScene(words, times, beam, walls, magnification_of(beam, gaps), opening, command)
+    words = _words(times, len(numbers), total, frequency) + _words_on_maps(maps, left_out, beam.planar)
+    return MovingScene(words, times, beam, walls, magnification_of(beam, gaps), opening, command, maps)
 
 
 def frames_shown(count: int, points: int, interval: float, frequency: float | None) -> list[int]:
@@ -161,4 +162,17 @@ def _words(times: np.ndarray, shown: int, total: int, frequency: float | None) -
             f" There is a field every {number(1e3 * interval, 3)} ms, fewer than eight in a forcing period: the motion "
             "looks slower or rougher than it is. A smaller `output.fields_interval` shows it as it is."
         )
+    return words
+
+
+def _words_on_maps(maps: Sequence[ContactMap], left_out: Sequence[str], planar: bool) -> str:
+    """Return what the maps of contact pressure show, and which supports have none for want of room."""
+    parts = []
+    if any(one.around for one in maps):
+        parts.append("over x and the angle around the beam, which counts from its lowest line toward +y")
+    if not all(one.around for one in maps):
+        parts.append(f"over x{' on planes' if parts else ''}{'' if planar else ', the largest across the beam'}")
+    words = f" Below it stands the contact pressure at the same time, {'; '.join(parts)}." if parts else ""
+    if left_out:
+        words += f" The pressures on {', '.join(left_out)} are too many for a page."
     return words

@@ -86,7 +86,7 @@ def two_masses() -> SemiDiscreteSystem:
 
 def changes(steps: list[Step]) -> list[float]:
     """Times after which the state of the first mass is another one, s."""
-    slides = [bool(np.any(step.new.slides)) for step in steps]
+    slides = [step.new.slides is not None and bool(step.new.slides.any()) for step in steps]
     return [step.new.time for step, (a, b) in zip(steps[1:], pairwise(slides), strict=True) if a != b]
 
 
@@ -189,7 +189,7 @@ def test_equal_coefficients_are_one_coefficient() -> None:
 
 
 LENGTH, THICKNESS, SHAKEN, FREQUENCY, GRAVITY = 0.1, 0.01, 3.2, 10.0, 9.81  # m, m, m/s^2, Hz, m/s^2
-IN_CONTACT = ({"coefficient": DYNAMIC, "static_coefficient": STATIC}, {})
+IN_CONTACT: tuple[dict[str, float], dict[str, float]] = ({"coefficient": DYNAMIC, "static_coefficient": STATIC}, {})
 AT_SUPPORT = ({"coefficient": 0.5, "static_coefficient": 0.6}, {"friction": DYNAMIC, "static_friction": STATIC})
 
 
@@ -227,7 +227,7 @@ def test_a_block_on_a_shaken_floor(friction: dict[str, float], own: dict[str, fl
     begins = np.arcsin(STATIC * GRAVITY / SHAKEN) / w
 
     def speed(t: float) -> float:
-        return SHAKEN * (np.cos(w * begins) - np.cos(w * t)) / w - DYNAMIC * GRAVITY * (t - begins)
+        return float(SHAKEN * (np.cos(w * begins) - np.cos(w * t)) / w - DYNAMIC * GRAVITY * (t - begins))
 
     ends = brentq(speed, 0.04, 0.065)
     mean = SHAKEN * np.cos(w * begins) / w * (ends - begins) - SHAKEN * (np.sin(w * ends) - np.sin(w * begins)) / w**2

@@ -151,6 +151,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
     ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
+    ("PlacedSupport", "static_friction"): never,  # at least friction
     ("PlacedSupport", "law"): never,  # its stiffness has a unit of its own
     ("PlacedSupport", "wear"): never,  # only with [wear]
     ("PlacedSupport", "area"): never,  # only with [wear]
@@ -213,6 +214,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Contact", "quadrature_degree"): seldom(one_of(2, 4, 6)),
     ("Contact", "touch_depth"): seldom(lambda _, scene: 1.0e-4 * abs(scene.clearance), 0.15),
     ("Friction", "coefficient"): one_of(0.0, 0.1, 0.3, 0.6),
+    ("Friction", "static_coefficient"): never,  # at least coefficient
     ("Friction", "slip_velocity"): seldom(powers(-4.0, -2.0)),
     ("NitscheMethod", "factor"): seldom(between(1.0, 20.0)),
     ("AugmentedLagrangian", "penetration"): seldom(powers(-5.0, -2.0)),

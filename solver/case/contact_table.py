@@ -18,11 +18,26 @@ class Friction(Table):
     """Coulomb friction on base and gland, with a velocity over which it sets in."""
 
     coefficient: Number = Field(ge=0, le=100, description="coefficient of friction mu, no unit", examples=[0.2])
+    static_coefficient: Number | None = Field(
+        default=None,
+        ge=0,
+        le=100,
+        description="coefficient of friction of points that stick, at least that of points that slide, no unit; "
+        "default coefficient",
+        examples=[0.3],
+    )
     slip_velocity: Literal["auto"] | Positive = Field(
         default="auto",
         description="velocity v0 at which the friction has 71 % of its limit, m/s; "
         "auto: 1 % of what the faces slide at when the beam rocks through its clearance",
     )
+
+    def at_support(self, friction: float | None, static_friction: float | None) -> tuple[float, float]:
+        """Return the coefficients of sliding and of sticking at a support with its own figures, or None."""
+        sliding = self.coefficient if friction is None else friction
+        usual = self.static_coefficient if friction is None else friction
+        sticking = usual if static_friction is None else static_friction
+        return sliding, sliding if sticking is None else sticking
 
 
 class Contact(Table):

@@ -157,7 +157,7 @@ class AlphaFamily(TimeScheme):
         )
         if law.friction is not None:
             slip = contact.slip(trace(new.v[VALUE], operators))
-            new = replace(new, traction=law.friction.traction(new.pressure, slip))
+            new = replace(new, traction=law.friction.of_points(old.slides).traction(new.pressure, slip))
         old_elastic = law.static(old.depth).pressure
         stage = Stage(
             load_factors=factors,

@@ -11,6 +11,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, contact_damping, contact_stiffness
 from gapbeam.solver.case.placed_support import law_at, own_law
 from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
+from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.contact_scales import compared_stiffness
 from gapbeam.solver.supports.support_tables import OneSupport
@@ -57,11 +58,17 @@ def contact_setting(case: Case, body: Body) -> ContactSetting:
     return ContactSetting(points, (*defaults, body.patch), whole, _at_points(damping, body), body.contact.weights)
 
 
-def friction_coefficients(case: Case, body: Body) -> float | Array:
-    """Return mu: one number, or one of each point, (m,)."""
-    friction = case.contact.friction
-    assert friction is not None
-    return _at_points([friction.coefficient if own is None else own for own in case.layout.own("friction")], body)
+def friction_of(case: Case, body: Body, slip_velocity: float) -> CoulombFriction:
+    """Return the law of friction: coefficients are one number, or one of each point, (m,)."""
+    usual = case.contact.friction
+    assert usual is not None
+    coefficients, static = list[float](), list[float]()
+    for own, own_static in zip(case.layout.own("friction"), case.layout.own("static_friction"), strict=True):
+        sliding, sticking = usual.at_support(own, own_static)
+        coefficients.append(sliding)
+        static.append(sticking)
+    plain = CoulombFriction(_at_points(coefficients, body), slip_velocity)
+    return plain if static == coefficients else replace(plain, static_coefficient=_at_points(static, body))
 
 
 def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], list[float], tuple[Default, ...]]:

@@ -26,7 +26,6 @@ from gapbeam.solver.case.computed_defaults import (
 )
 from gapbeam.solver.case.model_table import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.loads.support_walls import walls_of
@@ -35,7 +34,7 @@ from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.case_law import law_of_case
 from gapbeam.solver.models.contact_scales import contact_duration, impact_time
-from gapbeam.solver.models.contact_setting import contact_setting, friction_coefficients
+from gapbeam.solver.models.contact_setting import contact_setting, friction_of
 from gapbeam.solver.models.explicit_step import with_stable_step
 from gapbeam.solver.models.joint_reactions import reactions_of
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
@@ -229,7 +228,7 @@ def model_of(case: Case, body: Body) -> Model:
     defaults = setting.defaults
     if case.contact.rubs is not None:
         creep = slip_velocity(case, case.contact.rubs)
-        law = replace(law, friction=CoulombFriction(friction_coefficients(case, body), creep.value))
+        law = replace(law, friction=friction_of(case, body, creep.value))
         defaults = (*defaults, creep)
     if case.wear is not None:
         struck = impact_time(case, case.wear, support.stiffness_per_area)

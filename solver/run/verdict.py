@@ -55,8 +55,9 @@ def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, A
     }
     if model.law.friction is not None:
         largest = dict(zip(faces, (float(x) for x in peaks.friction), strict=True))
-        by_face = _by_face(model, model.law.friction.coefficient)
-        found["friction"] = vars(model.law.friction) | {"coefficient": by_face, "peak_force": largest}
+        figures = {key: value for key, value in vars(model.law.friction).items() if value is not None}
+        by_face = {key: _by_face(model, value) for key, value in figures.items()}
+        found["friction"] = by_face | {"peak_force": largest}
     return found
 
 

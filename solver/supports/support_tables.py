@@ -19,7 +19,7 @@ from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive,
 
 PLAY = ("clearance", "offset", "lateral", "tilt")
 """Keys of a [[support]] that change its gaps alone."""
-OWN_CONTACT = ("stiffness", "damping", "friction", "wear", "area", "depth_limit")
+OWN_CONTACT = ("stiffness", "damping", "friction", "static_friction", "wear", "area", "depth_limit")
 """Keys of a [[support]] that stand in the place of those of [contact] and [wear]."""
 
 
@@ -41,6 +41,7 @@ class BaseAndGland(Table):
     stiffness: ClassVar[None] = None
     damping: ClassVar[None] = None
     friction: ClassVar[None] = None
+    static_friction: ClassVar[None] = None
     wear: ClassVar[None] = None
     area: ClassVar[None] = None
     depth_limit: ClassVar[None] = None
@@ -111,6 +112,13 @@ class OneOfSeveral(AlongBeam):
         ge=0,
         le=100,
         description="coefficient of friction mu of this support, in the place of contact.friction.coefficient, no unit",
+    )
+    static_friction: Number | None = Field(
+        default=None,
+        ge=0,
+        le=100,
+        description="coefficient of friction of points of this support that stick, no unit; default friction where "
+        "that is given, else contact.friction.static_coefficient",
     )
     wear: NonNegative | None = Field(
         default=None,

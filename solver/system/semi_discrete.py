@@ -236,6 +236,8 @@ class State:
         pressure: Contact pressure that acted last, (m,), Pa.
         traction: Tangential traction of friction on the beam that acted last, (m, k), Pa; None: none has acted.
         plastic_set: How far each contact point has yielded for good, (m,), m, for the laws that yield.
+        slip: Slip velocity in the balance before, (m, k), m/s, for static friction.
+        slides: 1 where a contact point slides, 0 where it sticks, (m,), for static friction.
         closed_since: When each face closed, (faces,), s, infinite while it is open, for adaptive marches.
     """
 
@@ -250,6 +252,8 @@ class State:
     traction: Array | None = None
     closed_since: Array | None = None
     plastic_set: Array | None = None
+    slip: Array | None = None
+    slides: Array | None = None
 
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.pressure))

@@ -37,7 +37,8 @@ from tests.shared.interrupted import stopped_after
 pytestmark = alone
 
 BRIEF = (*RATTLE, "time.end=0.012", "output.fields_interval=2e-3")
-RUBBING = (*BRIEF, "contact.friction.coefficient=0.3", "contact.friction.slip_velocity=1e-3", "time.adaptive=true")
+FRICTION = "contact.friction={coefficient=0.3, static_coefficient=0.4, slip_velocity=1e-3}"
+RUBBING = (*BRIEF, FRICTION, "time.adaptive=true")
 REDUCED = (*RATTLE, "time.end=0.05", "model.type=reduced", "model.modes=8", "model.shapes=5")
 
 Arrays = dict[str, NDArray[Any]]
@@ -122,6 +123,8 @@ ARRAYS: dict[str, tuple[Callable[[Arrays], Any], str]] = {
     "single": (lambda a: a.update(u=a["u"].astype("f4")), "other things than finite numbers"),
     "words": (lambda a: a.update(pressure=np.full(a["pressure"].shape, "x")), "other things than"),
     "gone": (lambda a: a.pop("depth"), "depth is missing"),
+    "slides": (lambda a: a["slides"].__setitem__(3, 0.5), "points neither stick nor slide"),
+    "slides gone": (lambda a: a.pop("slides"), "slides is missing"),
     "closed gone": (lambda a: a.pop("closed_since"), "closed_since is missing"),
     "nodes": (lambda a: a.update(nodes=a["nodes"] + 1.0), "do not fit"),
 }

@@ -245,6 +245,16 @@ CONTRADICTIONS = {
         'formulation = "nitsche"\nfriction = { coefficient = 0.2 }',
         ["[contact.friction]", "0.2 with the formulation nitsche", "penalty, unilateral or", "leave friction out"],
     ),
+    "static friction below sliding friction": (
+        'stiffness = "auto"',
+        "friction = { coefficient = 0.2, static_coefficient = 0.1 }",
+        ["friction] static_coefficient", "0.1, less than the 0.2 of points that slide", "static_coefficient = 0.3"],
+    ),
+    "static friction alone": (
+        'stiffness = "auto"',
+        "friction = { coefficient = 0.0, static_coefficient = 0.1 }",
+        ["friction] static_coefficient", "0.1, with a coefficient of 0", "leave static_coefficient out"],
+    ),
     "deep touch": (
         'stiffness = "auto"',
         "touch_depth = 1e-3",

@@ -16,7 +16,7 @@ HUNT = "contact.law={type='hunt-crossley', restitution=0.6}"
 BRIEF = (*RATTLE, "time.end=0.007", "output.fields_interval=2e-3")
 CASES = {
     "full": ((), (7, 42)),
-    "friction": (("contact.friction.coefficient=0.3", "contact.friction.slip_velocity=1e-3"), (37,)),
+    "friction": (("contact.friction={coefficient=0.3, static_coefficient=0.5, slip_velocity=1e-3}",), (37,)),
     "adaptive": (("time.adaptive=true", "time.max_halvings=3", "time.end=0.006"), (23,)),
     "restitution": ((HUNT,), (41,)),
     "massless": (("contact.mass=redistributed", "contact.formulation=unilateral"), (33,)),

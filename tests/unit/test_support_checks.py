@@ -57,6 +57,14 @@ BAD = {
         GOOD.replace("offset", "friction = 0.3\noffset"),
         ["back", "friction", "0.3, without friction in [contact]", "coefficient above 0", "coefficient = 0.2"],
     ),
+    "static friction of one alone": (
+        GOOD.replace("offset", "static_friction = 0.3\noffset"),
+        ["back", "static_friction", "0.3, without friction in [contact]", "coefficient = 0.2"],
+    ),
+    "static friction below friction": (
+        GOOD.replace("offset", "static_friction = 0.1\noffset") + "[contact]\nfriction = { coefficient = 0.2 }\n",
+        ["back", "static_friction", "0.1, less than the 0.2 of points that slide", "static_friction = 0.3"],
+    ),
     "no stiffness": (GOOD.replace("offset", "stiffness = 0.0\noffset"), ["back", "stiffness", "0.0", "greater than 0"]),
     "negative friction": (
         GOOD.replace("offset", "friction = -0.1\noffset"),

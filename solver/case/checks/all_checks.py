@@ -43,6 +43,7 @@ from gapbeam.solver.case.checks.contact_point_checks import (
 )
 from gapbeam.solver.case.checks.damping_checks import damping_is_given_once, damping_is_positive
 from gapbeam.solver.case.checks.factor_checks import iterations_can_solve
+from gapbeam.solver.case.checks.friction_checks import static_friction_holds_more
 from gapbeam.solver.case.checks.gate_checks import gates_are_in_order
 from gapbeam.solver.case.checks.geometry_checks import (
     cells_fit_the_beam,
@@ -283,6 +284,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     impulses_need_mass,
     friction_fits_the_formulation,
     friction_is_implicit,
+    static_friction_holds_more,
     contact_carries_the_beam,
     points_need_a_penalty,
     patches_have_points,

@@ -45,4 +45,4 @@ class Sliding:
             return None
         free_slip = contact.slip(free_velocity)
         start = np.zeros_like(free_slip) if old.traction is None else contact.weights[:, None] * old.traction
-        return cls(law.friction, scale, free_slip, start)
+        return cls(law.friction.of_points(old.slides), scale, free_slip, start)

@@ -99,6 +99,7 @@ def march(plan: March, start: State | Paused) -> Iterator[Step]:
 
 def begun(plan: March, start: State) -> State:
     """Return a start with what a march carries along: accelerations, what contact remembers. Collective."""
+    start = start if start.slides is not None else with_sliding(plan, start, start.v)
     return _accepted(plan, with_acceleration(plan, start) if plan.scheme.carries_acceleration else start)
 
 
@@ -127,7 +128,8 @@ def whole_step(plan: March, state: State, dt: float, failures: int = 0, refineme
     else:
         asked = plan.resolution is not None and plan.resolution.asks_for_half(plan.system, plan.law, step)
         if not asked or refinements >= plan.max_halvings:
-            yield replace(step, new=_accepted(plan, step.new, state), unresolved=asked)
+            new = with_sliding(plan, step.new, step.stage.velocity, state)
+            yield replace(step, new=_accepted(plan, new, state), unresolved=asked)
             return
     counts = (failures + failed, refinements + (not failed))
     first = True
@@ -180,12 +182,21 @@ def with_plastic_set(plan: March, state: State, before: State | None = None) -> 
     return replace(state, plastic_set=plan.law.yielded_by(known).set_after(state.depth))
 
 
+def with_sliding(plan: March, state: State, velocity: Imaged, before: State | None = None) -> State:
+    """Return the state with what slides at a velocity, (3, n), m/s, where static friction asks for it. Collective."""
+    friction, contact = plan.law.friction, plan.system.contact
+    if friction is None or friction.static_coefficient is None:
+        return state
+    slip = contact.slip(contact.interface.trace(velocity[VALUE], plan.system.operators))
+    return replace(state, slip=slip, slides=friction.sliding_after(slip, None if before is None else before.slip))
+
+
 def with_acceleration(plan: March, state: State) -> State:
     """Return the state with the acceleration that its balance demands, M a = f - C v - K u + H^T (w p) + T^T (w t)."""
     system, contact = plan.system, plan.system.contact
     if plan.law.friction is not None:
         slip = contact.slip(contact.interface.trace(state.v[VALUE], system.operators))
-        state = replace(state, traction=plan.law.friction.traction(state.pressure, slip))
+        state = replace(state, traction=plan.law.friction.of_points(state.slides).traction(state.pressure, slip))
     friction = None if state.traction is None else contact.weights[:, None] * state.traction
     force = system.combine_loads(system.load_factors(state.time))
     force -= system.damping_force(state.v)

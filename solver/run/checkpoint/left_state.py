@@ -173,4 +173,6 @@ def _at_zero(state: State, model: Model, path: Path) -> State:
         lagged=state.lagged,
         traction=state.traction,
         plastic_set=state.plastic_set,
+        slip=state.slip,
+        slides=state.slides,
     )

@@ -18,7 +18,7 @@ from gapbeam.solver.run.output.parallel_tables import ParallelTable, taken
 from gapbeam.solver.system.semi_discrete import State
 
 AT_NODES = ("u", "v", "a", "lagged")
-AT_POINTS = ("depth", "pressure", "touch_speed", "traction", "plastic_set")
+AT_POINTS = ("depth", "pressure", "touch_speed", "traction", "plastic_set", "slip", "slides")
 OF_FACES = "closed_since"
 MODAL = "modal_"  # before the names of arrays
 
@@ -124,7 +124,8 @@ def _check(small: Stored, large: dict[str, tuple[int, ...]], layout: DofLayout) 
         shapes = dict.fromkeys(AT_NODES, (3, nodes, components)) | {"lagged": (nodes, components)}
     shapes |= dict.fromkeys(AT_POINTS, (points,))
     contact = layout.model.system.contact
-    shapes["traction"] = (points, 0 if contact.rubbed is None else contact.rubbed.shape[0] // points)
+    along = (points, 0 if contact.rubbed is None else contact.rubbed.shape[0] // points)
+    shapes |= {"traction": along, "slip": along}
     shapes[OF_FACES] = (len(contact.face_names),)
     for name, shape in ({name: array.shape for name, array in small.items()} | large).items():
         if name in shapes and shape != shapes[name]:

@@ -103,11 +103,15 @@ def _of_accounts(paused: Paused, header: dict[str, Any], model: Model) -> Iterat
 
 def _of_parts(state: State, model: Model) -> Iterator[str]:
     """Miss what a march of the case carries along."""
+    friction = model.law.friction
+    sticks = friction is not None and friction.static_coefficient is not None
     needed = {
         "a": model.case.time.scheme.carries_acceleration,
         "touch_speed": model.law.touch_product is not None,
         "closed_since": model.case.time.adaptive,
         "plastic_set": model.law.keeps_set,
+        "slip": sticks,
+        "slides": sticks,
     }
     for name, carried in needed.items():
         if carried and getattr(state, name) is None:
@@ -144,6 +148,8 @@ def _of_points(state: State, model: Model) -> Iterator[str]:
         yield "the depth of the contact points is not that of u"
     if state.plastic_set is not None and not np.all(state.plastic_set >= 0.0):
         yield "a plastic set is negative"
+    if state.slides is not None and not np.all((state.slides == 0.0) | (state.slides == 1.0)):
+        yield "points neither stick nor slide"
     closed = state.closed_since
     if closed is not None and not np.all((closed <= state.time) & (closed >= 0.0) | (closed == inf)):
         yield "faces closed at times that are none"

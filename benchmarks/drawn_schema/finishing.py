@@ -130,9 +130,14 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
         whole["load"] = [load | last if load["type"] in _of_walls() else load for load in whole["load"]]
     whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
     whole["damping"] = _damping(draw, whole.get("damping", {}))
-    if whole.get("analysis", {}).get("type") == "periodic":  # nothing that yields is periodic
-        yields = whole["contact"].get("law", {}).get("type") == "elastic-plastic"
-        whole["contact"] = {key: value for key, value in whole["contact"].items() if not (yields and key == "law")}
+    law = whole["contact"].get("law", {}).get("type")
+    if (
+        whole.get("analysis", {}).get("type") == "periodic" and law == "elastic-plastic"
+    ):  # nothing that yields is periodic
+        if draw.focus.value == law:
+            del whole["analysis"]
+        else:
+            whole["contact"] = {key: value for key, value in whole["contact"].items() if key != "law"}
     whole["contact"] = _contact(draw, whole["contact"], whole["time"].get("scheme"))
     if isinstance(whole["support"], list):
         whole["support"] = [_own_contact(draw, one, whole["contact"]) for one in whole["support"]]

@@ -187,6 +187,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PointMass", "name"): never,
     ("PointMass", "point"): never,
     ("PointMass", "mass"): lambda chance, scene: scene.mass * chance.choice((0.05, 0.3, 1.0)),
+    ("PointMass", "offset"): never,  # its length is that of the mesh's dimension
     ("PointMass", "polar_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.thickness**2),
     ("PointMass", "rotary_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.length**2),
     ("Restraint", "axial"): seldom(powers(1.0, 5.0)),

@@ -124,14 +124,20 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
         whole = _rings(draw, whole)
     dimension = whole["mesh"].get("dimension", 2)
     whole["load"] = [_load(draw, load, number, dimension) for number, load in enumerate(whole["load"])]
+    whole["load"] += [partner for load in whole["load"] if (partner := _partner(load))]
     if isinstance(whole["support"], list):
         last = {"support": whole["support"][-1]["name"]}
         whole["load"] = [load | last if load["type"] in _of_walls() else load for load in whole["load"]]
     whole["probe"] = [probe | {"name": f"p{number}"} for number, probe in enumerate(whole["probe"])]
     whole["damping"] = _damping(draw, whole.get("damping", {}))
-    if whole.get("analysis", {}).get("type") == "periodic":  # nothing that yields is periodic
-        yields = whole["contact"].get("law", {}).get("type") == "elastic-plastic"
-        whole["contact"] = {key: value for key, value in whole["contact"].items() if not (yields and key == "law")}
+    law = whole["contact"].get("law", {}).get("type")
+    if (
+        whole.get("analysis", {}).get("type") == "periodic" and law == "elastic-plastic"
+    ):  # nothing that yields is periodic
+        if draw.focus.value == law:
+            del whole["analysis"]
+        else:
+            whole["contact"] = {key: value for key, value in whole["contact"].items() if key != "law"}
     whole["contact"] = _contact(draw, whole["contact"], whole["time"].get("scheme"))
     if isinstance(whole["support"], list):
         whole["support"] = [_own_contact(draw, one, whole["contact"]) for one in whole["support"]]
@@ -217,6 +223,14 @@ def _load(draw: Draw, load: dict[str, Any], number: int, dimension: int) -> dict
         share = round(4.0 * tilt, 3)
         named["direction"] = [share, sense] if dimension == 2 else [0.0, share, sense]
     return named
+
+
+def _partner(load: dict[str, Any]) -> dict[str, Any] | None:
+    """Return the load that a load has a cross-spectrum with: its twin under the name that the cross-spectrum takes."""
+    if (cross := load.get("cross_spectrum")) is None:
+        return None
+    cross["load"] = f"{load['name']}-partner"
+    return {key: value for key, value in load.items() if key != "cross_spectrum"} | {"name": cross["load"]}
 
 
 def _downward() -> set[str]:

@@ -188,6 +188,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PointMass", "name"): never,
     ("PointMass", "point"): never,
     ("PointMass", "mass"): lambda chance, scene: scene.mass * chance.choice((0.05, 0.3, 1.0)),
+    ("PointMass", "offset"): never,  # its length is that of the mesh's dimension
     ("PointMass", "polar_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.thickness**2),
     ("PointMass", "rotary_inertia"): seldom(lambda _, scene: 1.0e-3 * scene.mass * scene.length**2),
     ("Restraint", "axial"): seldom(powers(1.0, 5.0)),
@@ -264,6 +265,11 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PointOrSupportLoad", "point"): _point,  # left out of accelerations where the loads are put together
     ("UnrepeatedLoad", "ramp"): _ramp,
     ("NoiseLoad", "seed"): seldom(one_of(1, 2, 3)),
+    ("CrossSpectrum", "load"): one_of("partner"),  # named, and made, where the loads are put together
+    ("CrossSpectrum", "coherence"): one_of(0.0, 0.6, 1.0),
+    ("CrossSpectrum", "phase"): seldom(one_of(90.0, -45.0)),
+    ("CrossSpectrum", "delay"): seldom(lambda chance, scene: chance.uniform(-1.0, 1.0) / scene.frequency),
+    ("CrossSpectrum", "frequencies"): never,
     ("RandomLineLoad", "span"): lambda chance, scene: [0.0, scene.length * chance.choice((0.5, 1.0))],
     ("RandomLineLoad", "stations"): seldom(one_of(6, 12, 20)),
     ("ExponentialCoherence", "length"): lambda chance, scene: scene.length * chance.choice((0.1, 0.4)),

@@ -161,6 +161,15 @@ class LoadTable(Table, ABC):
         """
         yield from ()
 
+    def faults_among(self, key: Key, loads: Mapping[int, LoadTable]) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
+        """Yield what is wrong with the load beside the other loads of the case.
+
+        Args:
+            key: The way to its table in the case.
+            loads: All loads by their number in the case file, from 0.
+        """
+        yield from ()
+
     def faults_in_run(self, key: Key, end: float, step: float | None) -> Iterator[Fault]:  # noqa: ARG002 - for those that override it
         """Yield what is wrong with the load in a run.
 

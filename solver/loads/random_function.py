@@ -28,6 +28,8 @@ import numpy as np
 
 from gapbeam.solver.loads.counted_noise import noise_key, normal_block
 from gapbeam.solver.loads.ramp import ramped
+from gapbeam.solver.loads.shared_noise import SharedNoise
+from gapbeam.solver.loads.spectra.grid_smoothing import smoothed
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
 from gapbeam.solver.loads.time_function import piecewise_mean
 from gapbeam.solver.system.operators import Array
@@ -37,7 +39,6 @@ OVERSAMPLING = 8.0  # samples in a period of the highest frequency
 IN_BAND, BELOW_LOWEST, IN_GAP = 256.0, 16.0, 4.0
 """Intervals of the grid in the band, below its lowest frequency, and between two rows of a spectrum."""
 LEAST_LENGTH, MOST_LENGTH = 2**10, 2**20  # of a filter
-SMOOTHING = np.hanning(11)[1:-1] / np.sum(np.hanning(11))
 SUPPORT = 4  # samples that a cubic B-spline reaches
 BLOCKS_KEPT = 3  # of each signal
 SIGNALS_KEPT = 128  # such as the patterns of a load along the beam
@@ -52,12 +53,14 @@ class RandomSignal:
         seed: Of the noise.
         name: Of the load; loads of other names are independent.
         ramp: Duration of the smooth start, s.
+        shared: What it shares with another signal of the same rate and filter length.
     """
 
     spectrum: PowerSpectrum
     seed: int
     name: str
     ramp: float
+    shared: SharedNoise | None = None
 
     @property
     def rate(self) -> float:
@@ -93,7 +96,7 @@ class RandomSignal:
         values = np.empty(len(times))
         for block in np.unique(blocks):
             here = blocks == block
-            window = _blocks_of(self.spectrum, key).with_following(int(block))
+            window = _blocks_of(self.spectrum, key, self.shared).with_following(int(block))
             values[here] = _spline(window, numbers[here] - block * length, u[here])
         return values
 
@@ -130,15 +133,26 @@ def _spline(window: Array, places: Array, u: Array) -> Array:
     return total
 
 
-@lru_cache(maxsize=4)
 def filter_response(spectrum: PowerSpectrum) -> Array:
     """Return the Fourier transform of h over twice its length, (length + 1,)."""
+    return _responses(spectrum, None)[0]
+
+
+@lru_cache(maxsize=8)
+def _responses(spectrum: PowerSpectrum, shared: SharedNoise | None) -> tuple[Array, ...]:
+    """Return the Fourier transforms of the filters of the own noise and of the shared one, (length + 1,) each."""
     length, rate = filter_length(spectrum), sample_rate(spectrum)
     frequencies = np.asarray(np.arange(length // 2 + 1) * (rate / length), dtype=float)
-    densities = grid_densities(spectrum, frequencies, rate / length)
-    reach = len(SMOOTHING) // 2
-    smooth = np.convolve(np.concatenate([densities[reach:0:-1], densities]), SMOOTHING)[2 * reach :][: len(densities)]
-    gains = np.sqrt(0.5 * rate * smooth) / np.sinc(frequencies / rate) ** SUPPORT
+    densities = smoothed(grid_densities(spectrum, frequencies, rate / length))
+    gains = np.sqrt(0.5 * rate * densities) / np.sinc(frequencies / rate) ** SUPPORT
+    if shared is None:
+        return (_response(gains, length),)
+    factor, own = shared.factors(frequencies, rate)
+    return _response(gains * own, length), _response(gains * factor, length)
+
+
+def _response(gains: Array, length: int) -> Array:
+    """Return the Fourier transform over twice the length of the filter with these gains, (length + 1,)."""
     taps = np.roll(np.fft.irfft(gains, length), length // 2)
     return np.asarray(np.fft.rfft(taps, 2 * length))
 
@@ -146,16 +160,19 @@ def filter_response(spectrum: PowerSpectrum) -> Array:
 class _Blocks:
     """The last blocks of the noise of one load, which steps in their order ask for again and again."""
 
-    def __init__(self, spectrum: PowerSpectrum, key: int) -> None:
-        self._spectrum, self._key = spectrum, key
+    def __init__(self, spectrum: PowerSpectrum, key: int, shared: SharedNoise | None) -> None:
+        self._spectrum, self._key, self._shared = spectrum, key, shared
         self._kept = lru_cache(maxsize=BLOCKS_KEPT)(self._samples)
         self.with_following = lru_cache(maxsize=BLOCKS_KEPT)(self._with_following)
 
     def _samples(self, block: int) -> Array:
         """Return a block of c, as long as the filter; always computed from the same numbers in the same way."""
         length = filter_length(self._spectrum)
-        white = np.concatenate([normal_block(self._key, number, length) for number in (block - 1, block)])
-        return np.asarray(np.fft.irfft(np.fft.rfft(white) * filter_response(self._spectrum), 2 * length)[length:])
+        white = [np.concatenate([normal_block(self._key, number, length) for number in (block - 1, block)])]
+        if self._shared is not None:
+            white.append(self._shared.white(block, length, sample_rate(self._spectrum)))
+        lines = [np.fft.rfft(one) * by for one, by in zip(white, _responses(self._spectrum, self._shared), strict=True)]
+        return np.asarray(np.fft.irfft(sum(lines[1:], lines[0]), 2 * length)[length:])
 
     def _with_following(self, block: int) -> Array:
         """Return a block of c and the samples behind it that its last splines reach."""
@@ -163,5 +180,5 @@ class _Blocks:
 
 
 @lru_cache(maxsize=SIGNALS_KEPT)
-def _blocks_of(spectrum: PowerSpectrum, key: int) -> _Blocks:
-    return _Blocks(spectrum, key)
+def _blocks_of(spectrum: PowerSpectrum, key: int, shared: SharedNoise | None) -> _Blocks:
+    return _Blocks(spectrum, key, shared)

@@ -15,7 +15,10 @@ pytestmark = [alone, pytest.mark.versions]
 
 WHITE = '{type = "white", density = 900.0, low = 20.0, high = 400.0}'
 FORCE = f'{{type = "random", name = "shaker", point = 0.4, seed = 3, spectrum = {WHITE}}}'
-FLOOR = f'{{type = "random", name = "floor", quantity = "acceleration", spectrum = {WHITE}}}'
+FLOOR = (
+    f'{{type = "random", name = "floor", quantity = "acceleration", seed = 3, spectrum = {WHITE}, '
+    'cross_spectrum = {load = "shaker", coherence = 0.6, phase = 30.0, delay = 0.002}}'
+)
 FLOW = (
     f'{{type = "random-line-load", name = "flow", span = [0.1, 0.5], stations = 6, spectrum = {WHITE}, '
     'coherence = {type = "exponential", length = 0.1}}'

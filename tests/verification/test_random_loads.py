@@ -269,8 +269,14 @@ FLOWING = (
 )
 
 
+SHARING = (
+    f'{RANDOM}name = "drag"\n'
+    f'{RANDOM}name = "lift"\ncross_spectrum = {{ load = "drag", coherence = 0.6, phase = 30.0, delay = 0.01 }}\n'
+)
+
+
 @pytest.mark.slow(minutes=0.1)
-@pytest.mark.parametrize("noise", [RANDOM, FLOWING], ids=["at a point", "along the beam"])
+@pytest.mark.parametrize("noise", [RANDOM, FLOWING, SHARING], ids=["at a point", "along the beam", "coherent"])
 def test_a_run_continues_under_the_same_noise(noise: str, tmp_path: Path) -> None:
     """A run in parts has the bits of a run without a stop, and records do not change the noise."""
     text = DEMO.read_text(encoding="utf-8")

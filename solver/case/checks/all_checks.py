@@ -62,6 +62,7 @@ from gapbeam.solver.case.checks.hole_checks import (
 from gapbeam.solver.case.checks.load_checks import (
     attached_masses_sit_on_mass,
     loads_are_sound,
+    loads_fit_each_other,
     loads_fit_the_run,
     static_force_names_differ,
 )
@@ -309,6 +310,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     march_reaches_the_amplitude,
     curve_is_in_reach,
     loads_are_sound,
+    loads_fit_each_other,
     loads_fit_the_run,
     moved_supports_are_there,
     motions_reach_the_beam,

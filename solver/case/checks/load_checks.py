@@ -18,6 +18,12 @@ def loads_are_sound(load: Loads) -> Iterator[Fault]:
         yield from entry.faults(("load", number))
 
 
+def loads_fit_each_other(load: Loads) -> Iterator[Fault]:
+    """Each load beside the others, such as one that shares the noise of another one."""
+    for number, entry in load.items():
+        yield from entry.faults_among(("load", number), load)
+
+
 def loads_fit_the_run(time: Time, load: Loads) -> Iterator[Fault]:
     """Each load in the run, such as a record that has to cover it."""
     for number, entry in load.items():

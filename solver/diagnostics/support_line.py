@@ -37,12 +37,13 @@ def support_line(case: Case, places: Sequence[float]) -> Array:
     degree = 1 if np.ptp(x) > NEAR else 0
     middle = float(np.mean(x))
     fit = np.linalg.pinv(np.vander(x - middle, degree + 1, increasing=True))
-    follows = np.vander(np.asarray(places, dtype=float) - middle, degree + 1, increasing=True) @ fit
+    powers = np.vander(np.asarray(places, dtype=float) - middle, degree + 1, increasing=True)
+    follows: Array = np.asarray(powers @ fit, dtype=np.float64)
     found = list[Array]()
     for load in case.load:
         if isinstance(load.place, SupportWalls):
             moved = moved_by(load.place, case.layout)
-            share = np.zeros(len(places))
+            share: Array = np.zeros(len(places))
             if moved is not None and not load.place.opens:
                 share = follows[:, [one.name for one in supports].index(moved.name)]
             found.append(share[:, None] * np.asarray(load_direction(load, dimension)))

@@ -11,6 +11,7 @@ import xarray as xr
 
 import gapbeam
 from gapbeam.solver.diagnostics.support_line import support_line
+from gapbeam.solver.supports.support import Array
 from tests.verification.test_moving_supports import LENGTH, WEIGHT, motion, recorded, tables
 
 
@@ -28,7 +29,8 @@ def test_supports_that_move_alike_are_the_frame_of_a_base(tmp_path: Path) -> Non
 
     A midpoint rule integrates w exactly. Accelerations differ by round-off of the velocities over a step.
     """
-    acceleration, times = 30.0, np.linspace(0.0, 0.02, 9)
+    acceleration = 30.0
+    times: Array = np.linspace(0.0, 0.02, 9, dtype=np.float64)
     place = recorded(tmp_path / "w.csv", 0.5 * acceleration * times**2, times)
     shake = recorded(tmp_path / "a.csv", np.full_like(times, acceleration), times)
     push = {

@@ -63,6 +63,7 @@ class HistoryVariable:
 
 
 _PROBE = ("time", "probe", "component")
+_FROM_SUPPORTS = ("time", "moved_probe", "component")
 _GAUGE = ("time", "gauge")
 _FACE = ("time", "face")
 _ALONG_FACE = ("time", "face", "tangent")
@@ -82,6 +83,19 @@ HISTORY: tuple[HistoryVariable, ...] = (
         "m/s^2",
         _PROBE,
         "acceleration in the inertial frame, mean over the interval that ends at t",
+    ),
+    HistoryVariable(
+        "displacement_from_supports",
+        "m",
+        _FROM_SUPPORTS,
+        "displacement less that of the straight line that follows the supports; where loads move supports only",
+    ),
+    HistoryVariable("velocity_from_supports", "m/s", _FROM_SUPPORTS, "velocity less that of the line, likewise"),
+    HistoryVariable(
+        "acceleration_from_supports",
+        "m/s^2",
+        _FROM_SUPPORTS,
+        "acceleration less that of the line, likewise, mean over the interval that ends at t",
     ),
     HistoryVariable("axial_stress", "Pa", _GAUGE, "stress along the beam at the point, positive in tension"),
     HistoryVariable("von_mises_stress", "Pa", _GAUGE, "von Mises stress at the point"),

@@ -345,7 +345,9 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Output", "checkpoint_interval"): seldom(one_of(0.0, 1.0)),
     ("Output", "wall_time"): never,
     ("Output", "keep_checkpoint"): never,  # a search for a periodic response has none
+    ("Output", "keep_states"): never,
     ("Transient", "state"): seldom(lambda _, scene: str(scene.folder / EARLIER), 0.07),  # run before: `attempts`
+    ("Transient", "state_time"): never,  # the run before keeps its last state alone
 }
 """Rules by class of the table, or of one that it derives from, and key."""
 

@@ -31,6 +31,12 @@ class Transient(Table):
         "stopped; default none",
         examples=["results/settled"],
     )
+    state_time: Positive | None = Field(
+        default=None,
+        description="time of that run, to half a step, whose state is taken in the place of its last one, s; that run "
+        "had the time in output.keep_states; default the last",
+        examples=[0.1],
+    )
     motion: StartMotion | None = Field(
         default=None, description="a rigid motion added to that state, a table; default none"
     )

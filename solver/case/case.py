@@ -140,6 +140,13 @@ class Output(Table):
         default=False,
         description="write a checkpoint at the end of a run and keep it, for analysis.state of another case",
     )
+    keep_states: tuple[Positive, ...] = Field(
+        default=(),
+        max_length=1000,
+        description="times at which a checkpoint is written and kept, each at the nearest step, for analysis.state and "
+        "analysis.state_time of another case, s; default none",
+        examples=[[0.1, 0.2]],
+    )
     wall_time: Positive | None = Field(
         default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
     )

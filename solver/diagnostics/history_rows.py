@@ -15,6 +15,8 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
+from gapbeam.solver.diagnostics.support_line import support_line, supports_move
+from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.record_table import COMPONENTS, SLIP_MODES, TANGENTS
 from gapbeam.solver.supports.body_motions import BodyMotion, body_motions
 from gapbeam.solver.system.operators import Array
@@ -60,6 +62,7 @@ class Recorder:
         rubs = model.law.friction is not None
         return {
             "probe": tuple(model.probes),
+            "moved_probe": tuple(model.probes) if supports_move(model.case) else (),
             "component": COMPONENTS[model.case.mesh.dimension],
             "face": model.system.contact.face_names,
             "worn_face": model.system.contact.face_names if model.system.contact.measures_sliding else (),
@@ -214,12 +217,28 @@ class Recorder:
         relative = _rates(velocity, self._last_velocity, intervals)
         motion = sum((_frame_means(load, starts, ends) for load in self.model.system.loads), np.zeros((len(ends), 3)))
         self._last_place, self._last_velocity = place[-1:], velocity[-1:]
-        return {
+        found = {
             "displacement": place,
             "velocity": velocity,
             "acceleration_relative": relative,
             "acceleration_absolute": relative + motion[:, None, : relative.shape[2]],
         }
+        if self.labels["moved_probe"]:
+            walls = self.model.system.contact.walls
+            ran, before = (np.tensordot(walls.speeds(times), self._line, 1) for times in (ends, starts))
+            rates = np.divide(ran - before, intervals, out=np.zeros_like(ran), where=intervals > 0.0)
+            found |= {
+                "displacement_from_supports": place - np.tensordot(walls.places(ends), self._line, 1),
+                "velocity_from_supports": velocity - ran,
+                "acceleration_from_supports": relative - rates,
+            }
+        return found
+
+    @cached_property
+    def _line(self) -> Array:
+        """By how much a unit of each motion of walls moves the line of the supports at the probes, (k, probes, d)."""
+        case = self.model.case
+        return support_line(case, [float(axis_point(probe.point)[0]) for probe in case.probe])
 
     def _probes(self, x: Array) -> Array:
         """Return what the probes read of DOFs x, (times, n): (times, probes, components)."""

@@ -31,11 +31,13 @@ class Wanted:
         every: Steps between records; None: no records.
         stops: Steps after whose multiples a block ends; None: it does not matter.
         ends: Whether the last step is recorded whatever its number.
+        also: Further steps after which a block ends.
     """
 
     every: int | None = 1
     stops: int | None = None
     ends: bool = False
+    also: frozenset[int] = frozenset()
 
     def records(self, done: int, count: int) -> bool:
         """Return whether a record is due after so many steps of so many."""
@@ -150,7 +152,7 @@ def _compiled(
     loop, count = CompiledLoop(plan), plan.steps
     agreed: Callable[[int], int] = comm.bcast if comm.size > 1 else int
     every = count if wanted.every is None else wanted.every
-    for block in loop.blocks(start, every, accounts, stops=wanted.stops, agreed=agreed):
+    for block in loop.blocks(start, every, accounts, stops=wanted.stops, agreed=agreed, also=wanted.also):
         done = block.first + block.steps
         due = len(block.times)
         if due and done == count and not wanted.records(done, count):

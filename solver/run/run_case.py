@@ -29,8 +29,8 @@ from gapbeam.solver.memory.out_of_memory import out_of_memory_reported
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.periodic.probe_figures import ProbeFigures
-from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER, SUMMARY_FILE
-from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
+from gapbeam.solver.record_table import CASE_FILE, SUMMARY_FILE
+from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked
 from gapbeam.solver.run.checkpoint.left_state import left_state
 from gapbeam.solver.run.checkpoint.resume import find_left, refuse_to_resume
 from gapbeam.solver.run.interrupted_setup import left_behind, stopped_words
@@ -42,7 +42,7 @@ from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.folder_lock import locked
 from gapbeam.solver.run.output.log_file import log_file
-from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, clear, prepare_folder, write_beside
+from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, prepare_folder, write_beside
 from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
@@ -153,7 +153,7 @@ def _run_case(
                 raise
             summary["wall_time"]["total"] = time.perf_counter() - signals.started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
-            _close(folder, comm, summary, case.output.keep_checkpoint)
+            _close(folder, comm, summary, model)
     small = comm.size == 1 and not isinstance(case.model, FullModel)
     return Outcome(folder, summary["exit_status"], summary["message"], summary, model.body if small else None)
 
@@ -167,14 +167,14 @@ def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str
     on_rank_zero(comm, write)
 
 
-def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any], keep: bool) -> None:
+def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any], model: Model) -> None:
     """Write the summary; of a run that is done, the checkpoints go, unless they are kept. Collective."""
 
     def write() -> None:
         with written(folder / SUMMARY_FILE):
             summaries.write_summary(folder, summary)
-            if summary["status"] == "completed" and not keep:
-                clear(folder, CHECKPOINT_FOLDER)
+            if summary["status"] == "completed":
+                remove_unasked(folder, model)
 
     try:
         on_rank_zero(comm, write)

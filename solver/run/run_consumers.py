@@ -22,7 +22,7 @@ from gapbeam.solver.march.step_blocks import StepBlock, Wanted, marched, step_bl
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
-from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left
+from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, kept_steps
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
@@ -122,7 +122,7 @@ class RunConsumers:
             self._record(self.recorder.row(self._start, self.accounts), self._start)
             on_rank_zero(self.comm, self._begin_history)
             self._let_pass()
-        wanted = Wanted(every["history_interval"], fields_every, ends=True)
+        wanted = Wanted(every["history_interval"], fields_every, ends=True, also=kept_steps(self.model))
         if steps is None:
             blocks_of_steps = marched(plan, self._start, self.accounts, self.recorder, wanted, self.comm)
         else:
@@ -146,13 +146,12 @@ class RunConsumers:
                         self._give_up()
                     self._let_pass()
                     ends = shown and self._may_end(step_block, plan.steps)
-                    if case.output.keep_checkpoint and (ends or step_block.done == plan.steps):
-                        self._pause(step_block, Wish.CHECKPOINT)
+                    over = ends or step_block.done == plan.steps
+                    if step_block.done in wanted.also or (case.output.keep_checkpoint if over else wish != Wish.NONE):
+                        self.accounts.tally.march = before + time.perf_counter() - clock
+                        self._pause(step_block, Wish.NONE if over else wish)
                     if ends:
                         break
-                    if step_block.done < plan.steps and wish != Wish.NONE:
-                        self.accounts.tally.march = before + time.perf_counter() - clock
-                        self._pause(step_block, wish)
         finally:
             self.accounts.tally.march = before + time.perf_counter() - clock
             self._progress.remove()

@@ -203,7 +203,9 @@ def _start_rows(case: Case, analysis: Transient) -> list[Row]:
     """Return how the run starts, where it does not start at rest on the seat."""
     words = list[str]()
     if analysis.state is not None:
-        return [("start", "state", f"the last checkpoint in {analysis.state}")]
+        time = analysis.state_time
+        which = "last checkpoint" if time is None else f"checkpoint at {time:g} s"
+        return [("start", "state", f"the {which} in {analysis.state}")]
     if analysis.start == "centered":
         ends = [centered_pose(case.support).section(x) for x in (0.0, case.beam.length)]
         places = " and ".join(f"({end['lateral']:.3g}, {end['vertical']:.3g}) m" for end in ends)

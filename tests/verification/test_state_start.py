@@ -13,6 +13,7 @@ from tests.shared.case_texts import assert_says
 from tests.shared.command import alone, called
 
 HALF = 8.0e-3  # s
+STEP = 2.0e-5  # s
 MODELS: dict[str, dict[str, Any]] = {
     "beam": {"type": "beam", "elements": 16},
     "reduced": {"type": "reduced"},
@@ -36,7 +37,7 @@ def tables(
         "probe": [{"name": "tip", "point": 0.4}],
         "load": [{"type": "gravity"}],
         "analysis": {"type": "transient", "start": "centered", "motion": motion} if analysis is None else analysis,
-        "time": {"end": end, "step": 2.0e-5},
+        "time": {"end": end, "step": STEP},
         **more,
     }
 
@@ -54,9 +55,9 @@ def motion_of(folder: Path) -> np.ndarray:
 )
 def test_two_parts_are_one_march(model: str, tmp_path: Path) -> None:
     """2 T in one run are T, and T from the state that the first T left."""
-    keep = {"output": {"keep_checkpoint": True}}
+    keep = {"keep_checkpoint": True}
     assert gapbeam.run(tables(model, 2.0 * HALF), output=tmp_path / "whole").exit_status == 0
-    assert gapbeam.run(tables(model, **keep), output=tmp_path / "first").exit_status == 0
+    assert gapbeam.run(tables(model, output=keep), output=tmp_path / "first").exit_status == 0
     state = {"type": "transient", "state": str(tmp_path / "first")}
     assert gapbeam.run(tables(model, analysis=state), output=tmp_path / "second").exit_status == 0
     whole, second = motion_of(tmp_path / "whole"), motion_of(tmp_path / "second")
@@ -65,6 +66,29 @@ def test_two_parts_are_one_march(model: str, tmp_path: Path) -> None:
     scale = np.abs(whole).max(axis=0).clip(1e-12)
     np.testing.assert_allclose(second[1:] / scale, later[1:] / scale, rtol=0.0, atol=1e-9)
     assert not (tmp_path / "second" / "checkpoint").exists()
+
+
+MIDDLE = 250  # steps: within an impact
+
+
+@pytest.mark.parametrize(
+    "model", ["beam", *(pytest.param(name, marks=pytest.mark.slow) for name in ("reduced", "full"))]
+)
+def test_a_state_in_the_middle_is_the_march_from_there(model: str, tmp_path: Path) -> None:
+    """T is T/2 and T/2 from the state that the run kept then; what a run keeps changes no bit of it."""
+    first = tables(model, output={"keep_states": [MIDDLE * STEP, 333 * STEP]})
+    assert gapbeam.run(tables(model), output=tmp_path / "plain").exit_status == 0
+    assert gapbeam.run(first, output=tmp_path / "first").exit_status == 0
+    assert len(list((tmp_path / "first" / "checkpoint").glob("step-*"))) == 2
+    state = {"type": "transient", "state": str(tmp_path / "first"), "state_time": MIDDLE * STEP}
+    rest = HALF - MIDDLE * STEP
+    assert gapbeam.run(tables(model, rest, analysis=state), output=tmp_path / "second").exit_status == 0
+    whole, second = motion_of(tmp_path / "first"), motion_of(tmp_path / "second")
+    np.testing.assert_array_equal(motion_of(tmp_path / "plain"), whole)
+    later = whole[MIDDLE:]
+    assert later[0, -2:].max() > 0.0  # the state presses on the slot
+    scale = np.abs(whole).max(axis=0).clip(1e-12)
+    np.testing.assert_allclose(second[1:] / scale, later[1:] / scale, rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.slow(minutes=0.1)
@@ -107,8 +131,8 @@ def test_states_that_cannot_be_used(tmp_path: Path) -> None:
     assert kept.returncode == 0, kept.stderr
     second = tmp_path / "second.toml"
 
-    def refused(elements: str, folder: str, words: list[str], output: str = "second") -> None:
-        second.write_text(CASE.replace("ELEMENTS", elements) + STATE.replace("FOLDER", folder), encoding="utf-8")
+    def refused(elements: str, folder: str, words: list[str], output: str = "second", more: str = "") -> None:
+        second.write_text(CASE.replace("ELEMENTS", elements) + STATE.replace("FOLDER", folder) + more, encoding="utf-8")
         found = called("run", second, "--output", tmp_path / output, "--overwrite")
         assert found.returncode == 2, found.stderr
         assert_says(" ".join(found.stderr.split()), ["[analysis] state", *words, "expected", "try"])
@@ -121,6 +145,7 @@ def test_states_that_cannot_be_used(tmp_path: Path) -> None:
     assert called("run", first, "--output", tmp_path / "failed", *KEEP, "--set", "time.end=5e-3").returncode == 4
     refused("8", "failed", ["holds no checkpoint", "its run ended with status 4", "a run that passes"])
     refused("10", "kept", ["is of another model", "model.elements: found 10, expected 8"])
+    refused("8", "kept", ["state_time = 0.0005", "one of 0.001 s", "= [0.0005]"], more="state_time = 5e-4\n")
     refused("8", "kept", ["is where the results of this run go"], "kept")
     broken = next((tmp_path / "kept" / "checkpoint").glob("step-*.checkpoint"))
     broken.write_bytes(broken.read_bytes()[:-40])
@@ -128,7 +153,7 @@ def test_states_that_cannot_be_used(tmp_path: Path) -> None:
 
 
 def test_a_state_stands_in_the_place_of_a_pose() -> None:
-    """Both at once are refused, as is a checkpoint of a search."""
+    """Both at once are refused, as are checkpoints of a search, times after the run, and a time of no run."""
     both = {"type": "transient", "start": "centered", "state": "first"}
     with pytest.raises(gapbeam.CaseError) as caught:
         gapbeam.read_case(tables(analysis=both))
@@ -136,3 +161,11 @@ def test_a_state_stands_in_the_place_of_a_pose() -> None:
     with pytest.raises(gapbeam.CaseError) as caught:
         gapbeam.read_case(tables(analysis={"type": "periodic"}, output={"keep_checkpoint": True}))
     assert_says(str(caught.value), ["keep_checkpoint", "no checkpoints"])
+    for wrong, words in (
+        ({"analysis": {"type": "periodic"}, "output": {"keep_states": [1e-3]}}, ["keep_states", "no checkpoints"]),
+        ({"output": {"keep_states": [1e-3, 9e-3]}}, ["keep_states", "0.009 s", "ends at 0.008 s"]),
+        ({"analysis": {"type": "transient", "state_time": 1e-3}}, ["state_time", "without a state"]),
+    ):
+        with pytest.raises(gapbeam.CaseError) as caught:
+            gapbeam.read_case(tables(**wrong))
+        assert_says(str(caught.value), words)

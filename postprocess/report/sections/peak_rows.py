@@ -25,14 +25,16 @@ def peak_rows(history: xr.Dataset) -> list[Row]:
         history: `Results.history`.
     """
     rows: list[Row] = []
-    for record, words in (
-        ("displacement", "largest displacement of {}"),
-        ("acceleration_absolute", "largest acceleration of {}"),
+    for record, dimension, words in (
+        ("displacement", "probe", "largest displacement of {}"),
+        ("displacement_from_supports", "moved_probe", "largest displacement of {} from its supports"),
+        ("acceleration_absolute", "probe", "largest acceleration of {}"),
+        ("acceleration_from_supports", "moved_probe", "largest acceleration of {} from its supports"),
     ):
-        if record in history and history.sizes.get("probe", 0):
+        if record in history and history.sizes.get(dimension, 0):
             across = history[record].sel(component=list(_ACROSS[history.sizes["component"]]))
             sizes = np.sqrt((across**2).sum("component"))
-            rows += _largest(sizes, "probe", words, str(history[record].attrs.get("units", "m")))
+            rows += _largest(sizes, dimension, words, str(history[record].attrs.get("units", "m")))
     for record, (dimension, words) in _WORDS.items():
         if record in history and history.sizes.get(dimension, 0) and np.any(history[record].values):
             rows += _largest(np.abs(history[record]), dimension, words, "Pa")

@@ -12,10 +12,12 @@ from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Probes
 from gapbeam.solver.case.model_table import ModelTable, RigidModel
 from gapbeam.solver.case.rigid_motion import RigidMotion
+from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.support_tables import AnySupports
 
 ALLOWED = 1.0e-9  # of the largest displacement: what round-off leaves of a rotation about a joint
+ROUNDED = 1.0e-9  # of time.end: how far behind it a time may lie
 VECTORS = ("displacement", "velocity", "point")
 TURNS = {"rotation": "tilt", "spin": "spin"}
 TURNING: tuple[MotionName, ...] = ("rotation", "lateral_rotation", "twist")
@@ -106,7 +108,7 @@ def centered_start_has_a_middle(support: AnySupports, analysis: Analysis) -> Ite
 
 
 def start_state_stands_alone(analysis: Analysis) -> Iterator[Fault]:
-    """A state of another run stands in the place of a pose."""
+    """A state of another run stands in the place of a pose; the time of a state is that of a run."""
     if isinstance(analysis, Transient) and analysis.state is not None and analysis.start != "seat":
         yield Fault(
             ("analysis", "state"),
@@ -115,17 +117,38 @@ def start_state_stands_alone(analysis: Analysis) -> Iterator[Fault]:
             "leave out start, or state",
             (("analysis", "start"),),
         )
+    if isinstance(analysis, Transient) and analysis.state_time is not None and analysis.state is None:
+        yield Fault(
+            ("analysis", "state_time"),
+            f"{analysis.state_time:g} s without a state",
+            "state beside it, the results folder of the run that kept the state",
+            'state = "results/first", or leave out state_time',
+        )
 
 
 def kept_checkpoint_has_a_march(analysis: Analysis, output: Output) -> Iterator[Fault]:
     """A search for periodic responses has no checkpoints."""
-    if output.keep_checkpoint and not isinstance(analysis, Transient):
+    for key, value, nothing in (("keep_checkpoint", "true", "false"), ("keep_states", "times", "[]")):
+        if getattr(output, key) and not isinstance(analysis, Transient):
+            yield Fault(
+                ("output", key),
+                f'{value} with type = "{analysis.type}", which has no checkpoints',
+                'type = "transient"',
+                f"{key} = {nothing}",
+                (("analysis", "type"),),
+            )
+
+
+def kept_states_are_of_the_run(time: Time, output: Output) -> Iterator[Fault]:
+    """The times of states that are kept lie in the run."""
+    late = [moment for moment in output.keep_states if moment > time.end * (1.0 + ROUNDED)]
+    if late:
         yield Fault(
-            ("output", "keep_checkpoint"),
-            f'true with type = "{analysis.type}", which has no checkpoints',
-            'type = "transient"',
-            "keep_checkpoint = false",
-            (("analysis", "type"),),
+            ("output", "keep_states"),
+            f"{late[0]:g} s in a run that ends at {time.end:g} s",
+            "times up to time.end",
+            f"keep_states = [{time.end / 2:g}, {time.end:g}]",
+            (("time", "end"),),
         )
 
 

@@ -162,6 +162,7 @@ class CompiledLoop:
         steps: int | None = None,
         stops: int | None = None,
         agreed: Callable[[int], int] = int,
+        also: frozenset[int] = frozenset(),
     ) -> Iterator[CompiledBlock]:
         """March, and yield block after block, each about `CADENCE` seconds of wall time at most.
 
@@ -170,11 +171,11 @@ class CompiledLoop:
         Args:
             start: Where to start, or where the march was left.
             every: Steps between records, counted from the start; the last step is recorded as well.
-            accounts: What consumes the steps, brought up to date before each block is yielded; None: new ones
-                without gates.
+            accounts: Brought up to date before each block is yielded; None: new ones without gates.
             steps: Number of steps, those before `start` included; None: those of the plan.
             stops: Steps after whose multiples, counted from the start, a block ends; None: it does not matter.
             agreed: Makes all ranks agree on the number of steps of a block.
+            also: Further steps, counted from the start, after which a block ends.
 
         Raises:
             NotConverged: A step did not converge at the smallest size. What came before it was yielded.
@@ -184,8 +185,7 @@ class CompiledLoop:
         plan, count = self.plan, self.plan.steps if steps is None else steps
         paused = start if isinstance(start, Paused) else Paused(begun(plan, start), 0)
         state = paused.state
-        if accounts is None:
-            accounts = Accounts.opened(plan.system, plan.law, state, plan.dt)
+        accounts = accounts or Accounts.opened(plan.system, plan.law, state, plan.dt)
         motion, law = self._motion(paused), self._law(state)
         if paused.modal is None:
             measure_in_modes(accounts, self._table.squares, motion)
@@ -193,10 +193,10 @@ class CompiledLoop:
         if not is_kept(self._march_steps):
             LOG.info(COMPILES)
         while done < count:
-            wanted = min(size, count - done, MOST_RECORDS * every)
+            ends = [count, *(step for step in also if step > done)]
             if stops is not None:
-                wanted = min(wanted, stops - done % stops)
-            wanted = agreed(wanted)
+                ends.append(done + stops - done % stops)
+            wanted = agreed(min(size, min(ends) - done, MOST_RECORDS * every))
             started = time.perf_counter()
             ledgers, records = ledger_arrays_of(accounts), room_for_records(self.modal, accounts, wanted, every)
             status, taken, recorded = self._march_steps(

@@ -15,6 +15,7 @@ FREE = {
     "mesh.file",
     "output.checkpoint_interval",
     "output.keep_checkpoint",
+    "output.keep_states",
     "output.wall_time",
     "time.end",
     "gates.accept_lack_of_memory",

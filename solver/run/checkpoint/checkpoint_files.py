@@ -12,7 +12,7 @@ import hashlib
 import json
 import os
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Set
 from contextlib import contextmanager
 from dataclasses import dataclass
 from math import prod
@@ -122,8 +122,10 @@ class _Section:
         return self.tell()
 
 
-def write_checkpoint(folder: Path, step: int, header: Mapping[str, Any], arrays: Arrays, pieces: Pieces) -> Path:
-    """Write the checkpoint after a step to a results folder, and remove all but the last two.
+def write_checkpoint(
+    folder: Path, step: int, header: Mapping[str, Any], arrays: Arrays, pieces: Pieces, spared: Set[int] = frozenset()
+) -> Path:
+    """Write the checkpoint after a step to a results folder, and remove all but the last two and those to spare.
 
     Args:
         folder: The results folder.
@@ -131,16 +133,28 @@ def write_checkpoint(folder: Path, step: int, header: Mapping[str, Any], arrays:
         header: Everything but arrays, for JSON.
         arrays: By name.
         pieces: What yields the pieces of those that are tables on all ranks.
+        spared: Steps whose checkpoints stay.
 
     Raises:
         NotWritten: It could not be written; those before it are as they were.
     """
-    path = folder / CHECKPOINT_FOLDER / CHECKPOINTS.replace("*", f"{step:012d}")
+    path = _file_after(folder, step)
     with written(path):
         _write(path, header, arrays, pieces)
-        for old in found(folder)[KEPT:]:
-            old.unlink()
+        remove_but(folder, spared, KEPT)
     return path
+
+
+def _file_after(folder: Path, step: int) -> Path:
+    return folder / CHECKPOINT_FOLDER / CHECKPOINTS.replace("*", f"{step:012d}")
+
+
+def remove_but(folder: Path, spared: Set[int], last: int) -> None:
+    """Remove the checkpoints of a results folder but those after some steps, and the last ones."""
+    stay = {_file_after(folder, step) for step in spared}
+    for old in found(folder)[last:]:
+        if old not in stay:
+            old.unlink()
 
 
 def write_model(folder: Path, header: Mapping[str, Any], arrays: Arrays, pieces: Pieces) -> None:
@@ -243,6 +257,20 @@ def read_checkpoint(path: Path) -> Contents:
     if not isinstance(header, dict):
         raise BrokenCheckpoint("its header is not a table")
     return Contents(path, header, shapes, len(line) + text_size)
+
+
+def time_of(path: Path) -> tuple[float, int]:
+    """Return the time of a checkpoint, s, and its steps since the start, by its first bytes alone.
+
+    Raises:
+        BrokenCheckpoint: They cannot be read.
+    """
+    try:
+        with path.open("rb") as file:
+            header = json.loads(file.read(_announced(file.readline(LONGEST_LINE))[2]))
+        return float(header["time"]), int(header["done"])
+    except (OSError, ValueError, KeyError, TypeError, RecursionError) as error:
+        raise BrokenCheckpoint(f"{type(error).__name__}: {error}") from error
 
 
 def _shapes(file: Any, size: int) -> dict[str, tuple[int, ...]]:

@@ -20,13 +20,14 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import CASE_FILE
+from gapbeam.solver.record_table import CASE_FILE, CHECKPOINT_FOLDER
 from gapbeam.solver.run.checkpoint.case_fingerprint import FREE, differences, keys_of
 from gapbeam.solver.run.checkpoint.checkpoint_files import (
     BrokenCheckpoint,
     Contents,
     found,
     read_checkpoint,
+    remove_but,
     write_checkpoint,
 )
 from gapbeam.solver.run.checkpoint.diagnostics_text import as_json, restore
@@ -38,6 +39,7 @@ from gapbeam.solver.run.checkpoint.state_checks import refuse_implausible
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with
+from gapbeam.solver.run.output.results_folder import clear
 
 LOG = logging.getLogger("gapbeam")
 LARGEST_SHARE = 0.01  # of the wall time, for checkpoints
@@ -64,6 +66,21 @@ class Left:
         restore(accounts, recorder, self.header["accounts"])
 
 
+def kept_steps(model: Model) -> frozenset[int]:
+    """Return the steps after which a run keeps its state."""
+    return frozenset(max(1, round(time / model.step)) for time in model.case.output.keep_states)
+
+
+def remove_unasked(folder: Path, model: Model) -> None:
+    """Remove the checkpoints of a run that is done, but those that its case keeps; on rank 0."""
+    if model.case.output.keep_checkpoint:
+        return
+    if steps := kept_steps(model):
+        remove_but(folder, steps, 0)
+    else:
+        clear(folder, CHECKPOINT_FOLDER)
+
+
 class Checkpoints:
     """Writes the checkpoints of a run.
 
@@ -73,6 +90,11 @@ class Checkpoints:
         comm: Its ranks.
         kept: What else a checkpoint shall hold, for JSON.
         interval: Wall time between them, s; 0: none but those that are asked for.
+
+    Attributes:
+        kept_steps: Steps after which the run keeps its state.
+        count: How many were written.
+        seconds: Wall time that they took, s.
 
     Collective to make and to write.
     """
@@ -84,6 +106,7 @@ class Checkpoints:
         self._kept |= {"case": on_rank_zero(comm, lambda: keys_of(model.case)), "measures": measures_of(model)}
         self._next = time.perf_counter() + interval
         self.count, self.seconds = 0, 0.0
+        self.kept_steps = kept_steps(model)
 
     @property
     def due(self) -> bool:
@@ -132,7 +155,7 @@ class Checkpoints:
                 "fields": fields.times,
                 "accounts": as_json(accounts, recorder),
             }
-            write_checkpoint(self._folder, paused.done, header, arrays, pieces)
+            write_checkpoint(self._folder, paused.done, header, arrays, pieces, self.kept_steps)
 
         on_rank_zero_with(self._comm, tables, write)
         now = time.perf_counter()

@@ -22,6 +22,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
     found,
     model_file,
     read_checkpoint,
+    time_of,
 )
 from gapbeam.solver.run.checkpoint.checkpoints import checked_header
 from gapbeam.solver.run.checkpoint.dof_layout import DofLayout, layout_of
@@ -40,7 +41,8 @@ DEEPER = 1.0e-9  # m: round-off of points that touch
 def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
     """Return the state at t = 0 that a case takes from another results folder; None: it takes none.
 
-    u, v, contact pressure, friction and plastic sets are those of the last checkpoint. The acceleration follows from
+    u, v, contact pressure, friction and plastic sets are those of the last checkpoint, or of that at
+    `analysis.state_time`. The acceleration follows from
     the balance under the loads of the case, which begin anew at t = 0.
 
     Args:
@@ -49,8 +51,8 @@ def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
         comm: Its ranks.
 
     Raises:
-        UserError: There is no such folder, no checkpoint in it or none that can be read, the checkpoint is of another
-            model, or faces that move are elsewhere.
+        UserError: There is no such folder, no checkpoint in it, none of that time or none that can be read, the
+            checkpoint is of another model, or faces that move are elsewhere.
 
     Collective.
     """
@@ -58,7 +60,7 @@ def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
     if not isinstance(analysis, Transient) or analysis.state is None:
         return None
     source = Path(analysis.state)
-    path = on_rank_zero(comm, lambda: _last(source, folder))
+    path = on_rank_zero(comm, lambda: _chosen(source, folder, analysis.state_time))
     local: list[Contents] = []
     layout = layout_of(model, comm)
     try:
@@ -72,8 +74,8 @@ def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
     return _at_zero(paused.state, model, path)
 
 
-def _last(source: Path, folder: Path) -> Path:
-    """Return the last checkpoint of a results folder; on rank 0."""
+def _chosen(source: Path, folder: Path, time: float | None) -> Path:
+    """Return the checkpoint of a results folder at a time, None: the last one; on rank 0."""
     try:
         there, same = source.is_dir(), source.resolve() == folder.resolve()
         paths = found(source) if there else []
@@ -94,7 +96,25 @@ def _last(source: Path, folder: Path) -> Path:
             kept,
             "running it again with output.keep_checkpoint = true",
         )
-    return paths[0]
+    return paths[0] if time is None else _at(source, paths, time)
+
+
+def _at(source: Path, paths: list[Path], time: float) -> Path:
+    """Return the checkpoint that is at a time, to half a step."""
+    there = list[float]()
+    for path in reversed(paths):
+        try:
+            moment, steps = time_of(path)
+        except BrokenCheckpoint as broken:
+            raise _fault(path, f"cannot be used: {broken}") from broken
+        there.append(moment)
+        if abs(moment - time) * max(steps, 1) <= 0.5 * moment:
+            return path
+    moments = ", ".join(f"{moment:.6g}" for moment in there)
+    raise UserError(
+        f"[analysis] state_time = {time:g}: {source} has no state of that time; expected one of {moments} s; try one "
+        f"of these, or run that case again with output.keep_states = [{time:g}]"
+    )
 
 
 def _exit_status(folder: Path) -> int:

@@ -32,7 +32,8 @@ class SlidingWork:
         contact: To distinguish the faces; its `measures_sliding` says whether anything is measured.
         work: W at each point, (m,), J; (0,) where nothing is measured.
         parts: Its parts by `SLIP_MODES`, (3, m), J.
-        pressed_for: How long each face has been pressed, (faces,), s; infinite: since the march began.
+        pressed_for: How long each face has been pressed, (faces,), s; infinite: since the march began; 0 where nothing
+            is measured.
     """
 
     contact: ContactOperator
@@ -44,7 +45,7 @@ class SlidingWork:
     def opened(cls, contact: ContactOperator, start: State) -> SlidingWork:
         """Return the sums at the start of a march."""
         size = contact.size if contact.measures_sliding else 0
-        pressed = by_face(contact, np.maximum(start.pressure, 0.0)) > 0.0
+        pressed = (by_face(contact, np.maximum(start.pressure, 0.0)) > 0.0) & contact.measures_sliding
         return cls(contact, np.zeros(size), np.zeros((len(SLIP_MODES), size)), np.where(pressed, np.inf, 0.0))
 
     @property

@@ -134,7 +134,7 @@ def test_results_of_one_period(shot: Outcome) -> None:
     """The folder holds the records of a run over one period: first and last state are the same, the load does work."""
     results = open_results(shot.folder)
     history = results.history
-    seldom = {"tangent", "gauge", "across", "moving", "joint", "support_body", "worn_face", "slip_mode"}
+    seldom = {"tangent", "gauge", "across", "moving", "joint", "support_body", "worn_face", "slip_mode", "moved_probe"}
     always = {one.name for one in HISTORY if one.name != "friction_dissipation" and not seldom & set(one.dims)}
     assert always <= set(history.variables)
     time = history["time"].values

@@ -72,6 +72,7 @@ def write_results(
         "moving": (),
         "worn_face": (),
         "slip_mode": (),
+        "moved_probe": (),
         "support_body": (),
         "support_axis": (),
         "joint": (),

@@ -159,13 +159,7 @@ from gapbeam.solver.case.checks.time_checks import (
     run_has_steps,
     step_follows_the_forcing,
 )
-from gapbeam.solver.case.checks.wear_checks import (
-    depth_limits_have_an_area,
-    local_growth_has_areas_of_its_own,
-    moving_supports_do_not_wear_around,
-    wear_fits_the_formulation,
-    wear_has_its_coefficients,
-)
+from gapbeam.solver.case.checks.wear_checks import WEAR_CHECKS
 from gapbeam.solver.case.reading.known_keys import numbered
 from gapbeam.solver.faults import Fault, Key
 
@@ -196,11 +190,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     supports_lie_on_the_beam,
     supports_keep_apart,
     own_contact_fits_the_case,
-    depth_limits_have_an_area,
-    local_growth_has_areas_of_its_own,
-    wear_has_its_coefficients,
-    wear_fits_the_formulation,
-    moving_supports_do_not_wear_around,
+    *WEAR_CHECKS,
     bodies_need_few_dofs,
     bodies_stand_on_the_frame,
     something_carries_the_beam,

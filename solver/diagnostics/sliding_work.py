@@ -74,6 +74,5 @@ class SlidingWork:
             share = impact_share(self.pressed_for[contact.faces[point]], step.size, modes)
             self.parts[:, point] += by_mode(done[point], ways[point] / step.size, share, modes)
         pressed = by_face(contact, force) > 0.0
-        self.pressed_for[:] = [
-            pressed_after(*face) for face in zip(self.pressed_for, [step.size] * len(pressed), pressed, strict=True)
-        ]
+        for face, touches in enumerate(pressed):
+            self.pressed_for[face] = pressed_after(self.pressed_for[face], step.size, touches)

@@ -122,10 +122,8 @@ class RunStatistics:
         Args:
             missed: Part of the impacts that the steps could not see, by face; None: not known.
         """
-        found, marched = (
-            [one.seen_by_steps(missed or {}) for one in self.figures()],
-            self.blocks.records * self.interval,
-        )
+        found = [one.seen_by_steps(missed or {}) for one in self.figures()]
+        marched = self.blocks.records * self.interval
         if not found:
             return {"verdict": "too short", "seconds": marched, "burn_in": None, "figures": []}
         used = found[0].seconds

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from functools import partial
 from pathlib import Path
@@ -26,6 +25,7 @@ from gapbeam.solver.run.checkpoint.checkpoint_files import (
 )
 from gapbeam.solver.run.checkpoint.checkpoints import checked_header
 from gapbeam.solver.run.checkpoint.dof_layout import DofLayout, layout_of
+from gapbeam.solver.run.checkpoint.earlier_summary import earlier_summary
 from gapbeam.solver.run.checkpoint.state_arrays import restored
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
@@ -42,8 +42,8 @@ def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
     """Return the state at t = 0 that a case takes from another results folder; None: it takes none.
 
     u, v, contact pressure, friction and plastic sets are those of the last checkpoint, or of that at
-    `analysis.state_time`. The acceleration follows from
-    the balance under the loads of the case, which begin anew at t = 0.
+    `analysis.state_time`. The acceleration follows from the balance under the loads of the case, which begin anew at
+    t = 0.
 
     Args:
         model: The model of the case.
@@ -119,10 +119,8 @@ def _at(source: Path, paths: list[Path], time: float) -> Path:
 
 def _exit_status(folder: Path) -> int:
     """Return the exit status that a summary names; 0 where there is none that can be read."""
-    try:
-        return int(json.loads((folder / "summary.json").read_text(encoding="utf-8"))["exit_status"] or 0)
-    except (OSError, ValueError, KeyError, TypeError):
-        return 0
+    status = earlier_summary(folder).get("exit_status")
+    return status if isinstance(status, int) else 0
 
 
 def _fault(

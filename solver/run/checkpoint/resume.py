@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import json
 import logging
 from pathlib import Path
 from typing import Any
@@ -14,13 +13,12 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.checkpoint.case_fingerprint import FREE
 from gapbeam.solver.run.checkpoint.checkpoints import Left, last_checkpoint, refuse_another_case
+from gapbeam.solver.run.checkpoint.earlier_summary import earlier_summary
 from gapbeam.solver.run.run_consumers import steps_between
 
 LOG = logging.getLogger("gapbeam")
-LARGEST_SUMMARY = 64 * 2**20  # bytes
 
 
 def refuse_to_resume(case: Case) -> None:
@@ -54,7 +52,7 @@ def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | 
 
     Collective.
     """
-    summary: dict[str, Any] = on_rank_zero(comm, lambda: _summary(folder))
+    summary: dict[str, Any] = on_rank_zero(comm, lambda: earlier_summary(folder))
     if summary.get("status") == "completed":
         refuse_another_case(folder, model, comm, frozenset(FREE - {"time.end"}))
         return summary
@@ -63,15 +61,3 @@ def find_left(folder: Path, case: Case, model: Model, comm: MPI.Comm) -> Left | 
         refuse_another_case(folder, model, comm, frozenset(FREE))
         LOG.info("%s has no checkpoint: the run starts", folder)
     return left
-
-
-def _summary(folder: Path) -> dict[str, Any]:
-    """Return the summary of a run; of one that cannot be read, nothing."""
-    path = folder / SUMMARY_FILE
-    try:
-        if path.stat().st_size > LARGEST_SUMMARY:
-            return {}
-        found = json.loads(path.read_text(encoding="utf-8"))
-    except (OSError, ValueError, RecursionError):
-        return {}
-    return found if isinstance(found, dict) and isinstance(found.get("message"), str) else {}

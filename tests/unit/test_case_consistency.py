@@ -15,6 +15,7 @@ from gapbeam.solver.case.checks import geometry_checks as geometry
 from gapbeam.solver.case.checks import model_checks as model_fits
 from gapbeam.solver.case.checks import place_checks as places
 from gapbeam.solver.case.checks import support_checks as supports
+from gapbeam.solver.case.checks import wear_checks as wear
 from gapbeam.solver.case.checks.all_checks import CHECKS, contradictions_in
 from gapbeam.solver.case.reading.case_reader import read_case, warnings
 from tests.shared.case_texts import GOOD, assert_says, faults_of, spoiled, written
@@ -454,7 +455,7 @@ def test_a_good_case_warns_of_nothing(tmp_path: Path) -> None:
 def test_every_check_is_made() -> None:
     written_checks = {
         function
-        for module in (supports, attachments, consistency, contact_fits, geometry, model_fits, places, resultants)
+        for module in (supports, attachments, consistency, contact_fits, geometry, model_fits, places, resultants, wear)
         for name, function in inspect.getmembers(module, inspect.isgeneratorfunction)
         if not name.startswith("_") and function.__module__.startswith("gapbeam.solver.case.checks.")
     }

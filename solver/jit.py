@@ -50,7 +50,7 @@ def cache_folder() -> Path | None:
 
 _FOLDER = cache_folder()
 IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is said: else that of the caller holds
-_OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy"}
+_OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy", "_nrt": False}
 
 
 def is_kept(function: Callable[..., Any]) -> bool:
@@ -119,6 +119,12 @@ def compiled(function: Function) -> Function:
     return made
 
 
+def allocating(function: Function) -> Function:
+    """As `compiled`, for functions that make arrays."""
+    made: Function = numba.njit(**(_OPTIONS | {"_nrt": True}))(function)
+    return made
+
+
 def shared(function: Function) -> Function:
     """Compile a function of numbers where kernels call it; Python calls it as it stands."""
     made: Function = register_jitable(**_OPTIONS)(function)
@@ -133,11 +139,20 @@ def compiled_in_order(function: Function) -> Function:
 
 def entry(function: Function) -> Function:
     """Compile a function that Python calls when it is first called; keep the machine code for later processes."""
+    return _kept(function, _OPTIONS)
+
+
+def allocating_entry(function: Function) -> Function:
+    """As `entry`, for functions that make arrays."""
+    return _kept(function, _OPTIONS | {"_nrt": True})
+
+
+def _kept(function: Function, options: dict[str, Any]) -> Function:
     if _FOLDER is None:
-        return compiled(function)
+        return numba.njit(**options)(function)
     before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER)
     try:
-        made: Function = numba.njit(cache=True, **_OPTIONS)(function)
+        made: Function = numba.njit(cache=True, **options)(function)
     finally:
         config.CACHE_DIR = before
     return made

@@ -13,7 +13,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS, after_contact
-from gapbeam.solver.system.semi_discrete import ContactOperator, Step
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import ContactOperator
 
 
 @dataclass

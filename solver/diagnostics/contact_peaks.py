@@ -8,8 +8,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from gapbeam.solver.diagnostics.face_updates import Peak, after_forces
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Operators
-from gapbeam.solver.system.semi_discrete import ContactOperator, State, Step
+from gapbeam.solver.system.semi_discrete import ContactOperator, State
 
 
 @dataclass

@@ -8,8 +8,9 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.face_updates import FaceTouches, after_touch
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import ContactOperator, State, Step
+from gapbeam.solver.system.semi_discrete import ContactOperator, State
 
 
 @dataclass

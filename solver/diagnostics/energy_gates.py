@@ -20,8 +20,9 @@ from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.face_updates import CLOSED, OPEN, UNKNOWN, Watched, after_look, breaks_gates
 from gapbeam.solver.diagnostics.ledger_update import relative_growth
 from gapbeam.solver.errors import EnergyCreated, NotFinite
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import ContactOperator, Step
+from gapbeam.solver.system.semi_discrete import ContactOperator
 
 REMEDY = (
     "Use the scheme discrete-gradient (implicit-midpoint where contact has no potential), a smaller time.step or, with "

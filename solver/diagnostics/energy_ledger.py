@@ -26,8 +26,9 @@ from gapbeam.solver.diagnostics.ledger_update import (
     total_energy,
     unresolved_energy,
 )
+from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, Step
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
 
 
 @dataclass(frozen=True)
@@ -133,7 +134,7 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
         *((moved, load.pattern) for load in system.loads),
     ]
     if stage.traction is not None:
-        pairs.append(_slip_and_friction(system, moved, stage.traction))
+        pairs.append(_slip_and_friction(system, moved, stage))
     kinetic, strain, structural, inner, *load_work = system.dots(pairs)
     friction_loss = -float(load_work.pop()) if stage.traction is not None else 0.0
     weights, deeper = system.contact.weights, system.contact.closing(old, new, system.operators)
@@ -170,10 +171,11 @@ def restraint_energy(system: SemiDiscreteSystem, state: State) -> float:
     return 0.5 * float(system.dots([(u, system.operators.apply_restraint(u))])[0])
 
 
-def _slip_and_friction(system: SemiDiscreteSystem, moved: Array, traction: Array) -> tuple[Array, Array]:
-    """Return a motion and the friction forces on the interface DOFs that this rank owns."""
-    contact, interface = system.contact, system.contact.interface
-    forces = contact.resultant(np.zeros(contact.size), contact.weights[:, None] * traction)
+def _slip_and_friction(system: SemiDiscreteSystem, moved: Array, stage: Stage) -> tuple[Array, Array]:
+    """Return a motion and the friction forces of a balance on the interface DOFs that this rank owns."""
+    contact, interface = system.contact.turned(stage.opening), system.contact.interface
+    assert stage.traction is not None
+    forces = contact.resultant(np.zeros(contact.size), contact.weights[:, None] * stage.traction)
     return moved[interface.owned], forces[interface.slots]
 
 

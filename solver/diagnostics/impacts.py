@@ -12,8 +12,9 @@ from gapbeam.solver.diagnostics.contact_peaks import deepest_by_face
 from gapbeam.solver.diagnostics.contact_times import ContactTimes
 from gapbeam.solver.diagnostics.impact_list import ImpactList
 from gapbeam.solver.diagnostics.impact_updates import UNSEEN, RunningImpact, after_gap, approach_speed
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State, Step
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State
 
 KEPT = ("approach", "depth", "begun", "speed", "duration", "rate")
 

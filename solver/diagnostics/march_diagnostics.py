@@ -14,7 +14,8 @@ from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_le
 from gapbeam.solver.diagnostics.impacts import Impacts
 from gapbeam.solver.diagnostics.sliding_work import SlidingWork
 from gapbeam.solver.diagnostics.step_counts import Tally
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State, Step
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State
 
 UNGUARDED = Gates(accept_energy_growth=True)
 

@@ -84,6 +84,7 @@ class Instants(NamedTuple):
 def instant_of(state: State, accounts: Accounts) -> Instants:
     """Return a state with the accounts at its time; the iterations are reported once. Collective."""
     contact, ledger, peaks = accounts.system.contact, accounts.ledger, accounts.peaks
+    across = contact.at(contact.interface.trace(state.u[VALUE], accounts.system.operators)).across
     forces = contact.weights * state.pressure
     pressed = state.pressure > 0.0
     iterations, peaks.iterations = peaks.iterations, 0
@@ -93,7 +94,7 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         v=state.v[VALUE],
         contact_force=by_face(contact, forces),
         contact_moment=by_face(contact, forces * contact.positions[:, 0]),
-        contact_resultant=np.stack([by_face(contact, forces * along) for along in contact.across.T], axis=-1),
+        contact_resultant=np.stack([by_face(contact, forces * along) for along in across.T], axis=-1),
         contact_area=by_face(contact, np.where(pressed, contact.weights, 0.0)),
         active_points=by_face(contact, pressed.astype(float)),
         penetration=deepest_by_face(contact, state, accounts.system.operators),
@@ -103,7 +104,7 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         approach=accounts.impacts.approach.copy(),
         force_square=peaks.square,
         friction_force=None if state.traction is None else friction_by_face(contact, state.traction),
-        joint_contact=_joint_contact(accounts, state, forces),
+        joint_contact=_joint_contact(accounts, state, forces, across),
         sliding_work=accounts.sliding.by_face,
         work_by_mode=accounts.sliding.parts_by_face,
         point_work=accounts.sliding.work.copy() if contact.maps_sliding else None,
@@ -122,10 +123,13 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
     return Instants._make(None if column is None else column[None] for column in found)
 
 
-def _joint_contact(accounts: Accounts, state: State, forces: Array) -> Array | None:
+def _joint_contact(accounts: Accounts, state: State, forces: Array, across: Array) -> Array | None:
     """Return what contact adds to the forces of joints in a state, (r,)."""
-    reactions = accounts.system.reactions
+    reactions, contact = accounts.system.reactions, accounts.system.contact
     if reactions is None:
         return None
-    weights = accounts.system.contact.weights
-    return reactions.of_contact(forces, None if state.traction is None else weights[:, None] * state.traction)
+    friction = None if state.traction is None else contact.weights[:, None] * state.traction
+    circles, turned = contact.turning, None
+    if circles is not None:
+        turned = (forces[:, None] * across)[circles.points].reshape(-1)
+    return reactions.of_contact(forces, friction, turned)

@@ -19,8 +19,9 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.contact_peaks import by_face
 from gapbeam.solver.record_table import SLIP_MODES
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Operators
-from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State, Step
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State
 from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after
 
 
@@ -65,7 +66,8 @@ class SlidingWork:
         contact, modes = self.contact, self.contact.slip_modes
         if not contact.measures_sliding:
             return
-        moved = contact.slip(contact.interface.trace(step.new.u[VALUE] - step.old.u[VALUE], operators))
+        change = contact.interface.trace(step.new.u[VALUE] - step.old.u[VALUE], operators)
+        moved = contact.turned(step.stage.opening).slip(change)
         force = np.maximum(contact.weights * step.stage.pressure, 0.0)
         ways = np.linalg.norm(moved, axis=1)
         done = force * ways

@@ -8,7 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.system.semi_discrete import STIFFNESS, Step
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import STIFFNESS
 
 HALVED = 0.75  # of the step of the case; a step shorter than this is part of a halved one
 

@@ -33,8 +33,9 @@ from gapbeam.solver.integrators.time_scheme import (
     StiffnessRange,
     TimeScheme,
 )
+from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, SemiDiscreteSystem, Stage, State, Step
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, SemiDiscreteSystem, State
 
 PressureOverStep = Callable[[Array, Array, float], StagePressure]
 

@@ -29,8 +29,9 @@ from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.contact.solve.slip_problem import Sliding
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, StiffnessRange, TimeScheme
+from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, Stage, State, Step
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
 from gapbeam.solver.table import Number
 
 RIGID = 1.0e-10  # compliance of the rate constraint relative to that of the contact points

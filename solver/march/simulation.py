@@ -20,7 +20,8 @@ from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.models.reduction.mesh_check import refuse_other_faces
 from gapbeam.solver.seat.static_seat import Seat, find_seat
 from gapbeam.solver.start.start_state import start_of_case
-from gapbeam.solver.system.semi_discrete import VALUE, State, Step
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import VALUE, State
 
 if TYPE_CHECKING:
     from mpi4py import MPI

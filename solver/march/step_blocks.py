@@ -14,8 +14,9 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.march import March, march
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import State, Step
+from gapbeam.solver.system.semi_discrete import State
 
 if TYPE_CHECKING:
     from mpi4py import MPI

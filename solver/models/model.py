@@ -33,10 +33,10 @@ from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_larg
 from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.case_law import law_of_case
+from gapbeam.solver.models.circle_stations import met_as_circles, station_reactions
 from gapbeam.solver.models.contact_scales import contact_duration, impact_time
 from gapbeam.solver.models.contact_setting import contact_setting, friction_of
 from gapbeam.solver.models.explicit_step import with_stable_step
-from gapbeam.solver.models.joint_reactions import reactions_of
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
 from gapbeam.solver.models.reduction.rigid_body import rigid_body
 from gapbeam.solver.models.support_bodies import with_support_bodies
@@ -215,8 +215,9 @@ def model_of(case: Case, body: Body) -> Model:
 
     Collective.
     """
-    setting = contact_setting(case, body)
-    contact = body.contact.with_gaps_of(case.layout.faces)
+    marched = met_as_circles(body)
+    setting = contact_setting(case, marched)
+    contact = marched.contact.with_gaps_of(case.layout.faces)
     support = contact.support.with_stiffness(setting.face_stiffness)
     dimension = body.meshed.space.mesh.geometry.dim
     walls = walls_of(case.load, case.layout, contact, dimension)
@@ -228,7 +229,7 @@ def model_of(case: Case, body: Body) -> Model:
     defaults = setting.defaults
     if case.contact.rubs is not None:
         creep = slip_velocity(case, case.contact.rubs)
-        law = replace(law, friction=friction_of(case, body, creep.value))
+        law = replace(law, friction=friction_of(case, marched, creep.value))
         defaults = (*defaults, creep)
     if case.wear is not None:
         struck = impact_time(case, case.wear, support.stiffness_per_area)
@@ -238,7 +239,7 @@ def model_of(case: Case, body: Body) -> Model:
     system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
     if case.time.scheme.explicit:
         case, computed = with_stable_step(asked, case, computed, stable_step(system, law))
-    system = replace(system, reactions=reactions_of(case, body, system))
+    system = replace(system, reactions=station_reactions(case, body, system))
     system = with_support_bodies(case, system, dimension)
     springs = support.per_face_area(tangent_stiffness(case, setting.face_stiffness))
     return Model(

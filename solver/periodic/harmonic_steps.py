@@ -13,9 +13,10 @@ import numpy as np
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.periodic.harmonic_balance import HarmonicSolution
+from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, Stage, State, Step, imaged
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, State, imaged
 
 
 def series_steps(

@@ -19,8 +19,9 @@ from gapbeam.solver.contact.laws.step_slopes import step_slopes
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
 from gapbeam.solver.integrators.effective_operator import image_of_solution
 from gapbeam.solver.march.python.march import REFRESH_INTERVAL, March, march
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Indices
-from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, Step, imaged
+from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State, imaged
 
 Disturbance = Array
 """u and v with their images, (2, 3, n)."""

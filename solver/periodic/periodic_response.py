@@ -29,7 +29,8 @@ from gapbeam.solver.periodic.modal_period_map import ModalMap
 from gapbeam.solver.periodic.newton_krylov import shoot_marched
 from gapbeam.solver.periodic.shooting import relative_change, shoot
 from gapbeam.solver.periodic.steady_forcing import SteadyModel, scheme_of_period, steady, with_whole_steps
-from gapbeam.solver.system.semi_discrete import State, Step
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import State
 
 LOG = logging.getLogger("gapbeam")
 MULTIPLIERS_REPORTED = 12

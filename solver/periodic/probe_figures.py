@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, State, Step
+from gapbeam.solver.system.semi_discrete import VALUE, State
 
 HARMONICS_REPORTED = 5
 

@@ -31,8 +31,9 @@ from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.run.output.progress_file import ProgressFile
 from gapbeam.solver.run.output.wear_file import write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import State, Step
+from gapbeam.solver.system.semi_discrete import State
 
 
 def steps_between(model: Model) -> dict[str, int]:

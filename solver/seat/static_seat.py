@@ -89,6 +89,8 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     point_forces: Array = np.zeros(contact.size)
     updates, moves = list[float](), list[float]()
     for iteration in range(1, MAX_ITERATIONS + 1):
+        if contact.turning is not None:
+            contact, condensed = _turned(system, springs, u[VALUE], point_forces)
         unbalanced = force - u[STIFFNESS]
         contact.interface.add(unbalanced, contact.resultant(point_forces))
         free = condensed.solve_free(unbalanced)
@@ -128,6 +130,17 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         tuple(updates),
         worst,
     )
+
+
+def _turned(system: SemiDiscreteSystem, springs: float, u: Array, forces: Array) -> tuple[ContactOperator, Condensed]:
+    """Return the contact with the directions of a pose, and an operator that holds these directions.
+
+    The penetration along them is a lower bound of the penetration itself, which the next iteration sees.
+    """
+    values = system.contact.interface.trace(u, system.operators)
+    contact, held = system.contact.at(values), system.contact.springs(springs)
+    held = replace(held, matrix=held.matrix + system.contact.holding(forces, values))
+    return contact, condensed_operator(replace(system, contact=contact), 0.0, 1.0, springs=held, seldom=True)
 
 
 def _unsettled(contact: ContactOperator, worst: int, point_forces: Array, depth: Array) -> str:

@@ -50,6 +50,11 @@ class Face:
         return self.side > 0.0
 
     @property
+    def circle(self) -> bool:
+        """Whether it is met as a circle, `gapbeam.solver.contact.formulations.circle_contact`."""
+        return False
+
+    @property
     def shape(self) -> dict[str, Any]:
         """What results keep of its shape, beside its name, side and gap."""
         return {"tilt": self.tilt} if self.tilt else {}

@@ -27,6 +27,7 @@ class Reactions:
         loads: F, (r, loads).
         pressure: P, (r, m).
         friction: T, (r, m k).
+        turning: What forces along y and z at the stations in round holes add, (r, 2k); P is 0 there.
     """
 
     displacement: Array | csr_matrix
@@ -34,10 +35,19 @@ class Reactions:
     loads: Array
     pressure: Array
     friction: Array
+    turning: Array | None = None
 
-    def of_contact(self, forces: Array, friction: Array | None) -> Array:
-        """Return the part of contact, (r,), N and N m, of forces w p (m,) and w t (m, k); None: nothing rubs."""
+    def of_contact(self, forces: Array, friction: Array | None, turned: Array | None = None) -> Array:
+        """Return the part of contact, (r,), N and N m.
+
+        Args:
+            forces: w p, (m,), N.
+            friction: w t, (m, k), N; None: nothing rubs.
+            turned: Forces along y and z at the stations in round holes, (2k,), N; None: there are none.
+        """
         found = np.asarray(self.pressure @ forces)
+        if self.turning is not None and turned is not None:
+            found = found + self.turning @ turned
         return found if friction is None else np.asarray(found + self.friction @ friction.reshape(-1))
 
     def total(self, u: Array, v: Array, factors: Array, of_contact: Array, operators: Operators) -> Array:

@@ -14,13 +14,14 @@ never know which. Vectors are numpy arrays of the part that this rank owns.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.supports.support import Face, Support
+from gapbeam.solver.system.circles import Circles
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
 from gapbeam.solver.system.reactions import Reactions
 from gapbeam.solver.system.slip_modes import ALL_SLIDES, SlipModes
@@ -90,6 +91,23 @@ class ContactOperator:
     def across(self) -> Array:
         """Components y and z of the unit vectors that open the gaps, (m, 2); z is the bending axis of slices, too."""
         return self.support.opening(self.faces, self.positions)[:, 1:]
+
+    @property
+    def turning(self) -> Circles | None:
+        """The stations in round holes whose directions turn as the section moves; None: there are none."""
+        return None
+
+    def at(self, interface_values: Array) -> ContactOperator:  # noqa: ARG002
+        """Return the operator with the directions that it has in a state: itself where none turns."""
+        return self
+
+    def turned(self, opening: Array | None) -> ContactOperator:  # noqa: ARG002
+        """Return the operator with other directions of the stations that turn, (k, 2): itself where none does."""
+        return self
+
+    def holding(self, forces: Array, interface_values: Array) -> csr_matrix:  # noqa: ARG002
+        """Return what contact forces, (m,), N, add to the stiffness as they turn, (interface.size, interface.size)."""
+        return csr_matrix((self.interface.size, self.interface.size))
 
     def spread(self, forces: Array) -> Array:
         """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""
@@ -258,63 +276,3 @@ class State:
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.pressure))
         return f"<State at {self.time:.6g} s: {self.u.shape[-1]} DOFs, {closed} of {len(self.depth)} points pressed>"
-
-
-@dataclass(frozen=True)
-class Stage:
-    """The balance that a step satisfied: what the energy ledger needs to know.
-
-    Attributes:
-        load_factors: s_k in the balance.
-        inertia_and_elastic: M a + K u as they stood in the balance, (n,), N.
-        velocity: Velocity in the damping term, with images, (3, n).
-        pressure: Contact pressure in the balance, (m,), Pa.
-        elastic_pressure: Its part that derives from the contact potential, (m,), Pa.
-        traction: Tangential traction of friction in the balance, (m, k), Pa; None: without friction.
-        unresolved: Work of contact forces that round-off in the contact solve hides, J.
-    """
-
-    load_factors: Array
-    inertia_and_elastic: Array
-    velocity: Imaged
-    pressure: Array
-    elastic_pressure: Array
-    traction: Array | None = None
-    unresolved: float = 0.0
-
-
-@dataclass(frozen=True, repr=False)
-class Step:
-    """One accepted step.
-
-    Attributes:
-        old: State at its start.
-        new: State at its end.
-        stage: The balance that held.
-        iterations: Iterations of the contact solve.
-        completes: False for a part of a halved step that leaves a rest to do.
-        failures: Attempts right before it that did not converge and were halved.
-        refinements: Attempts right before it that did not resolve the contact and were halved.
-        unresolved: Whether it does not resolve the contact either, at the limit of halvings.
-        refreshed: `new` with its images formed anew by products with M and K, when that was due.
-        timings: Wall time of parts of the step, s.
-    """
-
-    old: State
-    new: State
-    stage: Stage
-    iterations: int
-    completes: bool = True
-    failures: int = 0
-    refinements: int = 0
-    unresolved: bool = False
-    refreshed: State | None = None
-    timings: dict[str, float] = field(default_factory=dict)
-
-    @property
-    def size(self) -> float:
-        """Step size, s."""
-        return self.new.time - self.old.time
-
-    def __repr__(self) -> str:
-        return f"<Step to {self.new.time:.6g} s: {self.size:.4g} s, {self.iterations} contact iterations>"

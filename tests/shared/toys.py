@@ -14,9 +14,10 @@ from gapbeam.solver.integrators.scheme_choice import scheme_names, scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
 from gapbeam.solver.supports.support import Face, Support
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface
-from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, Step, imaged
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
 from gapbeam.solver.system.system_load import Load
 
 SCHEMES: dict[str, TimeScheme] = {

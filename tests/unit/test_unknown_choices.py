@@ -22,7 +22,7 @@ from gapbeam.solver.march.python.march import EffectiveOperators, March
 from gapbeam.solver.memory.memory_check import memory_of
 from gapbeam.solver.models import model as models
 from gapbeam.solver.start.start_state import start_of_case
-from gapbeam.solver.system.semi_discrete import Step
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.table import Table
 from tests.shared.toys import stopped_oscillator
 

@@ -21,7 +21,8 @@ from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.adaptive_step import Resolution
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
-from gapbeam.solver.system.semi_discrete import State, Step
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import State
 from gapbeam.studies.trials.trial import try_case
 from tests.shared.command import DEMO, RATTLE, alone, called_in_turn, on_ranks, settings
 from tests.shared.models import COARSE, beam_case, beam_model, seat_of, thrown

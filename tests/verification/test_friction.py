@@ -26,9 +26,10 @@ from gapbeam.solver.contact.solve.slip_solve import solve_slip
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.supports.support import Face, Support
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Interface
-from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, Step, imaged
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
 from gapbeam.solver.system.system_load import Load
 from tests.shared.toys import IMPLICIT, SCHEMES, ledger_of, steps_of
 

@@ -16,8 +16,9 @@ from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.beam_body import BeamOfParts
 from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, State, Step, imaged
+from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 
 RADIUS, LENGTH, MU, GRAVITY = 0.02, 0.1, 0.3, 9.81
 MASS = 7850.0 * pi * RADIUS**2 * LENGTH

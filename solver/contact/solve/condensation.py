@@ -80,7 +80,7 @@ class CondensedOperator:
         factored_in: float = 0.0,
         seldom: bool = False,
     ) -> None:
-        self.mass, self.stiffness = mass, stiffness
+        self.mass, self.stiffness, self._dashpots = mass, stiffness, dashpots
         self.dashpots = None if system.dashpots is None or dashpots == 0.0 else system.dashpots.times(dashpots)
         contact = self._contact = system.contact
         self.symmetric = contact.symmetric
@@ -116,6 +116,11 @@ class CondensedOperator:
             self._columns = solved if keeps else None
         block = system.operators.sum(mine)
         return block if self._by_point else 0.5 * (block + block.T)
+
+    def again(self, system: SemiDiscreteSystem) -> CondensedOperator:
+        """Return the operator of a system that differs in the directions of its contact alone."""
+        dashpots = 0.0 if self.dashpots is None else self._dashpots
+        return CondensedOperator(system, self.mass, self.stiffness, dashpots, factor=self._factor)
 
     @cached_property
     def delassus(self) -> Array:

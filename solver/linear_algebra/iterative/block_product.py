@@ -7,7 +7,7 @@ from functools import cache
 
 import numpy as np
 
-from gapbeam.solver.jit import compiled, entry
+from gapbeam.solver.jit import allocating, allocating_entry
 from gapbeam.solver.system.operators import Array, Indices
 
 Product = Callable[[Indices, Indices, Array, Array, Array], None]
@@ -31,7 +31,7 @@ def block_product(size: int, count: int) -> Product:
                 for column in range(count):
                     y[size * row + i, column] = total[i, column]
 
-    return entry(product)
+    return allocating_entry(product)
 
 
 @cache
@@ -54,7 +54,7 @@ def block_residual(size: int, count: int) -> TakenAway:
                     if both:
                         missing[size * row + i, column] -= beta * total[i, column]
 
-    return entry(taken_away)
+    return allocating_entry(taken_away)
 
 
 # The entries of a block are named one by one: as an array they would be read again for each column, since the compiler
@@ -62,7 +62,7 @@ def block_residual(size: int, count: int) -> TakenAway:
 # else be kept for that one only.
 
 
-@compiled
+@allocating
 def _row_of_two(begin: int, end: int, columns: Indices, values: Array, x: Array, total: Array, count: int) -> None:
     for at in range(begin, end):
         place, first = np.uint64(at), np.uint64(2 * columns[at])
@@ -74,7 +74,7 @@ def _row_of_two(begin: int, end: int, columns: Indices, values: Array, x: Array,
             total[1, c] += a10 * x0[c] + a11 * x1[c]
 
 
-@compiled
+@allocating
 def _row_of_three(begin: int, end: int, columns: Indices, values: Array, x: Array, total: Array, count: int) -> None:
     for at in range(begin, end):
         place, first = np.uint64(at), np.uint64(3 * columns[at])
@@ -89,7 +89,7 @@ def _row_of_three(begin: int, end: int, columns: Indices, values: Array, x: Arra
             total[2, c] += a20 * u + a21 * v + a22 * w
 
 
-@compiled
+@allocating
 def _sum_row(
     two: bool, begin: int, end: int, columns: Indices, values: Array, x: Array, total: Array, count: int
 ) -> None:

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cache
 
-from gapbeam.solver.jit import entry
+from gapbeam.solver.jit import allocating_entry
 from gapbeam.solver.system.operators import Array
 
 Relaxed = Callable[[Array, Array, Array, Array, float, float, float], None]
@@ -29,4 +29,4 @@ def relax(size: int, count: int) -> Relaxed:
                     z[first + i, column] = value
                     x[first + i, column] += beta * value
 
-    return entry(relaxed)
+    return allocating_entry(relaxed)

@@ -5,6 +5,10 @@
 The points around a section that keeps its shape all move by the two motions s = R q of the section across the beam: R
 has two rows for each section, and each row of T two entries, the direction c of a point. Products then cost as many
 rows as there are sections, and not points; and of the points, only those that may touch in a step are looked at.
+
+A station in a round hole is one point, whose direction is that of each step (`circle_contact`):
+
+    d = |r| - c,    r = s - m,    c_i = -(r0 + r1) / (|r0| + |r1|)
 """
 
 from __future__ import annotations
@@ -13,6 +17,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -43,6 +48,9 @@ class AroundPoints(NamedTuple):
         free: What the step adds to the guess as long as the contact forces stay, (k,), m.
         bound: How far each section may move in the step, (k / 2,), m.
         pressed: 1 for sections with a point under pressure, else 0, (k / 2,).
+        turning: Points that are stations in round holes, (t,).
+        holes: Middle m and clearance c of the hole of each station, and the radius of its section; NaN at points whose
+            directions are fixed, (m, 4), m.
     """
 
     pairs: Indices
@@ -63,36 +71,31 @@ class AroundPoints(NamedTuple):
     free: Array
     bound: Array
     pressed: Array
+    turning: Indices
+    holes: Array
 
 
-def around_points(gaps: Array, contact: ContactOperator) -> tuple[Array, AroundPoints | None]:
+def around_points(modal: ModalSystem) -> tuple[Array, AroundPoints | None]:
     """Return R, and the points around it; Phi and None where hardly any points share their motions, or walls move.
 
-    Args:
-        gaps: Phi, (m, n).
-        contact: Its points.
+    Stations in round holes are always there, and so are all other points beside them.
     """
+    gaps, contact = modal.gaps, modal.system.contact
     if contact.walls.motions or not contact.support.around:
         return gaps, None
-    x, largest = contact.positions[:, 0], float(np.abs(gaps).max())
-    members = np.argsort(x, kind="stable")
-    breaks = np.flatnonzero(np.diff(x[members]) > SAME_PLACE * np.ptp(x)) + 1
-    rows = list[Array]()
-    for section in np.split(members, breaks):
-        directions = contact.across[section]
-        motions = np.linalg.lstsq(directions, gaps[section], rcond=None)[0]
-        if np.abs(directions @ motions - gaps[section]).max() > SAME_ROWS * largest:
-            return gaps, None
-        rows += list(motions)
-    if WORTH * len(rows) > len(gaps):
+    sections = _sections(modal)
+    rows = np.concatenate([motions for _, motions in sections])
+    if contact.turning is None and WORTH * len(rows) > len(gaps):
         return gaps, None
-    shared, starts, points = np.array(rows), np.array([0, *breaks, len(x)]), len(x)
+    starts = np.cumsum([0, *(len(points) for points, _ in sections)])
+    members, points = np.concatenate([points for points, _ in sections]), contact.size
     numbers = np.empty(points, dtype=np.int64)
-    numbers[members] = np.repeat(np.arange(len(starts) - 1), np.diff(starts))
-    return shared, AroundPoints(
+    numbers[members] = np.repeat(np.arange(len(sections)), np.diff(starts))
+    circles = contact.turning
+    return rows, AroundPoints(
         pairs=np.stack([2 * numbers, 2 * numbers + 1], axis=1),
-        directions=np.ascontiguousarray(contact.across),
-        columns=np.ascontiguousarray(shared.T),
+        directions=np.array(contact.across, order="C"),
+        columns=np.ascontiguousarray(rows.T),
         starts=starts.astype(np.int64),
         members=members.astype(np.int64),
         least_gap=np.minimum.reduceat(contact.initial_gap[members], starts[:-1]),
@@ -108,4 +111,45 @@ def around_points(gaps: Array, contact: ContactOperator) -> tuple[Array, AroundP
         free=np.zeros(len(rows)),
         bound=np.zeros(len(rows) // 2),
         pressed=np.zeros(len(rows) // 2),
+        turning=np.zeros(0, dtype=np.int64) if circles is None else circles.points.astype(np.int64),
+        holes=_holes(contact),
     )
+
+
+def _sections(modal: ModalSystem) -> list[tuple[Indices, Array]]:
+    """Return the points of each section, and the two rows by which they move; a point that shares no rows has its own.
+
+    Sections follow one another along the beam.
+    """
+    contact, gaps = modal.system.contact, modal.gaps
+    x, largest, circles = contact.positions[:, 0], float(np.abs(gaps).max()), contact.turning
+    planes = {} if circles is None else dict(zip(circles.points.tolist(), modal.planes, strict=True))
+    members = np.argsort(x, kind="stable")
+    apart = np.diff(x[members]) > SAME_PLACE * np.ptp(x)
+    if circles is not None:
+        turns = np.isin(members, circles.points)
+        apart |= turns[1:] | turns[:-1]
+    found = list[tuple[Indices, Array]]()
+    for section in np.split(members, np.flatnonzero(apart) + 1):
+        if int(section[0]) in planes:
+            found.append((section, planes[int(section[0])]))
+            continue
+        motions = _fitted(contact.across[section], gaps[section])
+        if np.abs(contact.across[section] @ motions - gaps[section]).max() <= SAME_ROWS * largest:
+            found.append((section, motions))
+        else:
+            found += [(point, _fitted(contact.across[point], gaps[point])) for point in section[:, None]]
+    return found
+
+
+def _fitted(directions: Array, gaps: Array) -> Array:
+    """Return the least rows, (2, n), of which directions, (m, 2), make the rows of points, (m, n)."""
+    return np.asarray(np.linalg.lstsq(directions, gaps, rcond=None)[0])
+
+
+def _holes(contact: ContactOperator) -> Array:
+    """Return middle, clearance and radius of each station, NaN at other points, (m, 4), m."""
+    found, circles = np.full((contact.size, 4), np.nan), contact.turning
+    if circles is not None:
+        found[circles.points] = np.column_stack([circles.middles, circles.clearances, circles.radii])
+    return found

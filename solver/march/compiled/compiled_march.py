@@ -276,7 +276,8 @@ class CompiledLoop:
             NotConverged: A step did not converge, or only in parts.
         """
         plan, count = self.plan, self.plan.steps if steps is None else steps
-        if self._scheme.form == ENDPOINT or plan.law.touch_product is not None or plan.system.contact.walls.motions:
+        contact = plan.system.contact
+        if self._scheme.form == ENDPOINT or plan.law.touch_product is not None or contact.walls.motions:
             raise ValueError("the state is not (q, v) alone: take a midpoint rule, given damping, still walls")
         accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
         blocks = list(self.blocks(start, accounts=accounts, steps=count))
@@ -286,7 +287,7 @@ class CompiledLoop:
                 "parts, along which no derivative is taken; take more steps or a softer contact"
             )
         places = np.concatenate([self.modal.coordinates(start.u[VALUE])[None], *(block.records.q for block in blocks)])
-        depths = -(plan.system.contact.initial_gap + places @ self.modal.gaps.T)
+        depths = -(contact.initial_gap + places @ self.modal.gaps.T)
         implicit = self._scheme.form == IMPLICIT
         return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
 

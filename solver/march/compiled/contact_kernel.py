@@ -23,7 +23,7 @@ from gapbeam.solver.contact.solve.contact_solve import (
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor, empty_factor, solve_with, update_factor
-from gapbeam.solver.march.compiled.point_motions import add_responses, in_play
+from gapbeam.solver.march.compiled.point_motions import add_responses, count_in_play, in_play
 from gapbeam.solver.system.operators import Array
 
 BISECTIONS = 60
@@ -114,7 +114,8 @@ def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solu
     """Solve the contact problem of a step into `found`; return the iterations, or -1 where that fails."""
     around, size = balance.around, len(balance.held)
     largest_depth, largest_held = 0.0, 0.0
-    for i in in_play(around, size):
+    for number in range(count_in_play(around, size)):
+        i = in_play(around, number)
         largest_depth = max(largest_depth, abs(balance.held_depth[i]))
         largest_held = max(largest_held, abs(balance.held[i]) / balance.weights[i])
         found.change[i] = 0.0
@@ -133,7 +134,8 @@ def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solu
         if not _newton_change(balance, found):
             return -1
         largest_update, largest_force = 0.0, 0.0
-        for i in in_play(around, size):
+        for number in range(count_in_play(around, size)):
+            i = in_play(around, number)
             found.update[i] = found.newton[i] - found.change[i]
             largest_update = max(largest_update, abs(found.update[i]))
             largest_force = max(largest_force, abs(balance.held[i] + found.change[i]))
@@ -145,11 +147,13 @@ def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solu
             _set_response(balance, found.update, found.deeper)
             length = _exact_step(balance, step, law, found)
         if length < 1.0:
-            for i in in_play(around, size):
+            for number in range(count_in_play(around, size)):
+                i = in_play(around, number)
                 found.change[i] += length * found.update[i]
                 found.depth[i] += length * found.deeper[i]
         else:
-            for i in in_play(around, size):
+            for number in range(count_in_play(around, size)):
+                i = in_play(around, number)
                 found.change[i], found.depth[i] = found.newton[i], balance.held_depth[i]
             add_responses(balance.delassus, around, found.change, -balance.scale, found.depth)
     return -1
@@ -158,7 +162,8 @@ def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solu
 @compiled
 def _set_response(balance: Balance, change: Array, depth: Array) -> None:
     """Set penetrations to -s D f."""
-    for i in in_play(balance.around, len(depth)):
+    for number in range(count_in_play(balance.around, len(depth))):
+        i = in_play(balance.around, number)
         depth[i] = 0.0
     add_responses(balance.delassus, balance.around, change, -balance.scale, depth)
 
@@ -169,7 +174,8 @@ def _evaluate(balance: Balance, step: StepPoints, law: LawTable, found: Solution
     residual, highest, steepest, moved, total = 0.0, 0.0, 0.0, 0.0, 0.0
     held, change, weights, depths = balance.held, found.change, balance.weights, found.depth
     pressures, slopes, elastics, old_depth = found.pressure, found.slope, found.elastic, step.old_depth
-    for i in in_play(balance.around, len(held)):
+    for number in range(count_in_play(balance.around, len(held))):
+        i = in_play(balance.around, number)
         if depths[i] <= 0.0 and old_depth[i] <= 0.0 and held[i] == 0.0 and change[i] == 0.0:
             pressures[i], slopes[i], elastics[i] = 0.0, 0.0, 0.0
             continue
@@ -187,7 +193,8 @@ def _newton_change(balance: Balance, found: Solution) -> bool:
     """Solve the linearized law with the balance for f - f_held into `found.newton`; tell whether it can be."""
     around, size, weights = balance.around, len(balance.held), balance.weights
     active, known = 0, False
-    for i in in_play(around, size):
+    for number in range(count_in_play(around, size)):
+        i = in_play(around, number)
         wanted = weights[i] * found.pressure[i] - balance.held[i]
         found.newton[i] = wanted
         found.compliance[i] = 0.0
@@ -202,7 +209,8 @@ def _newton_change(balance: Balance, found: Solution) -> bool:
         return True
     if known:
         _set_response(balance, found.newton, found.deeper)
-        for i in in_play(around, size):
+        for number in range(count_in_play(around, size)):
+            i = in_play(around, number)
             found.update[i] += found.deeper[i]
     factor, order = found.factor, found.factor.order
     if not update_factor(factor, balance.delassus, around, balance.scale, found.compliance):
@@ -233,7 +241,8 @@ def _exact_step(balance: Balance, step: StepPoints, law: LawTable, found: Soluti
 @compiled
 def _step_slope(balance: Balance, step: StepPoints, law: LawTable, found: Solution, length: float) -> float:
     total = 0.0
-    for i in in_play(balance.around, len(balance.held)):
+    for number in range(count_in_play(balance.around, len(balance.held))):
+        i = in_play(balance.around, number)
         pressure = stage_pressure(
             step.numbers, numbers_at(law, i), point_at(step, law, i), found.depth[i] + length * found.deeper[i]
         )[0]

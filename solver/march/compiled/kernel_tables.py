@@ -136,6 +136,7 @@ class SlidingArrays(NamedTuple):
 
     Attributes:
         tangents: T in modal coordinates, (m, k, n).
+        surface: Rows that give the motion of the surface at each station in a round hole, (t, 4, n).
         work: Work at each point, changed in place, (m,), J.
         parts: Its parts, changed in place, (3, m), J.
         pressed_for: How long each face has been pressed, changed in place, (faces,), s.
@@ -146,6 +147,7 @@ class SlidingArrays(NamedTuple):
     """
 
     tangents: Array
+    surface: Array
     work: Array
     parts: Array
     pressed_for: Array
@@ -163,7 +165,8 @@ class SlidingArrays(NamedTuple):
 class Records(NamedTuple):
     """Records, one row each; `energies` and `over_time` as in `LedgerArrays`, `iterations` since the last row.
 
-    `levers`, (m, r), is what a force at each point adds to the forces of joints. In `Modal`, of which every step passes
+    `levers`, (m, r), is what a force at each point adds to the forces of joints, and `turning_levers`, (t, 2, r), what
+    forces along y and z at each station in a round hole do. In `Modal`, of which every step passes
     copies on, one array more costs every step half of its time again. `impacts` that ended are `listed` in the order of
     time, (k, 5): face, closing time since the start of the march, approach speed, impulse, duration.
     """
@@ -176,6 +179,7 @@ class Records(NamedTuple):
     resultant: Array
     joint_contact: Array
     levers: Array
+    turning_levers: Array
     area: Array
     active: Array
     penetration: Array

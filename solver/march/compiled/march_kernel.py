@@ -21,10 +21,11 @@ from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_pro
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
 from gapbeam.solver.march.compiled.near_points import raise_closest
-from gapbeam.solver.march.compiled.point_motions import in_play
+from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play
 from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
 from gapbeam.solver.march.compiled.sliding_kernel import enter_sliding, record_sliding
+from gapbeam.solver.march.compiled.turning_points import point_outward, record_turning
 from gapbeam.solver.march.compiled.wall_kernels import move_walls, wall_work
 from gapbeam.solver.system.operators import Array
 
@@ -131,7 +132,8 @@ def _enter(
     fill(room.closed, 0.0)
     fill(room.deepest, -np.inf)
     contact, elastic_work, contact_loss, forces, largest = 0.0, 0.0, 0.0, 0.0, 0.0
-    for i in in_play(modal.around, len(found.depth)):
+    for number in range(count_in_play(modal.around, len(found.depth))):
+        i = in_play(modal.around, number)
         face, depth, weight, before = modal.faces[i], found.depth[i], modal.weights[i], motion.depth[i]
         force = force_at(room, i)
         pressure = force / weight
@@ -173,7 +175,8 @@ def _enter(
         room.works[walls.loads[wall]] += work
         driven += work
     accept(modal, scheme, motion, room)
-    for i in in_play(modal.around, len(motion.pressure)):
+    for number in range(count_in_play(modal.around, len(motion.pressure))):
+        i = in_play(modal.around, number)
         if motion.pressure[i] > 0.0:
             room.closed[modal.faces[i]] = 1.0
     unresolved = UNRESOLVED * largest * forces
@@ -201,6 +204,7 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
     records.steps[row] = number
     copy_into(records.q[row], motion.q)
     copy_into(records.v[row], motion.v)
+    point_outward(modal.around, motion.q, modal.across)
     fill(records.penetration[row], -np.inf)
     for i in range(len(motion.depth)):
         face, pressure = modal.faces[i], motion.pressure[i]
@@ -215,6 +219,9 @@ def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Re
             records.area[row, face] += modal.weights[i]
             records.active[row, face] += 1.0
     _record_levers(records.levers, modal.weights, motion.pressure, records.joint_contact[row])
+    record_turning(
+        modal.around, records.turning_levers, modal.across, modal.weights, motion.pressure, records.joint_contact[row]
+    )
     record_sliding(records.sliding, modal.faces, row)
     for kind in range(accounts.RECORDED):
         copy_into(records.over_time[row, kind], ledgers.over_time[kind])

@@ -12,7 +12,15 @@ import numpy as np
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.array_loops import fill
-from gapbeam.solver.march.compiled.point_motions import in_play, moved_by, set_place, set_responses
+from gapbeam.solver.march.compiled.point_motions import (
+    count_in_play,
+    in_play,
+    moved_by,
+    set_place,
+    set_responses,
+    turns,
+)
+from gapbeam.solver.march.compiled.turning_points import far
 from gapbeam.solver.system.operators import Array
 
 SLACK = 0.01  # of the smallest gap, allowed for beyond twice the motion without a change of the forces
@@ -20,7 +28,9 @@ SLACK = 0.01  # of the smallest gap, allowed for beyond twice the motion without
 
 @compiled
 def depth_at(around: AroundPoints, initial_gap: Array, place: Array, point: int) -> float:
-    """Return d = -(g0 + c . s) of a point."""
+    """Return d of a point: -(g0 + c . s), or |s - m| - c of a station in a round hole."""
+    if turns(around, point):
+        return far(around, place, point)
     depth: float = -initial_gap[point] - moved_by(around, place, point)
     return depth
 
@@ -50,7 +60,8 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
     """
     count = 0
     fill(around.pressed, 0.0)
-    for point in in_play(around, len(pressure)):
+    for number in range(count_in_play(around, len(pressure))):
+        point = in_play(around, number)
         if pressure[point] != 0.0:
             around.pressed[around.pairs[point, 0] // 2] = 1.0
     for section in range(len(around.least_gap)):

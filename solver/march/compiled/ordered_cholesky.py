@@ -13,7 +13,7 @@ import numpy as np
 
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
-from gapbeam.solver.march.compiled.point_motions import delassus_entry, in_play
+from gapbeam.solver.march.compiled.point_motions import count_in_play, delassus_entry, in_play
 from gapbeam.solver.system.operators import Array, Indices
 
 
@@ -63,7 +63,8 @@ def update_factor(
     first = 0
     while first < before and compliance[order[first]] == kept[first]:
         first += 1
-    for point in in_play(around, len(placed)):
+    for number in range(count_in_play(around, len(placed))):
+        point = in_play(around, number)
         placed[point] = 0
     for row in range(first):
         placed[order[row]] = 1
@@ -81,7 +82,8 @@ def update_factor(
     for number in range(changed):
         point = factor.spare[number]
         placed[point] = 2
-    for point in in_play(around, len(placed)):
+    for number in range(count_in_play(around, len(placed))):
+        point = in_play(around, number)
         if compliance[point] > 0.0 and placed[point] == 0:
             order[rows], kept[rows] = point, compliance[point]
             rows += 1

@@ -34,7 +34,7 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     mass, stiffness, dashpots = plan.scheme.coefficients(system, plan.dt)
     inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares))
     updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
-    gaps, around = around_points(modal.gaps, contact)
+    gaps, around = around_points(modal)
     updated = gaps @ updates.T
     delassus = (gaps * inverse) @ gaps.T - (updated * update_factors) @ updated.T
     return Modal(
@@ -50,7 +50,7 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         weights=_packed(contact.weights),
         faces=np.ascontiguousarray(contact.faces, dtype=np.int64),
         arms=_packed(contact.positions[:, 0]),
-        across=_packed(contact.across),
+        across=np.array(contact.across, order="C"),
         loads=_packed(modal.loads),
         driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
         delassus=_packed(0.5 * (delassus + delassus.T)),
@@ -137,6 +137,7 @@ def room_for_records(modal: ModalSystem, accounts: Accounts, steps: int, every: 
         resultant=np.zeros((rows, faces, 2)),
         joint_contact=np.zeros((rows, levers.shape[1])),
         levers=_packed(levers),
+        turning_levers=_turning_levers(modal),
         area=np.zeros((rows, faces)),
         active=np.zeros((rows, faces)),
         penetration=np.zeros((rows, faces)),
@@ -151,12 +152,21 @@ def room_for_records(modal: ModalSystem, accounts: Accounts, steps: int, every: 
     )
 
 
+def _turning_levers(modal: ModalSystem) -> Array:
+    """Return what forces along y and z at the stations in round holes add to the forces of joints, (t, 2, r)."""
+    circles, reactions = modal.system.contact.turning, modal.system.reactions
+    if circles is None or reactions is None or reactions.turning is None:
+        return np.zeros((0, 2, 0))
+    return np.ascontiguousarray(reactions.turning.T.reshape(len(circles.points), 2, -1))
+
+
 def _sliding(modal: ModalSystem, accounts: Accounts, rows: int) -> SlidingArrays:
     contact = modal.system.contact
     so_far = accounts.sliding
     faces, parts = (len(contact.face_names) if contact.measures_sliding else 0), len(so_far.parts)
     return SlidingArrays(
         tangents=modal.tangents if contact.measures_sliding else np.zeros((0, 0, 0)),
+        surface=modal.surfaces if contact.measures_sliding and contact.turning is not None else np.zeros((0, 4, 0)),
         work=so_far.work,
         parts=so_far.parts,
         pressed_for=so_far.pressed_for,

@@ -6,7 +6,7 @@ when these functions are compiled.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from typing import Any
 
 from numba.core.types.misc import NoneType
@@ -15,26 +15,61 @@ from numba.extending import overload
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.array_loops import add_rows, fill, inner_product
-from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.solver.system.operators import Array
 
 
-def in_play(around: AroundPoints | None, size: int) -> Iterable[int]:
-    """Return the points of m = `size` that may touch in the step."""
-    return range(size) if around is None else around.near[: around.chosen[0]]
+def count_in_play(around: AroundPoints | None, size: int) -> int:
+    """Return how many of m = `size` points may touch in the step."""
+    return size if around is None else int(around.chosen[0])
+
+
+@overload(count_in_play, inline="always")  # type: ignore[untyped-decorator]
+def _count_in_play(around: Any, size: Any) -> Callable[..., int]:  # noqa: ARG001
+    """Return what is compiled for the type of `around`."""
+
+    def all_points(around: Any, size: Any) -> int:  # noqa: ARG001
+        return size
+
+    def near_points(around: Any, size: Any) -> int:  # noqa: ARG001
+        return around.chosen[0]
+
+    return all_points if isinstance(around, NoneType) else near_points
+
+
+def in_play(around: AroundPoints | None, number: int) -> int:
+    """Return one of the points that may touch in the step: the number itself where all may."""
+    return number if around is None else int(around.near[number])
 
 
 @overload(in_play, inline="always")  # type: ignore[untyped-decorator]
-def _in_play(around: Any, size: Any) -> Callable[..., Iterable[int]]:  # noqa: ARG001
-    """Return what is compiled for the type of `around`: a range is faster than an array of all points."""
+def _in_play(around: Any, number: Any) -> Callable[..., int]:  # noqa: ARG001
+    """Return what is compiled for the type of `around`."""
 
-    def all_points(around: Any, size: Any) -> Iterable[int]:  # noqa: ARG001
-        return range(size)
+    def any_point(around: Any, number: Any) -> int:  # noqa: ARG001
+        return number
 
-    def near_points(around: Any, size: Any) -> Iterable[int]:  # noqa: ARG001
-        near: Indices = around.near[: around.chosen[0]]
-        return near
+    def near_point(around: Any, number: Any) -> int:
+        return around.near[number]
 
-    return all_points if isinstance(around, NoneType) else near_points
+    return any_point if isinstance(around, NoneType) else near_point
+
+
+def turns(around: AroundPoints | None, point: int) -> bool:
+    """Return whether a point is a station in a round hole, whose direction turns."""
+    return around is not None and bool(around.holes[point, 2] == around.holes[point, 2])
+
+
+@overload(turns, inline="always")  # type: ignore[untyped-decorator]
+def _turns(around: Any, point: Any) -> Callable[..., bool]:  # noqa: ARG001
+    """Return what is compiled for the type of `around`: none turns where there are no sections."""
+
+    def never(around: Any, point: Any) -> bool:  # noqa: ARG001
+        return False
+
+    def where_a_hole_is(around: Any, point: Any) -> bool:
+        return bool(around.holes[point, 2] == around.holes[point, 2])
+
+    return never if isinstance(around, NoneType) else where_a_hole_is
 
 
 @compiled
@@ -69,7 +104,8 @@ def add_responses(delassus: Array, around: AroundPoints | None, forces: Array, s
         add_rows(delassus, forces, scale, moved)
     else:
         set_responses(delassus, around, forces, scale)
-        for point in in_play(around, len(moved)):
+        for number in range(count_in_play(around, len(moved))):
+            point = in_play(around, number)
             moved[point] += moved_by(around, around.motions, point)
 
 
@@ -114,7 +150,8 @@ def set_responses(delassus: Array, around: AroundPoints, forces: Array, scale: f
 def _gather(around: AroundPoints, forces: Array) -> None:
     """Set the forces on the rows of R to T^T f."""
     fill(around.forces, 0.0)
-    for point in in_play(around, len(forces)):
+    for number in range(count_in_play(around, len(forces))):
+        point = in_play(around, number)
         if forces[point] != 0.0:
             for a in range(2):
                 around.forces[around.pairs[point, a]] += around.directions[point, a] * forces[point]

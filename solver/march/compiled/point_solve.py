@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, touch_factor
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
@@ -11,7 +13,9 @@ from gapbeam.solver.march.compiled.array_loops import copy_into, fill
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, solve_contact
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
 from gapbeam.solver.march.compiled.near_points import begin_near, choose_near, depth_at, stay_in_bounds
-from gapbeam.solver.march.compiled.point_motions import in_play, moved_by, set_motions, set_place
+from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play, moved_by, set_motions, set_place
+from gapbeam.solver.march.compiled.turning_points import aim, set_far, settled
+from gapbeam.solver.march.python.turning_step import MOST_TURNS
 from gapbeam.solver.system.operators import Array
 
 
@@ -88,13 +92,23 @@ def solve_points(
     found: Solution, most: int,
 ) -> int:  # fmt: skip
     """Solve the contact problem of a step; return the iterations, or -1 where that fails."""
-    everything = False
+    everything, total, turn, before = False, 0, 0, np.inf
+    aim(around, found, True)
     while True:
         _look_around(around, initial_gap, balance.held_depth, step, law, touch, found.compliance, everything)
         iterations = solve_contact(balance, step, law, found, most)
-        if iterations < 0 or stay_in_bounds(balance.delassus, around, found.change, balance.scale):
+        if iterations < 0:
             return iterations
-        everything = True
+        total += iterations
+        if not stay_in_bounds(balance.delassus, around, found.change, balance.scale):
+            everything = True
+            continue
+        left = aim(around, found, False)
+        if settled(left, before, turn):
+            return total
+        if turn == MOST_TURNS:
+            return -1
+        before, turn = left, turn + 1
 
 
 @compiled
@@ -104,17 +118,20 @@ def _look_around(
 ) -> None:  # fmt: skip
     """Choose the points that may touch, and set their penetrations: before the step, of the guess, and held."""
     if around is not None:
-        for i in in_play(around, len(initial_gap)):
+        for number in range(count_in_play(around, len(initial_gap))):
+            i = in_play(around, number)
             compliance[i] = 0.0
         choose_near(around, initial_gap, step.old_pressure, everything)
-        for i in in_play(around, len(initial_gap)):
+        for number in range(count_in_play(around, len(initial_gap))):
+            i = in_play(around, number)
             step.old_depth[i] = depth_at(around, initial_gap, around.place, i)
             step.guess_depth[i] = step.old_depth[i] - moved_by(around, around.guess, i)
             step.guess_rate[i] = -moved_by(around, around.rate, i)
             held_depth[i] = step.guess_depth[i] - moved_by(around, around.free, i)
         if law.by_touch:
             set_place(around, touch.velocity, around.motions)
-            for i in in_play(around, len(initial_gap)):
+            for number in range(count_in_play(around, len(initial_gap))):
+                i = in_play(around, number)
                 _touch(law, step.old_depth, touch.speed, i, moved_by(around, around.motions, i))
 
 
@@ -134,7 +151,8 @@ def end_points(around: AroundPoints | None, initial_gap: Array, room: Room) -> N
     """Set the penetrations of points around sections at the end of a step."""
     if around is not None:
         set_place(around, room.new_q, around.after)
-        for i in in_play(around, len(initial_gap)):
+        for number in range(count_in_play(around, len(initial_gap))):
+            i = in_play(around, number)
             room.solution.depth[i] = depth_at(around, initial_gap, around.after, i)
 
 
@@ -152,6 +170,7 @@ def form_gaps_anew(modal: Modal, motion: KernelState, room: Room) -> None:
     for i in range(len(motion.depth)):
         motion.depth[i] = -modal.initial_gap[i] - motion.depth[i]
     open_gaps(modal.around, room.opened, motion.depth)
+    set_far(modal.around, motion.depth)
 
 
 @compiled

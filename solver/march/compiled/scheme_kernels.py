@@ -7,7 +7,7 @@ from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, inner_product
 from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme
-from gapbeam.solver.march.compiled.point_motions import add_forces, in_play
+from gapbeam.solver.march.compiled.point_motions import add_forces, count_in_play, in_play, turns
 from gapbeam.solver.march.compiled.point_solve import (
     Touch,
     accept_points,
@@ -116,8 +116,9 @@ def _solve(modal: Modal, right: Array, x: Array) -> None:
 def _add_loads_and_held(modal: Modal, motion: KernelState, room: Room, factors: Array) -> None:
     """Add loads and the contact forces that acted last to the right side; set these forces, f_held."""
     add_rows(modal.loads, factors, 1.0, room.right)
-    for i in in_play(modal.around, len(room.held)):
-        room.held[i] = modal.weights[i] * motion.pressure[i]
+    for number in range(count_in_play(modal.around, len(room.held))):
+        i = in_play(modal.around, number)
+        room.held[i] = 0.0 if turns(modal.around, i) else modal.weights[i] * motion.pressure[i]
     add_forces(modal.gaps, modal.around, room.held, room.right)
 
 
@@ -133,7 +134,8 @@ def force_at(room: Room, point: int) -> float:
 def accept(modal: Modal, scheme: Scheme, motion: KernelState, room: Room) -> None:
     """Make the end of a solved step the state."""
     found, old_share = room.solution, scheme.alpha_f
-    for i in in_play(modal.around, len(motion.depth)):
+    for number in range(count_in_play(modal.around, len(motion.depth))):
+        i = in_play(modal.around, number)
         lasting = old_share * motion.pressure[i]
         pressure = force_at(room, i) / modal.weights[i]
         if old_share > 0.0:

@@ -10,7 +10,7 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.step_slopes import step_slopes
-from gapbeam.solver.jit import compiled, entry
+from gapbeam.solver.jit import allocating, allocating_entry
 from gapbeam.solver.march.compiled.plan_arrays import inverse_updates
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
@@ -34,7 +34,7 @@ def monodromy(modal: ModalSystem, law: ContactLaw, implicit: bool, dt: float, de
     return linearized_steps(modal.squares, inverse, updates, factors, gaps, before, after, dt)
 
 
-@entry
+@allocating_entry
 def linearized_steps(
     squares: Array, inverse: Array, updates: Array, factors: Array, gaps: Array, before: Array, after: Array, dt: float
 ) -> Array:
@@ -85,7 +85,7 @@ def linearized_steps(
     return np.concatenate((place, speed))
 
 
-@compiled
+@allocating
 def _solve_columns(inverse: Array, updates: Array, factors: Array, columns: Array) -> None:
     """Set columns, (n, r), to A^-1 columns."""
     changes = np.zeros((len(factors), columns.shape[1]))

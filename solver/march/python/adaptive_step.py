@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.energy_ledger import created_in_step, round_off
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, Step
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State
 
 RESOLVING_SHARE = 0.1  # of the duration of an impact: the longest step during one
 

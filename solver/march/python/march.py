@@ -7,6 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from math import log2
 
 import numpy as np
@@ -17,7 +18,9 @@ from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.adaptive_step import Resolution
-from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, Step, imaged
+from gapbeam.solver.march.python.turning_step import turning_step
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.semi_discrete import STIFFNESS, VALUE, Imaged, SemiDiscreteSystem, State, imaged
 
 REMEDY = "Try a smaller time.step, more time.max_iterations, a softer contact.stiffness or less contact.damping"
 REMEDY_OF_MULTIPLIERS = (
@@ -120,7 +123,8 @@ def whole_step(plan: March, state: State, dt: float, failures: int = 0, refineme
     """
     failed = False
     try:
-        step = plan.scheme.advance(plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations)
+        advance = plan.scheme.advance if plan.system.contact.turning is None else partial(turning_step, plan.scheme)
+        step = advance(plan.system, plan.operators.at(dt), plan.law, state, dt, plan.max_iterations)
     except NotConverged as failure:
         if failures >= plan.max_halvings:
             raise _final(plan, failure, state.time, dt) from failure
@@ -168,6 +172,7 @@ def with_touch_speed(plan: March, state: State, before: State | None = None) -> 
     if plan.law.touch_product is None:
         return state
     contact = plan.system.contact
+    contact = contact.at(contact.interface.trace(state.u[VALUE], plan.system.operators))
     speed = contact.closing_speed(contact.interface.trace(state.v[VALUE], plan.system.operators), state.time)
     if before is not None and before.touch_speed is not None:
         speed = np.where(state.depth > 0.0, before.touch_speed, speed)

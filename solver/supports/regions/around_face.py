@@ -128,7 +128,18 @@ class AroundFace(Face):
 
 @dataclass(frozen=True)
 class BoreFace(AroundFace):
-    """The inside of a round hole."""
+    """The inside of a round hole.
+
+    Attributes:
+        exact: Whether it is met as a circle by sections that keep their shape, and not at points around them.
+    """
+
+    exact: bool = False
+
+    @property
+    def circle(self) -> bool:
+        """Whether it is met as a circle."""
+        return self.exact
 
     @property
     def outline(self) -> tuple[Array, Array]:

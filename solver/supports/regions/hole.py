@@ -15,7 +15,13 @@ class Hole(AroundRegion):
     """A round hole around a round section, the clearance wider than its radius."""
 
     type: Literal["hole"] = Field(description="a round hole around a beam of round section")
+    contact: Literal["points", "circle"] = Field(
+        default="points",
+        description="how its wall is met: at points around the section, each along its own radius, or as a circle, at "
+        "one point of each station along the hole, along the line from the middle of the hole to the axis of the "
+        "section: for sections that keep their shape, quicker, and the angular momentum of an orbit is kept",
+    )
 
     def faces(self, name: str, placed: Placement) -> tuple[BoreFace, ...]:
         """Return the inside of the hole."""
-        return (BoreFace(f"{name}_hole", 0.0, *place_around(placed)),)
+        return (BoreFace(f"{name}_hole", 0.0, *place_around(placed), exact=self.contact == "circle"),)

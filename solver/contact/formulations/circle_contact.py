@@ -1,0 +1,305 @@
+"""Contact of round sections in round holes without points around them: one contact at each station along the hole.
+
+With r the place of the axis of the section across the beam, measured from the middle of the hole, c the clearance and
+x = |r| - c the penetration, a step from r0 to r1 has the force
+
+    F = -N z / s,    z = r0 + r1,    s = |r0| + |r1|,    N = w P(x0, x1),
+
+P being the law of any other contact point. Since (r0 + r1) . (r1 - r0) = (|r1| - |r0|) s, the force does the work
+-N (x1 - x0): it keeps the energy that P keeps, and z x F = 0 keeps the angular momentum of the axis about the middle.
+For the directions o = -z / s of a step, the gap is linear, g1 = g0 + o . (r1 - r0), and the contact solve is that of
+points that do not turn; o is found by turns (`march.python.turning_step`).
+
+The area of a station is the projected one, diameter times length. Points around the section come near a circle as
+their number grows; here it is one. What is left out is that a wall that gives way touches on a wider part of the
+circumference as it is pressed: N is linear in x where P is.
+
+Source: LaBudde and Greenspan (1976), Numerische Mathematik 25, 323-346, for the discrete force.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import pi
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.supports.regions.around_face import AroundFace
+from gapbeam.solver.supports.support import Face, Support
+from gapbeam.solver.system.circles import DOWN, Circles
+from gapbeam.solver.system.operators import Array, Indices, Springs
+from gapbeam.solver.system.semi_discrete import ContactOperator
+
+SAME_PLACE = 1.0e-9  # of the length over which points stand: at one x
+RIGID = 1.0e-8  # of the largest entry: what points of one section may move apart by round-off
+
+
+@dataclass(frozen=True, kw_only=True)
+class CircleOperator(ContactOperator):
+    """G, w and g0 with stations in round holes; G is that of the directions `opening`.
+
+    Attributes:
+        around: The operator at points around the sections.
+        kept: The points of it that are contact points here, too: those at other supports, (m - k,).
+        circles: The stations.
+        opening: y and z of the directions of all contact points that G holds for, (m, 2).
+    """
+
+    around: ContactOperator
+    kept: Indices
+    circles: Circles
+    opening: Array
+
+    @property
+    def turning(self) -> Circles:
+        """The stations."""
+        return self.circles
+
+    @property
+    def area(self) -> float:
+        """Area of all faces, m^2."""
+        return self.around.area
+
+    @cached_property
+    def across(self) -> Array:
+        """Unit vectors along `opening`, (m, 2)."""
+        lengths = np.hypot(*self.opening.T)[:, None]
+        return np.asarray(self.opening / np.where(lengths > 0.0, lengths, 1.0))
+
+    def turned(self, opening: Array | None) -> CircleOperator:
+        """Return the operator with other directions of the stations, (k, 2), of a length of up to 1; None: the same."""
+        if opening is None:
+            return self
+        circles, count, size = self.circles, self.size, self.interface.size
+        stations = np.arange(len(circles.points))
+        rows = csr_matrix(
+            (
+                opening.reshape(-1),
+                (np.repeat(circles.points, 2), np.stack([2 * stations, 2 * stations + 1], axis=1).reshape(-1)),
+            ),
+            (count, 2 * len(stations)),
+        )
+        others = np.setdiff1d(np.arange(count), circles.points)
+        stay = csr_matrix((np.ones(len(others)), (others, self.kept)), (count, self.around.size))
+        everywhere = self.opening.copy()
+        everywhere[circles.points] = opening
+        tangents = self.tangents
+        if tangents is not None and circles.surface is not None:
+            tangents = self._tangents(opening, others)
+        gaps = csr_matrix(stay @ self.around.gap_matrix + rows @ circles.plane, shape=(count, size))
+        return replace(self, gap_matrix=gaps, tangents=tangents, opening=everywhere)
+
+    def at(self, interface_values: Array) -> CircleOperator:
+        """Return the operator in a state: stations open toward the middle of their holes."""
+        circles = self.circles
+        return self.turned(-circles.directions(circles.places(interface_values)))
+
+    def _tangents(self, opening: Array, others: Indices) -> csr_matrix:
+        """Return T: along the beam and around the section, of all points, (2m, interface.size)."""
+        circles = self.circles
+        assert circles.surface is not None
+        assert self.around.tangents is not None
+        lengths = np.hypot(*opening.T)[:, None]
+        unit = np.where(lengths > 0.0, opening / np.where(lengths > 0.0, lengths, 1.0), -DOWN)
+        k, touched = len(unit), -circles.radii[:, None] * unit
+        numbers, ones = np.arange(k), np.ones(k)
+        along = _rows(np.column_stack([ones, touched, np.zeros(k)]), 4 * numbers, 4 * k)
+        turn = _rows(-circles.radii[:, None], 4 * numbers + 3, 4 * k)
+        sideways = _rows(np.column_stack([-unit[:, 1], unit[:, 0]]), 2 * numbers, 2 * k)
+        of_circles = (along @ circles.surface, turn @ circles.surface + sideways @ circles.plane)
+        total = csr_matrix((2 * self.size, self.interface.size))
+        for axis, rows in enumerate(of_circles):
+            here = csr_matrix((ones, (2 * circles.points + axis, numbers)), (2 * self.size, k))
+            there = csr_matrix(
+                (np.ones(len(others)), (2 * others + axis, 2 * self.kept + axis)), (2 * self.size, 2 * self.around.size)
+            )
+            total = total + here @ rows + there @ self.around.tangents
+        return csr_matrix(total)
+
+    def depth(self, interface_values: Array, time: float = 0.0) -> Array:
+        """Return the penetration, |r| - c at stations, (m,), m."""
+        found = super().depth(interface_values, time)
+        found[self.circles.points] = self.circles.penetrations(self.circles.places(interface_values))
+        return found
+
+    def penetration(self, interface_values: Array, time: float = 0.0) -> Array:
+        """Return the same."""
+        return self.depth(interface_values, time)
+
+    def springs(self, stiffness: float) -> Springs:
+        """Return springs along the normals of the whole faces."""
+        return self.around.springs(stiffness)
+
+    def holding(self, forces: Array, interface_values: Array) -> csr_matrix:
+        """Return what contact forces N at rest add to the stiffness as they turn, (interface.size, interface.size).
+
+        sum N / |r| t t^T with t across the direction of each station.
+
+        Args:
+            forces: N, (m,), N.
+            interface_values: Where the contact forces act.
+        """
+        circles = self.circles
+        places = circles.places(interface_values)
+        unit = circles.directions(places)
+        rates = np.maximum(forces[circles.points], 0.0) / np.maximum(np.hypot(*places.T), np.abs(circles.clearances))
+        sideways = _rows(np.column_stack([-unit[:, 1], unit[:, 0]]), 2 * np.arange(len(unit)), 2 * len(unit))
+        rows = csr_matrix(sideways @ circles.plane)
+        return csr_matrix(rows.T @ rows.multiply(rates[:, None]))
+
+    def with_gaps_of(self, faces: Sequence[Face]) -> CircleOperator:
+        """Return the operator of the same faces with other gaps."""
+        moved = super().with_gaps_of(faces)
+        assert isinstance(moved, CircleOperator)
+        middles, clearances = _holes(moved.support, moved.faces, moved.positions, self.circles.points)
+        circles = replace(self.circles, middles=middles, clearances=clearances)
+        return replace(moved, around=self.around.with_gaps_of(faces), circles=circles)
+
+    def spread(self, forces: Array) -> Array:
+        """Return the forces at the points where the faces were integrated, N.
+
+        A station shares its force among the points around it by the cosine of their angle to its direction.
+        """
+        circles = self.circles
+        found = np.zeros(self.around.size)
+        others = np.setdiff1d(np.arange(self.size), circles.points)
+        found[self.kept] = forces[others]
+        for point, members in zip(circles.points, circles.members, strict=True):
+            share = self.around.weights[members] * np.maximum(self.around.across[members] @ self.across[point], 0.0)
+            found[members] = forces[point] * share / share.sum()
+        return self.around.spread(found)
+
+    def at_stations(self, columns: Array) -> Array:
+        """Return columns of points, (..., m), with those of `around` that are points here, too, and else 0."""
+        found = np.zeros((*columns.shape[:-1], self.size))
+        found[..., np.setdiff1d(np.arange(self.size), self.circles.points)] = columns[..., self.kept]
+        return found
+
+    def folded(self, columns: Array) -> Array:
+        """Return what forces along y and z at stations do, (..., 2k), from what forces at their points do, (..., m).
+
+        Args:
+            columns: What unit forces do at the points of `around`, along the directions that open their gaps.
+        """
+        pairs = [np.linalg.lstsq(self.around.across[one], columns[..., one].T)[0] for one in self.circles.members]
+        return np.concatenate(pairs, axis=0).T
+
+
+def circle_contact(points: ContactOperator, exact: Sequence[bool]) -> CircleOperator:
+    """Return contact with one station for all points at one x of the faces that are met as circles.
+
+    Args:
+        points: The operator at points around sections that keep their shape.
+        exact: Whether each face is met as a circle.
+
+    Raises:
+        UserError: The points of a section do not move together.
+
+    Not collective.
+    """
+    chosen = np.asarray(exact)[points.faces]
+    kept = np.flatnonzero(~chosen)
+    members = tuple(_stations(points, np.flatnonzero(chosen)))
+    planes, surfaces = zip(*(_motions(points, one) for one in members), strict=True)
+    size = points.interface.size
+    rings = np.array([int(points.faces[one[0]]) for one in members])
+    radii = np.array([float(np.hypot(*points.positions[one, 1:].T).mean()) for one in members])
+    x = np.array([float(points.positions[one, 0].mean()) for one in members])
+    positions = np.concatenate([points.positions[kept], np.column_stack([x, np.zeros(len(x)), -radii])])
+    faces = np.concatenate([points.faces[kept], rings])
+    stations = len(kept) + np.arange(len(members))
+    middles, clearances = _holes(points.support, faces, positions, stations)
+    circles = Circles(
+        stations,
+        members,
+        csr_matrix(np.concatenate(planes)),
+        None if points.tangents is None else csr_matrix(np.concatenate(surfaces)),
+        radii,
+        middles,
+        clearances,
+    )
+    areas = np.array([points.weights[one].sum() / pi for one in members])
+    initial = np.concatenate([points.initial_gap[kept], -circles.penetrations(-middles)])
+    opening = np.concatenate([points.across[kept], np.tile(-DOWN, (len(members), 1))])
+    empty = csr_matrix((len(faces), size))
+    contact = CircleOperator(
+        interface=points.interface,
+        gap_matrix=empty,
+        weights=np.concatenate([points.weights[kept], areas]),
+        initial_gap=initial,
+        faces=faces,
+        support=points.support,
+        positions=positions,
+        tangents=None if points.tangents is None else csr_matrix((2 * len(faces), size)),
+        walls=points.walls,
+        frictionless=points.frictionless,
+        measures_sliding=points.measures_sliding,
+        slip_modes=points.slip_modes,
+        around=points,
+        kept=kept,
+        circles=circles,
+        opening=opening,
+    )
+    return contact.turned(opening[stations])
+
+
+def _stations(points: ContactOperator, chosen: Indices) -> list[Indices]:
+    """Return the points at one x of one face each."""
+    found, length = list[Indices](), max(float(np.ptp(points.positions[:, 0])), np.finfo(float).tiny)
+    for face in np.unique(points.faces[chosen]):
+        here = chosen[points.faces[chosen] == face]
+        here = here[np.argsort(points.positions[here, 0], kind="stable")]
+        breaks = np.flatnonzero(np.diff(points.positions[here, 0]) > SAME_PLACE * length) + 1
+        found += np.split(here, breaks)
+    return found
+
+
+def _motions(points: ContactOperator, members: Indices) -> tuple[Array, Array]:
+    """Return the rows of a section: of its axis, (2, size), and of its surface, (4, size), if there are tangents."""
+    across, gaps = points.across[members], points.gap_matrix[members].toarray()
+    plane = _fitted(across, gaps, points, members)
+    if points.tangents is None:
+        return plane, np.zeros((0, plane.shape[1]))
+    along, around = (points.tangents[2 * members + axis].toarray() for axis in (0, 1))
+    spots = points.positions[members, 1:]
+    axial = _fitted(np.column_stack([np.ones(len(members)), spots]), along, points, members)
+    sideways = np.stack([-across[:, 1], across[:, 0]], axis=1)
+    arms = sideways[:, 1] * spots[:, 0] - sideways[:, 0] * spots[:, 1]
+    turn = _fitted(arms[:, None], around - sideways @ plane, points, members, float(np.abs(around).max()))
+    return plane, np.concatenate([axial, turn])
+
+
+def _fitted(basis: Array, rows: Array, points: ContactOperator, members: Indices, largest: float = 0.0) -> Array:
+    """Return the rows, (b, size), of which all rows, (m, size), are combinations with `basis`, (m, b)."""
+    found = np.linalg.lstsq(basis, rows)[0]
+    if np.abs(basis @ found - rows).max() > RIGID * max(float(np.abs(rows).max()), largest):
+        name, x = points.face_names[points.faces[members[0]]], points.positions[members[0], 0]
+        raise UserError(
+            f"{name} at x = {x:.4g} m is met as a circle, and the section there does not keep its shape\n"
+            "  expected: a model whose sections keep it\n"
+            '  try:      contact = "points" in the region of the support'
+        )
+    return np.asarray(found)
+
+
+def _holes(support: Support, faces: Indices, positions: Array, stations: Indices) -> tuple[Array, Array]:
+    """Return the middles of holes, (k, 2), and their clearances, (k,), m."""
+    middles, clearances = list[tuple[float, float]](), list[float]()
+    for point in stations:
+        face = support.faces[faces[point]]
+        assert isinstance(face, AroundFace)
+        lift = face.offset + float(face.rise(positions[point : point + 1])[0])
+        middles.append((face.lateral, lift))
+        clearances.append(face.gap)
+    return np.array(middles), np.array(clearances)
+
+
+def _rows(values: Array, first: Indices, columns: int) -> csr_matrix:
+    """Return a matrix with some neighbors in each row, (k, columns)."""
+    count, width = values.shape
+    places = first[:, None] + np.arange(width)
+    return csr_matrix((values.reshape(-1), (np.repeat(np.arange(count), width), places.reshape(-1))), (count, columns))

@@ -1,0 +1,118 @@
+"""Directions of stations in round holes, `gapbeam.solver.contact.formulations.circle_contact`, in compiled steps.
+
+They are found by turns as in `gapbeam.solver.march.python.turning_step`, to the same tolerances.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from gapbeam.solver.jit import compiled
+from gapbeam.solver.march.compiled.around_points import AroundPoints
+from gapbeam.solver.march.compiled.contact_kernel import Solution
+from gapbeam.solver.march.compiled.point_motions import set_place
+from gapbeam.solver.march.python.turning_step import ENOUGH, SETTLED
+from gapbeam.solver.system.operators import Array
+
+
+@compiled
+def from_middle(around: AroundPoints, place: Array, point: int) -> tuple[float, float]:
+    """Return r = s - m of a station, y and z, m."""
+    y = place[around.pairs[point, 0]] - around.holes[point, 0]
+    z = place[around.pairs[point, 1]] - around.holes[point, 1]
+    return y, z
+
+
+@compiled
+def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
+    """Set the directions of stations to those of the step that is known so far.
+
+    Args:
+        around: Places, what the step adds to them without a change of the contact forces and, but for the first time,
+            what this change adds in `motions`.
+        found: The solution so far; its factor is that of other directions.
+        first: Whether no solution is known yet.
+
+    Returns:
+        The largest change of a direction under pressure, no unit; 0 where no direction turns.
+    """
+    largest = 0.0
+    if around is not None:
+        for point in around.turning:
+            a, b = around.pairs[point, 0], around.pairs[point, 1]
+            y, z = from_middle(around, around.place, point)
+            new_y, new_z = y + around.guess[a] + around.free[a], z + around.guess[b] + around.free[b]
+            if not first:
+                new_y, new_z = new_y + around.motions[a], new_z + around.motions[b]
+            lengths = np.sqrt(y * y + z * z) + np.sqrt(new_y * new_y + new_z * new_z)
+            scale = -1.0 / lengths if lengths > 0.0 else 0.0
+            aside, up = scale * (y + new_y), scale * (z + new_z)
+            if not first and found.pressure[point] != 0.0:
+                largest = max(largest, abs(aside - around.directions[point, 0]))
+                largest = max(largest, abs(up - around.directions[point, 1]))
+            around.directions[point, 0], around.directions[point, 1] = aside, up
+        if len(around.turning) > 0:
+            found.factor.filled[0] = 0
+    return largest
+
+
+@compiled
+def far(around: AroundPoints, place: Array, point: int) -> float:
+    """Return |r| - c of a station at s, m."""
+    y, z = from_middle(around, place, point)
+    depth: float = np.sqrt(y * y + z * z) - around.holes[point, 2]
+    return depth
+
+
+@compiled
+def set_far(around: AroundPoints | None, depth: Array) -> None:
+    """Set the penetrations of stations to |r| - c, at the s in `motions`, (m,), m."""
+    if around is not None:
+        for point in around.turning:
+            depth[point] = far(around, around.motions, point)
+
+
+@compiled
+def settled(left: float, before: float, turn: int) -> bool:
+    """Return whether directions have settled that a turn changed by `left`, and the one before by `before`."""
+    return left <= SETTLED or (turn > 0 and left <= ENOUGH and left >= 0.5 * before)
+
+
+@compiled
+def point_outward(around: AroundPoints | None, q: Array, across: Array) -> None:
+    """Set the directions that records are made with to those of a state, opposite to r.
+
+    Args:
+        around: The stations.
+        q: The state, (n,).
+        across: Unit vectors, (m, 2), changed in place.
+    """
+    if around is not None:
+        set_place(around, q, around.motions)
+        for point in around.turning:
+            y, z = from_middle(around, around.motions, point)
+            length = np.sqrt(y * y + z * z)
+            across[point, 0] = -y / length if length > 0.0 else 0.0
+            across[point, 1] = -z / length if length > 0.0 else 1.0
+
+
+@compiled
+def record_turning(
+    around: AroundPoints | None, levers: Array, across: Array, weights: Array, pressure: Array, joints: Array
+) -> None:
+    """Add what the forces at stations add to the forces of joints, (r,).
+
+    Args:
+        around: The stations.
+        levers: What forces along y and z there add, (t, 2, r).
+        across: Directions of all points, (m, 2).
+        weights: w, (m,), m^2.
+        pressure: (m,), Pa.
+        joints: Changed in place.
+    """
+    if around is not None:
+        for station in range(len(levers)):
+            point = around.turning[station]
+            for k in range(len(joints)):
+                arm = across[point, 0] * levers[station, 0, k] + across[point, 1] * levers[station, 1, k]
+                joints[k] += weights[point] * pressure[point] * arm

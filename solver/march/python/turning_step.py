@@ -1,0 +1,91 @@
+"""One step with stations in round holes, whose directions are those of the step that they lead to.
+
+    o = -(r0 + r1) / (|r0| + |r1|),    g1 = g0 + o . (r1 - r0)
+
+Given o, the step is that of contact points that do not turn; its end gives the next o. A turn changes o by about what
+the contact forces of a step move the section, relative to the clearance: where the step resolves the contact, by a
+hundredth of the turn before, or less. Contact that is open leaves o without meaning, and takes one turn.
+
+Source: LaBudde and Greenspan (1976), Numerische Mathematik 25, 323-346, for the discrete force.
+"""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+
+from gapbeam.solver.contact.laws.contact_law import ContactLaw
+from gapbeam.solver.contact.solve.condensation import CondensedOperator
+from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
+from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
+
+SETTLED = 1.0e-14  # of a direction, no unit
+ENOUGH = 1.0e-11  # what may be left where turns no longer change it
+MOST_TURNS = 30
+
+
+def turning_step(
+    scheme: TimeScheme,
+    system: SemiDiscreteSystem,
+    condensed: Condensed,
+    law: ContactLaw,
+    old: State,
+    dt: float,
+    max_iterations: int,
+) -> Step:
+    """Advance by one step, as `TimeScheme.advance` does.
+
+    Args:
+        scheme: The scheme, one whose law takes the penetrations at both ends of a step.
+        system: The system, with stations that turn.
+        condensed: Its effective operator for this step size.
+        law: The contact law.
+        old: State at the start.
+        dt: Step, s.
+        max_iterations: Limit of each contact solve.
+
+    Raises:
+        NotConverged: A contact solve failed, or the directions did not settle.
+    """
+    circles, operators = system.contact.turning, system.operators
+    assert circles is not None
+    assert isinstance(condensed, CondensedOperator)  # stations are those of dense models
+    interface = system.contact.interface
+
+    def places(u: Array) -> Array:
+        return circles.places(interface.trace(u, operators))
+
+    before = places(old.u[VALUE])
+    opening = circles.opening(before, places(old.u[VALUE] + dt * old.v[VALUE]))
+    held = replace(old, pressure=_without(old.pressure, circles.points))
+    left, iterations = [np.inf], 0
+    for _ in range(MOST_TURNS):
+        contact = system.contact.turned(opening)
+        turned = replace(system, contact=contact)
+        step = scheme.advance(turned, condensed.again(turned), law, held, dt, max_iterations)
+        iterations += step.iterations
+        after = circles.opening(before, places(step.new.u[VALUE]))
+        pressed = step.new.pressure[circles.points] != 0.0
+        left.append(float(np.max(np.abs(after - opening)[pressed], initial=0.0)))
+        if left[-1] <= SETTLED or (left[-1] <= ENOUGH and left[-1] >= 0.5 * left[-2]):
+            depth = system.contact.depth(interface.trace(step.new.u[VALUE], operators), step.new.time)
+            stage = replace(step.stage, opening=opening)
+            return replace(step, old=old, new=replace(step.new, depth=depth), stage=stage, iterations=iterations)
+        opening = after
+    raise NotConverged(
+        f"the directions of contact in round holes did not settle in {MOST_TURNS} turns: the last one changed them by "
+        f"{left[-1]:.3e}",
+        tuple(left[1:]),
+    )
+
+
+def _without(pressure: Array, points: Array) -> Array:
+    """Return pressures without those of some points: these act in other directions in the next step."""
+    found = pressure.copy()
+    found[points] = 0.0
+    return found

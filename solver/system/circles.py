@@ -1,0 +1,57 @@
+"""Stations of round sections in round holes, whose directions of contact turn as the sections move.
+
+The equations are those of `gapbeam.solver.contact.formulations.circle_contact`.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.system.operators import Array, Indices
+
+DOWN = np.array([0.0, -1.0])  # the direction of an axis that stands in the middle of its hole
+
+
+@dataclass(frozen=True)
+class Circles:
+    """The k stations.
+
+    Attributes:
+        points: Which contact points they are, (k,).
+        members: The points around each section that it stands for, among the points around all sections.
+        plane: Rows that give the motion of each axis along y and z, (2k, interface.size).
+        surface: Rows that give the motion of the surface: along x on the axis, its change along y and z, and the
+            rotation about x, (4k, interface.size); None: not needed.
+        radii: Outer radius of each section, (k,), m.
+        middles: Where the middle of each hole is, y and z from the axis of the undeformed beam, (k, 2), m.
+        clearances: c, (k,), m.
+    """
+
+    points: Indices
+    members: tuple[Indices, ...]
+    plane: csr_matrix
+    surface: csr_matrix | None
+    radii: Array
+    middles: Array
+    clearances: Array
+
+    def places(self, interface_values: Array) -> Array:
+        """Return r, (k, 2), m."""
+        return np.asarray((self.plane @ interface_values).reshape(-1, 2) - self.middles)
+
+    def penetrations(self, places: Array) -> Array:
+        """Return |r| - c, (k,), m."""
+        return np.asarray(np.hypot(*places.T) - self.clearances)
+
+    def directions(self, places: Array) -> Array:
+        """Return r / |r|, (k, 2); down where r is 0."""
+        lengths = np.hypot(*places.T)[:, None]
+        return np.where(lengths > 0.0, places / np.where(lengths > 0.0, lengths, 1.0), DOWN)
+
+    def opening(self, before: Array, after: Array) -> Array:
+        """Return o = -z / s of a step from r0 to r1, (k, 2); 0 where both are 0."""
+        lengths = (np.hypot(*before.T) + np.hypot(*after.T))[:, None]
+        return np.asarray(-(before + after) / np.where(lengths > 0.0, lengths, 1.0))

@@ -81,6 +81,11 @@ class _AnyModel(Table):
         """Rigid sections along each support around the beam; None: none, the surface is that of the mesh."""
         return None
 
+    @property
+    def keeps_sections(self) -> bool:
+        """Whether sections keep their shape in supports around the beam."""
+        return True
+
 
 class FullModel(_AnyModel):
     """All DOFs of the finite element mesh, condensed onto the contact points in each step: exact."""
@@ -91,6 +96,11 @@ class FullModel(_AnyModel):
     def gives(self) -> frozenset[Wanted]:
         """All."""
         return frozenset({"motion", "forces", "pressures", "stresses"})
+
+    @property
+    def keeps_sections(self) -> bool:
+        """Not of a solid."""
+        return False
 
 
 class ReducedModel(_AnyModel):
@@ -137,6 +147,11 @@ class ReducedModel(_AnyModel):
     def rings(self) -> int | None:
         """Rigid sections along each support around the beam; None: sections deform."""
         return None if self.sections == "deformable" else self.stations or STATIONS
+
+    @property
+    def keeps_sections(self) -> bool:
+        """Where they are rigid."""
+        return self.sections == "rigid"
 
     @property
     def gives(self) -> frozenset[Wanted]:

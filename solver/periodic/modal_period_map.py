@@ -10,7 +10,7 @@ import numpy as np
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.compiled.tangent_kernel import monodromy
+from gapbeam.solver.march.compiled.turning_tangent import monodromy_along
 from gapbeam.solver.march.python.march import EffectiveOperators, March
 from gapbeam.solver.periodic.stepped_period import passed_period, refuse_parts
 from gapbeam.solver.system.modal_coordinates import ModalSystem
@@ -89,8 +89,7 @@ class ModalMap:
 
     def tangent_along(self, places: Array) -> Array:
         """Return the derivative of the state by that a period before, (2n, 2n), along q at the ends of all steps."""
-        depths = -(self.modal.system.contact.initial_gap + places @ self.modal.gaps.T)
-        return monodromy(self.modal, self.law, self.scheme.implicit, self.dt, depths)
+        return monodromy_along(self.modal, self.law, self.scheme.implicit, self.dt, places)
 
     def history(self, x: Array) -> tuple[Array, Array]:
         """Return the DOFs at the start and the ends of all steps, (steps + 1, n), and face forces at the ends, N."""

@@ -30,7 +30,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.contact_solve import solve_contact
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed, condensed_operator
 from gapbeam.solver.errors import NotConverged
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Operators
 from gapbeam.solver.system.semi_discrete import (
     STIFFNESS,
     VALUE,
@@ -47,6 +47,7 @@ INNER_TOLERANCE = 1.0e-6  # of iterative solves: each iteration mends what the o
 STALLED = 1.0e-6
 NOISE_SAFETY = 10.0
 NOISY = 3  # updates that have stopped to contract
+ROLLED = 1.0e-9  # of the clearance of a round hole: an update at rest
 STILL = 1.0e-7, 1.0e-3  # of the largest gap and of the penetration: changes of gaps at rest
 
 
@@ -120,7 +121,7 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
             settled = False
             if _creeps(moves):
                 raise NotConverged(f"no static seat was found: {_tips(contact, depth - before)}", tuple(updates))
-        if settled:
+        if settled and _stand_still(contact, moved[VALUE], operators):
             pressure = point_forces / contact.weights
             return Seat(_at_rest(u, depth, pressure, carries_acceleration), updates[-1], iteration)
     worst, tips = int(np.argmax(np.abs(depth - before))), _creeps(moves) and bool(np.any(point_forces))
@@ -141,6 +142,14 @@ def _turned(system: SemiDiscreteSystem, springs: float, u: Array, forces: Array)
     contact, held = system.contact.at(values), system.contact.springs(springs)
     held = replace(held, matrix=held.matrix + system.contact.holding(forces, values))
     return contact, condensed_operator(replace(system, contact=contact), 0.0, 1.0, springs=held, seldom=True)
+
+
+def _stand_still(contact: ContactOperator, moved: Array, operators: Operators) -> bool:
+    """Return whether stations in round holes no longer roll along their walls, which takes no energy. Collective."""
+    if (circles := contact.turning) is None:
+        return True
+    rolled = np.abs(circles.plane @ contact.interface.trace(moved, operators))
+    return bool(np.max(rolled) <= ROLLED * np.max(circles.clearances))
 
 
 def _unsettled(contact: ContactOperator, worst: int, point_forces: Array, depth: Array) -> str:

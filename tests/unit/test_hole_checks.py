@@ -29,7 +29,62 @@ def profile(angles: str, recesses: str) -> str:
     return walls("").replace('"polygon"', f'"profile", angles = {angles}, recesses = {recesses}')
 
 
+def circle(more: str = "", model: str = 'sections = "rigid"\n') -> str:
+    """Return the case with circles, another model or more tables."""
+    text = GOOD.replace('region = "hole"', 'region = { type = "hole", contact = "circle" }')
+    return text.replace('type = "reduced"\n', 'type = "reduced"\n' + model) + more
+
+
 BAD = {
+    "a circle that deforms": (circle(model=""), ["contact", "reduced, whose sections deform", 'sections = "rigid"']),
+    "a full circle": (
+        circle(model="").replace('type = "reduced"', 'type = "full"'),
+        ["the model full, whose sections deform", 'contact = "points"'],
+    ),
+    "a squeezed circle": (
+        circle().replace("clearance = 1e-4", "clearance = -1e-5", 1),
+        ["circle, with a clearance of -1e-05 m", "no direction of contact"],
+    ),
+    "a circle by generalized-alpha": (
+        circle().replace("[time]\n", '[time]\nscheme = "generalized-alpha"\n'),
+        ["[time] scheme", "generalized-alpha, with a hole that is met as a circle", "discrete-gradient"],
+    ),
+    "a circle by multipliers": (
+        circle('[contact]\nformulation = "augmented-lagrangian"\n'),
+        ["[contact] formulation", "augmented-lagrangian, with a hole that is met as a circle", "penalty"],
+    ),
+    "a circle that yields": (
+        circle('[contact]\nlaw = { type = "elastic-plastic", yield_pressure = 2e6 }\n'),
+        ["the law elastic-plastic, which keeps what has yielded"],
+    ),
+    "a circle that sticks": (
+        circle("[contact]\nfriction = { coefficient = 0.1, static_coefficient = 0.2 }\n"),
+        ["static_coefficient", "never sticks to a point"],
+    ),
+    "a circle with a body": (
+        circle().replace("clearance = 1e-4", "clearance = 1e-4\nbody = { mass = 1.0, stiffness = 1e6 }", 1),
+        ["circle, of a support with a body of its own", "stand still"],
+    ),
+    "a circle that moves": (
+        circle('[[load]]\ntype = "support_motion"\nname = "m"\nsupport = "a"\namplitude = 1e-5\nfrequency = 20.0\n'),
+        ["circle, of a support that moves"],
+    ),
+    "a circle that wears by points": (
+        circle('[wear]\ncoefficient = 2e-14\narea = 1e-3\ngrowth = "local"\n'),
+        ["[wear] growth", "local, with a hole that is met as a circle", "even"],
+    ),
+    "a circle of harmonics": (
+        circle('[analysis]\ntype = "periodic"\nmethod = "harmonic-balance"\n'),
+        ["[analysis] method", "harmonic-balance, with a hole that is met as a circle", "shooting"],
+    ),
+    "a circle that rubs with joints": (
+        circle(
+            "[contact]\nfriction = { coefficient = 0.1 }\n"
+            '[[joint]]\nname = "j"\ntype = "elastic"\npoint = 0.3\nstiffness = { vertical = 1e3 }\n'
+        ),
+        ["[contact.friction]", "one of these three left out"],
+    ),
+    "a circle of squares": (circle().replace('"circle"', '"square"', 1), ["square", "points", "circle"]),
     "a square beam": (GOOD.replace('section = "round"\n', ""), ["hole", "rectangle", "round section", '"slot"']),
     "a slice": (GOOD.replace("dimension = 3", "dimension = 2"), ["dimension", "3", "equally wide"]),
     "nitsche": (

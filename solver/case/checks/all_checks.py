@@ -21,6 +21,7 @@ from gapbeam.solver.case.checks.attachment_checks import (
     masses_sit_on_mass,
     offsets_fit_the_mesh,
 )
+from gapbeam.solver.case.checks.circle_checks import CIRCLE_CHECKS
 from gapbeam.solver.case.checks.contact_checks import (
     contact_carries_the_beam,
     contact_is_shallow,
@@ -199,6 +200,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     beams_fit_in,
     planes_are_not_moved_aside,
     holes_are_met_along_radii,
+    *CIRCLE_CHECKS,
     clearance_is_small,
     section_fits_the_beam,
     segment_names_differ,

@@ -30,7 +30,7 @@ from gapbeam.solver.march.compiled.plan_arrays import (
     state_of,
     wall_rows,
 )
-from gapbeam.solver.march.compiled.tangent_kernel import monodromy
+from gapbeam.solver.march.compiled.turning_tangent import monodromy_along
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.march import March, begun, whole_step
 from gapbeam.solver.system.modal_coordinates import modal_system
@@ -287,9 +287,8 @@ class CompiledLoop:
                 "parts, along which no derivative is taken; take more steps or a softer contact"
             )
         places = np.concatenate([self.modal.coordinates(start.u[VALUE])[None], *(block.records.q for block in blocks)])
-        depths = -(contact.initial_gap + places @ self.modal.gaps.T)
         implicit = self._scheme.form == IMPLICIT
-        return blocks[-1].end, monodromy(self.modal, plan.law, implicit, plan.dt, depths)
+        return blocks[-1].end, monodromy_along(self.modal, plan.law, implicit, plan.dt, places)
 
     def _motion(self, paused: Paused) -> KernelState:
         factor = self._room.solution.factor

@@ -1,0 +1,175 @@
+"""Contradictions between round holes that are met as circles and the rest of a case."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+from gapbeam.solver.case.analysis_table import Analysis, Periodic
+from gapbeam.solver.case.checks.attachment_checks import Joints
+from gapbeam.solver.case.checks.place_checks import Loads
+from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.model_table import ModelTable
+from gapbeam.solver.case.placed_support import law_at
+from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.wear_table import Wear
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.loads.support_walls import moved_by
+from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
+
+POINTS = 'contact = "points" in the region of the support'
+
+
+def _circles(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
+    """Yield the supports that are met as circles, each with the key of the choice."""
+    for key, one in keyed(support):
+        if any(face.circle for face in one.faces):
+            yield (*key, "region", "contact"), one
+
+
+def circles_are_round(support: AnySupports, model: ModelTable) -> Iterator[Fault]:
+    """A circle stays one where the section keeps its shape."""
+    for key, _ in _circles(support):
+        if not model.keeps_sections:
+            yield Fault(
+                key,
+                f"circle, with the model {model.type}, whose sections deform",
+                "a model whose sections keep their shape: beam, rigid, or reduced with rigid sections",
+                f'type = "reduced" with sections = "rigid" in [model], or {POINTS}',
+                (("model", "type"),),
+            )
+        return
+
+
+def circles_leave_play(support: AnySupports) -> Iterator[Fault]:
+    """The direction of contact is that from the middle of the hole to the axis, which stand apart."""
+    for key, one in _circles(support):
+        if one.clearance <= 0.0:
+            yield Fault(
+                key,
+                f"circle, with a clearance of {one.clearance:g} m",
+                "a clearance above 0: a section that is squeezed all around has no direction of contact",
+                POINTS,
+                ((*key[:-2], "clearance"),),
+            )
+
+
+def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Contact) -> Iterator[Fault]:
+    """The directions of a step are those between its ends, which its law takes as they are."""
+    for key, _ in _circles(support):
+        if not time.scheme.has_period_map:
+            yield Fault(
+                ("time", "scheme"),
+                f"{time.scheme.type}, with a hole that is met as a circle",
+                "discrete-gradient or implicit-midpoint: a step with one direction of contact",
+                f'scheme = "discrete-gradient", or {POINTS}',
+                (key,),
+            )
+        if contact.formulation.type != "penalty":
+            yield Fault(
+                ("contact", "formulation"),
+                f"{contact.formulation.type}, with a hole that is met as a circle",
+                "penalty",
+                f'formulation = "penalty", or {POINTS}',
+                (key,),
+            )
+        return
+
+
+def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """What a contact point remembers belongs to one direction."""
+    for key, one in _circles(support):
+        law = law_at(contact, one)
+        if law.keeps_set:
+            yield Fault(
+                key,
+                f"circle, with the law {law.type}, which keeps what has yielded",
+                "a law without memory: the contact of a circle turns around it",
+                POINTS,
+                (("contact", "law"),),
+            )
+        elif contact.rubs is not None and contact.rubs.static_coefficient is not None:
+            yield Fault(
+                ("contact", "friction", "static_coefficient"),
+                f"{contact.rubs.static_coefficient:g}, with a hole that is met as a circle",
+                "one coefficient: the contact of a circle turns around it and never sticks to a point",
+                f"leave static_coefficient out, or {POINTS}",
+                (key,),
+            )
+
+
+def circles_stand_still(support: AnySupports, load: Loads) -> Iterator[Fault]:
+    """Walls that move or give way are those of contact points whose directions stay."""
+    layout = Layout.of(support)
+    moved = {
+        one.name: ("load", number)
+        for number, entry in load.items()
+        if isinstance(entry.place, SupportWalls) and (one := moved_by(entry.place, layout)) is not None
+    }
+    for key, one in _circles(support):
+        if one.body is not None or moved:
+            why = "that moves" if one.name in moved else "beside a support that moves"
+            also = next(iter(moved.values()), ())
+            yield Fault(
+                key,
+                f"circle, of a support {'with a body of its own' if one.body is not None else why}",
+                "holes that stand still, beside others that do",
+                POINTS,
+                ((*key[:-2], "body") if one.body is not None else also,),
+            )
+
+
+def circles_wear_evenly(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
+    """Wear by points needs points around the section."""
+    for key, _ in _circles(support):
+        if wear is not None and wear.growth == "local":
+            yield Fault(
+                ("wear", "growth"),
+                "local, with a hole that is met as a circle",
+                "even: a circle has no points around it whose depths could differ",
+                f'growth = "even", or {POINTS}',
+                (key,),
+            )
+        return
+
+
+def circles_are_shot_at(support: AnySupports, analysis: Analysis) -> Iterator[Fault]:
+    """Harmonics balance the forces of points whose directions stay."""
+    for key, _ in _circles(support):
+        if isinstance(analysis, Periodic) and analysis.method == "harmonic-balance":
+            yield Fault(
+                ("analysis", "method"),
+                "harmonic-balance, with a hole that is met as a circle",
+                "shooting",
+                f'method = "shooting", or {POINTS}',
+                (key,),
+            )
+        return
+
+
+def circles_rub_without_joints(support: AnySupports, contact: Contact, joint: Joints) -> Iterator[Fault]:
+    """Forces of joints are known from normal forces at circles, not from friction there."""
+    for key, _ in _circles(support):
+        if contact.rubs is not None and joint:
+            yield Fault(
+                ("contact", "friction"),
+                "friction, with joints and a hole that is met as a circle",
+                "one of these three left out: the forces of joints do not know the friction of a circle",
+                POINTS,
+                (key, ("joint",)),
+            )
+        return
+
+
+CIRCLE_CHECKS = (
+    circles_are_round,
+    circles_leave_play,
+    circles_have_a_midpoint_rule,
+    circles_do_not_yield,
+    circles_stand_still,
+    circles_wear_evenly,
+    circles_are_shot_at,
+    circles_rub_without_joints,
+)
+"""The checks of holes that are met as circles."""

@@ -18,6 +18,8 @@ from gapbeam.solver.system.operators import Array, RankOnes
 from gapbeam.solver.system.ordered_products import row_product
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 
+ALONE = 1.0e-8  # of the largest entry: what round-off of the modes leaves at other modes
+
 
 @dataclass(frozen=True)
 class ModalSystem:
@@ -31,6 +33,7 @@ class ModalSystem:
         loads: L_k = X^T f_k, (loads, n).
         dashpots: beta_j = X^T b_j and c_j, (k, n) and (k,); k = 0 without dashpots.
         restraint: X^T K_restraint X, (n, n), 1/s^2: what of K is the weak restraint.
+        modal_damping: What dashpots add that damp one mode each, (n,), 1/s; they are not among `dashpots`.
     """
 
     system: SemiDiscreteSystem
@@ -40,11 +43,13 @@ class ModalSystem:
     loads: Array
     dashpots: RankOnes
     restraint: Array
+    modal_damping: Array
 
     @property
     def damping(self) -> Array:
         """C without the dashpots, (n,), 1/s."""
-        return np.asarray(self.system.mass_damping + self.system.stiffness_damping * self.squares)
+        rayleigh = self.system.mass_damping + self.system.stiffness_damping * self.squares
+        return np.asarray(rayleigh + self.modal_damping)
 
     @property
     def damping_matrix(self) -> Array:
@@ -92,15 +97,33 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
         return None
     squares, shapes = operators.modes
     dashpots = system.dashpots or RankOnes(np.zeros((0, operators.size)), np.zeros(0))
+    dashpots, modal_damping = _by_modes(RankOnes(dashpots.patterns @ shapes, dashpots.coefficients))
     return ModalSystem(
         system,
         shapes,
         np.maximum(squares, 0.0),
         np.ascontiguousarray(contact.gap_matrix @ traced_on(contact, shapes)),
         np.array([load.pattern @ shapes for load in system.loads]).reshape(len(system.loads), operators.size),
-        RankOnes(np.ascontiguousarray(dashpots.patterns @ shapes), dashpots.coefficients),
+        dashpots,
         shapes.T @ operators.restraint @ shapes,
+        modal_damping,
     )
+
+
+def _by_modes(dashpots: RankOnes) -> tuple[RankOnes, Array]:
+    """Return the dashpots that couple modes, and what the others add to the damping of each mode, (n,), 1/s.
+
+    Modal damping is one dashpot for each mode, and joints without dampers are dashpots of nothing: as rank-one updates
+    they would cost a step more than all the rest.
+    """
+    patterns, coefficients = dashpots.patterns, dashpots.coefficients
+    sizes = np.abs(patterns)
+    largest = sizes.max(axis=1, initial=0.0)
+    alone = (sizes > ALONE * largest[:, None]).sum(axis=1) <= 1
+    own, damping = alone & (coefficients != 0.0), np.zeros(patterns.shape[1])
+    np.add.at(damping, sizes[own].argmax(axis=1), coefficients[own] * largest[own] ** 2)
+    coupled = ~alone & (coefficients != 0.0)
+    return RankOnes(np.ascontiguousarray(patterns[coupled]), coefficients[coupled]), damping
 
 
 def traced_on(contact: ContactOperator, shapes: Array) -> Array:

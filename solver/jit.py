@@ -148,11 +148,13 @@ def allocating_entry(function: Function) -> Function:
 
 
 def _kept(function: Function, options: dict[str, Any]) -> Function:
+    made: Function
     if _FOLDER is None:
-        return numba.njit(**options)(function)
+        made = numba.njit(**options)(function)
+        return made
     before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER)
     try:
-        made: Function = numba.njit(cache=True, **options)(function)
+        made = numba.njit(cache=True, **options)(function)
     finally:
         config.CACHE_DIR = before
     return made

@@ -9,6 +9,7 @@ import pytest
 
 from gapbeam.solver.case.checks import all_checks as consistency
 from gapbeam.solver.case.checks import attachment_checks as attachments
+from gapbeam.solver.case.checks import circle_checks as circles
 from gapbeam.solver.case.checks import contact_checks as contact_fits
 from gapbeam.solver.case.checks import contact_point_checks as resultants
 from gapbeam.solver.case.checks import geometry_checks as geometry
@@ -455,7 +456,18 @@ def test_a_good_case_warns_of_nothing(tmp_path: Path) -> None:
 def test_every_check_is_made() -> None:
     written_checks = {
         function
-        for module in (supports, attachments, consistency, contact_fits, geometry, model_fits, places, resultants, wear)
+        for module in (
+            supports,
+            attachments,
+            circles,
+            consistency,
+            contact_fits,
+            geometry,
+            model_fits,
+            places,
+            resultants,
+            wear,
+        )
         for name, function in inspect.getmembers(module, inspect.isgeneratorfunction)
         if not name.startswith("_") and function.__module__.startswith("gapbeam.solver.case.checks.")
     }

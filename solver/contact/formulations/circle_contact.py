@@ -186,7 +186,7 @@ class CircleOperator(ContactOperator):
             columns: What unit forces do at the points of `around`, along the directions that open their gaps.
         """
         pairs = [np.linalg.lstsq(self.around.across[one], columns[..., one].T)[0] for one in self.circles.members]
-        return np.concatenate(pairs, axis=0).T
+        return np.asarray(np.concatenate(pairs, axis=0).T)
 
 
 def circle_contact(points: ContactOperator, exact: Sequence[bool]) -> CircleOperator:

@@ -17,7 +17,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -75,15 +74,23 @@ class AroundPoints(NamedTuple):
     holes: Array
 
 
-def around_points(modal: ModalSystem) -> tuple[Array, AroundPoints | None]:
+def around_points(
+    gaps: Array, contact: ContactOperator, planes: Array | None = None
+) -> tuple[Array, AroundPoints | None]:
     """Return R, and the points around it; Phi and None where hardly any points share their motions, or walls move.
 
     Stations in round holes are always there, and so are all other points beside them.
+
+    Args:
+        gaps: Phi, (m, n).
+        contact: Its points.
+        planes: The motions of the axes of the stations, (t, 2, n); None: there are none.
     """
-    gaps, contact = modal.gaps, modal.system.contact
     if contact.walls.motions or not contact.support.around:
         return gaps, None
-    sections = _sections(modal)
+    sections = _sections(gaps, contact, planes)
+    if sections is None:
+        return gaps, None
     rows = np.concatenate([motions for _, motions in sections])
     if contact.turning is None and WORTH * len(rows) > len(gaps):
         return gaps, None
@@ -116,29 +123,31 @@ def around_points(modal: ModalSystem) -> tuple[Array, AroundPoints | None]:
     )
 
 
-def _sections(modal: ModalSystem) -> list[tuple[Indices, Array]]:
-    """Return the points of each section, and the two rows by which they move; a point that shares no rows has its own.
+def _sections(gaps: Array, contact: ContactOperator, planes: Array | None) -> list[tuple[Indices, Array]] | None:
+    """Return the points of each section along the beam, and the two rows by which they move.
 
-    Sections follow one another along the beam.
+    A station is a section of its own. Beside stations, a point that shares no rows has its own; else there are none.
     """
-    contact, gaps = modal.system.contact, modal.gaps
-    x, largest, circles = contact.positions[:, 0], float(np.abs(gaps).max()), contact.turning
-    planes = {} if circles is None else dict(zip(circles.points.tolist(), modal.planes, strict=True))
+    x, largest = contact.positions[:, 0], float(np.abs(gaps).max())
     members = np.argsort(x, kind="stable")
     apart = np.diff(x[members]) > SAME_PLACE * np.ptp(x)
-    if circles is not None:
-        turns = np.isin(members, circles.points)
+    stations = dict[int, Array]()
+    if planes is not None and contact.turning is not None:
+        stations = {int(point): plane for point, plane in zip(contact.turning.points, planes, strict=True)}
+        turns = np.isin(members, contact.turning.points)
         apart |= turns[1:] | turns[:-1]
     found = list[tuple[Indices, Array]]()
     for section in np.split(members, np.flatnonzero(apart) + 1):
-        if int(section[0]) in planes:
-            found.append((section, planes[int(section[0])]))
+        if int(section[0]) in stations:
+            found.append((section, stations[int(section[0])]))
             continue
         motions = _fitted(contact.across[section], gaps[section])
         if np.abs(contact.across[section] @ motions - gaps[section]).max() <= SAME_ROWS * largest:
             found.append((section, motions))
-        else:
+        elif stations:
             found += [(point, _fitted(contact.across[point], gaps[point])) for point in section[:, None]]
+        else:
+            return None
     return found
 
 

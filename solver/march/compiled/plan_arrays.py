@@ -32,9 +32,9 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     """Return the system of a plan with its effective and Delassus operators, D = Phi A^-1 Phi^T."""
     system, contact = plan.system, plan.system.contact
     mass, stiffness, dashpots = plan.scheme.coefficients(system, plan.dt)
-    inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares))
+    inverse: Array = np.asarray(1.0 / (mass + stiffness * modal.squares + dashpots * modal.modal_damping))
     updates, update_factors = inverse_updates(inverse, modal.dashpots.times(dashpots))
-    gaps, around = around_points(modal)
+    gaps, around = around_points(modal.gaps, contact, None if contact.turning is None else modal.planes)
     updated = gaps @ updates.T
     delassus = (gaps * inverse) @ gaps.T - (updated * update_factors) @ updated.T
     return Modal(

@@ -24,14 +24,15 @@ def count_in_play(around: AroundPoints | None, size: int) -> int:
 
 
 @overload(count_in_play, inline="always")  # type: ignore[untyped-decorator]
-def _count_in_play(around: Any, size: Any) -> Callable[..., int]:  # noqa: ARG001
+def _count_in_play(around: Any, size: Any) -> Callable[..., Any]:  # noqa: ARG001
     """Return what is compiled for the type of `around`."""
 
-    def all_points(around: Any, size: Any) -> int:  # noqa: ARG001
+    def all_points(around: Any, size: Any) -> Any:  # noqa: ARG001
         return size
 
     def near_points(around: Any, size: Any) -> int:  # noqa: ARG001
-        return around.chosen[0]
+        chosen: int = around.chosen[0]
+        return chosen
 
     return all_points if isinstance(around, NoneType) else near_points
 
@@ -42,14 +43,15 @@ def in_play(around: AroundPoints | None, number: int) -> int:
 
 
 @overload(in_play, inline="always")  # type: ignore[untyped-decorator]
-def _in_play(around: Any, number: Any) -> Callable[..., int]:  # noqa: ARG001
+def _in_play(around: Any, number: Any) -> Callable[..., Any]:  # noqa: ARG001
     """Return what is compiled for the type of `around`."""
 
-    def any_point(around: Any, number: Any) -> int:  # noqa: ARG001
+    def any_point(around: Any, number: Any) -> Any:  # noqa: ARG001
         return number
 
     def near_point(around: Any, number: Any) -> int:
-        return around.near[number]
+        point: int = around.near[number]
+        return point
 
     return any_point if isinstance(around, NoneType) else near_point
 

@@ -21,7 +21,7 @@ from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
 
 SETTLED = 1.0e-14  # of a direction, no unit
@@ -84,7 +84,7 @@ def turning_step(
     )
 
 
-def _without(pressure: Array, points: Array) -> Array:
+def _without(pressure: Array, points: Indices) -> Array:
     """Return pressures without those of some points: these act in other directions in the next step."""
     found = pressure.copy()
     found[points] = 0.0

@@ -1,12 +1,13 @@
 """Processor time of a step of a tube in three baffles under turbulence: of noise, time loop and statistics.
 
-environment/run python3 -m benchmarks.random_speed [modes] [steps]
+environment/run python3 -m benchmarks.random_speed [modes] [steps] [points or circle]
 """
 
 from __future__ import annotations
 
 import sys
 import time
+import tomllib
 from collections.abc import Callable, Sequence
 from pathlib import Path
 
@@ -38,9 +39,13 @@ def microseconds(steps: int, march: Callable[[], None]) -> float:
 
 def main(words: Sequence[str]) -> None:
     """Print the table."""
-    modes, steps = [*map(int, words), *(MODES, STEPS)[len(words) :]]
+    modes, steps = [*map(int, words[:2]), *(MODES, STEPS)[len(words) :]]
+    contact = words[2] if len(words) > 2 else "points"
     keys = (f"model.modes={modes}", f"time.end={steps * STEP:.6g}", "load.lift.ramp=0", "load.drag.ramp=0")
-    model = build_model(read_case(CASE, keys), MPI.COMM_SELF)
+    tables = tomllib.loads(CASE.read_text())
+    for support in tables["support"]:
+        support["region"] = {"type": support["region"], "contact": contact}
+    model = build_model(read_case(tables, keys), MPI.COMM_SELF)
     simulation = Simulation(model)
     plan, every = simulation.plan, round(float(model.case.output.history_interval or model.step) / model.step)
     start = simulation.start(simulation.seat_or_failure())

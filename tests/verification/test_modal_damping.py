@@ -6,7 +6,11 @@ import numpy as np
 import pytest
 
 import gapbeam
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+from gapbeam.solver.march.python.march import march
+from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.modal_coordinates import modal_system
 from gapbeam.solver.system.semi_discrete import imaged
 from tests.shared.case_texts import assert_says
 from tests.verification.test_joints_and_masses import (
@@ -72,3 +76,23 @@ def test_a_full_model_is_refused() -> None:
     with pytest.raises(gapbeam.CaseError) as caught:
         gapbeam.read_case(tables({"type": "full"}, damping={"ratio": 0.01}))
     assert_says(str(caught.value), ["0.01, with the model full", 'type = "reduced" in [model]'])
+
+
+def test_modal_damping_costs_compiled_steps_nothing() -> None:
+    """Dashpots of one mode each are part of the diagonal; a compiled march is that of step by step, to 1e-9."""
+    head = {"name": "head", "point": TIP, "mass": HEAD, "rotary_inertia": INERTIA}
+    fallen = {"type": "transient", "start": "undeformed"}
+    model = model_with(
+        joint(ROOT, "clamped"), damping={"ratio": RATIO}, model={"type": "beam", "elements": 12}, mass=[head],
+        analysis=fallen, time={"end": 0.02, "step": 5.0e-5},
+    )  # fmt: skip
+    modal = modal_system(model.system)
+    assert modal is not None
+    assert len(modal.dashpots.coefficients) == 0
+    assert modal.damping == pytest.approx(2.0 * RATIO * np.sqrt(modal.squares), rel=1e-6)
+    simulation = Simulation(model)
+    start = simulation.start(simulation.seat_or_failure())
+    *_, last = CompiledLoop(simulation.plan).blocks(start)
+    for step in march(simulation.plan, start):
+        end = step.new
+    assert last.end.u[0] == pytest.approx(end.u[0], abs=1e-9 * np.abs(end.u[0]).max())

@@ -3,11 +3,15 @@
 ARG BASE=docker.io/library/debian:trixie-slim
 FROM ${BASE}
 
+# dpkg takes the files in the order of their names, and the last line that matches holds; the browser that prints PDFs
+# is a layer of its own (environment/container/Dockerfile.pdf)
 COPY environment/dpkg.cfg /etc/dpkg/dpkg.cfg.d/gapbeam
-COPY environment/packages.txt /usr/share/gapbeam/
+COPY environment/container/dpkg.cfg /etc/dpkg/dpkg.cfg.d/gapbeam-image
+COPY environment/packages.txt environment/container/slim.py /usr/share/gapbeam/
 RUN apt-get update \
- && sed 's/#.*//' /usr/share/gapbeam/packages.txt \
+ && sed 's/#.*//; /^chromium/d' /usr/share/gapbeam/packages.txt \
   | DEBIAN_FRONTEND=noninteractive xargs apt-get install -y --no-install-recommends tini \
+ && python3 /usr/share/gapbeam/slim.py debian /usr/lib/python3/dist-packages \
  && apt-get clean && rm -rf /var/lib/apt/lists/*
 
 # for a PyPI mirror or a proxy with a certificate of its own: --build-arg
@@ -15,7 +19,9 @@ ARG PIP_INDEX_URL
 ARG PIP_CERT
 COPY environment/requirements.txt /usr/share/gapbeam/
 RUN python3 -m venv --system-site-packages /opt/gapbeam \
- && /opt/gapbeam/bin/pip install --no-cache-dir -r /usr/share/gapbeam/requirements.txt
+ && /opt/gapbeam/bin/pip install --no-cache-dir -r /usr/share/gapbeam/requirements.txt \
+ && /opt/gapbeam/bin/python /usr/share/gapbeam/slim.py venv /opt/gapbeam/lib/python3.*/site-packages \
+ && rm -rf /opt/gapbeam/share/jupyter
 
 # one thread a rank; Open MPI on fewer cores than ranks; pictures without a screen; any --user may run it
 ENV PATH=/opt/gapbeam/bin:$PATH \

@@ -61,8 +61,8 @@ def find_browser() -> str:
         raise BrowserError(
             f"{VARIABLE}={named}: no such program; expected a Chromium or its like"
             if named
-            else "no browser to print the PDF with; install chromium (Debian: chromium-headless-shell), name one with "
-            f"{VARIABLE}, or print the page from any browser"
+            else "no browser to print the PDF with; install chromium (Debian: chromium-headless-shell; container:"
+            f" the image gapbeam:pdf), name one with {VARIABLE}, or print the page from any browser"
         )
     return found
 

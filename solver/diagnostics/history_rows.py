@@ -143,7 +143,7 @@ class Recorder:
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
         if self.points is not None:
-            self.points.see(instants.times, instants.u)
+            self.points.see(instants.times, instants.u, instants.v)
         if self.statistics is not None:
             seen = {"approach_speeds": instants.approach, "force_square": instants.force_square}
             if instants.point_work is not None:

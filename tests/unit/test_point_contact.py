@@ -44,10 +44,16 @@ def contact(walls: Walls | None = None) -> PointContact:
     return PointContact(system, ContactLaw(Spring(STIFFNESS)))
 
 
+def show(points: PointContact, times: np.ndarray) -> None:
+    """Show some records of a sine."""
+    angles = SPEED * times[:, None]
+    points.see(times, AMPLITUDE * np.sin(angles), SPEED * AMPLITUDE * np.cos(angles))
+
+
 def seen(points: PointContact, *cuts: int) -> PointContact:
     """Show a sine to contact points, cut at some records."""
     for piece in np.split(np.arange(len(TIMES)), cuts):
-        points.see(TIMES[piece], AMPLITUDE * np.sin(SPEED * TIMES[piece])[:, None])
+        show(points, TIMES[piece])
     return points
 
 
@@ -81,7 +87,7 @@ def test_pieces_and_checkpoints_change_nothing(cuts: tuple[int, ...]) -> None:
         for name in KEPT:
             kept = stored[name]
             setattr(parts, name, np.array(kept) if isinstance(kept, list) else kept)
-        parts.see(TIMES[piece], AMPLITUDE * np.sin(SPEED * TIMES[piece])[:, None])
+        show(parts, TIMES[piece])
     for name in ("first_touch", "deepest"):
         assert np.array_equal(getattr(parts, name), getattr(whole, name))
     for name in ("time", "load", "begin", "last"):
@@ -92,7 +98,7 @@ def test_walls_that_move_are_followed() -> None:
     """A wall that closes by 0.1 mm/s over a second touches a body that rests when its gap is gone."""
     closing = WallMotion(0, lambda time: 1.0e-3 * time, lambda time: 1.0e-3 + 0.0 * time)
     points = contact(Walls((closing,), np.array([[-1.0, -1.0, -1.0, -1.0]])))
-    points.see(TIMES, np.zeros((len(TIMES), 1)))
+    points.see(TIMES, *np.zeros((2, len(TIMES), 1)))
     assert points.first_touch[:3] == pytest.approx(GAPS[:3] / 1.0e-3, abs=2.0 * TIMES[1])
     assert points.deepest == pytest.approx(1.0e-3 - GAPS)
 
@@ -100,6 +106,6 @@ def test_walls_that_move_are_followed() -> None:
 def test_what_no_record_shows_is_not_known() -> None:
     """A face that was pressed between records only has impulses that nobody knows; one record has no shares."""
     points = contact()
-    points.see(TIMES[:1], np.zeros((1, 1)))
+    points.see(TIMES[:1], *np.zeros((2, 1, 1)))
     assert not points.shares.any()
     assert np.isnan(points.impulses(np.array([1.0, 0.0, 0.0]))).tolist() == [True, True, False, False]

@@ -25,16 +25,16 @@ LAWS: dict[str, dict[str, Any]] = {
     "hunt-crossley": {"law": {"type": "hunt-crossley", "restitution": 0.7}, "stiffness": 2.0e10},
 }
 
-
-EVERY = {1: 1.0e-9, 10: 1.0e-3}  # steps between records, and the share of the impulse of the face that a point may be off
+EVERY = {1: 1.0e-9, 10: 1.0e-3}
+"""Steps between records, and the share of the impulse of the face that a point may be off."""
 
 
 @pytest.mark.parametrize("law", LAWS)
 def test_shares_are_those_of_the_pressures(law: str) -> None:
     """A beam that is shaken in its slot: the impulse of each point, damped or not.
 
-    With a record for every step it is that of the pressures to round-off, and the points add up to their face without
-    being told its impulse; with one for every tenth step the shares are rough.
+    With a record for every step it is that of the pressures to round-off, and their loads alone add up to
+    the impulse of the face; with one for every tenth step the shares are rough.
     """
     tables = {"contact": LAWS[law], "model": {"type": "beam", "elements": 20}, "time": {"end": SPAN, "step": STEP}}
     model = build_model(gapbeam.read_case(SLICE | tables), MPI.COMM_SELF)

@@ -20,6 +20,7 @@ from gapbeam.postprocess.analysis_files import (
 )
 from gapbeam.postprocess.figures.amplitude_spectrum import draw_amplitude_spectrum
 from gapbeam.postprocess.figures.contact_figure import draw_contact
+from gapbeam.postprocess.figures.contact_map import draw_contact_map
 from gapbeam.postprocess.figures.energy_figure import draw_energy
 from gapbeam.postprocess.figures.figure_style import journal_style, save
 from gapbeam.postprocess.figures.impacts_figure import draw_impacts
@@ -40,6 +41,7 @@ from gapbeam.postprocess.figures.wear_figure import draw_wear
 from gapbeam.postprocess.results.bounded_json import read_json
 from gapbeam.postprocess.results.chosen_records import chosen_records
 from gapbeam.postprocess.results.impacts_of_run import impacts_of
+from gapbeam.postprocess.results.points_of_run import points_of
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.postprocess.results.supports_of_run import supports_of
@@ -249,6 +251,11 @@ def _figures(
         figures["energy"] = lambda: draw_energy(history, frequency, zoom)
     if maps := wear_of(results.folder):
         figures["wear"] = lambda: draw_wear(maps)
+    points = points_of(results.folder)
+    for support in supports_of(results.summary, results.case) if points else ():
+        met = {face.face: points[face.face] for face in support.faces if face.face in points}
+        if any(one.touched for one in met.values()):
+            figures[f"contact_map_{support.name}"] = partial(draw_contact_map, met)
     curve = results.folder / CURVE_FILE
     if curve.is_file():
         figures["response_curve"] = lambda: draw_response_curve(read_json(curve, "repeat the run"))

@@ -28,6 +28,7 @@ LOCK_FILE = "run.lock"
 CURVE_FILE = "curve.json"
 IMPACTS_FILE = "impacts.csv"
 WEAR_FILE = "wear.csv"
+POINTS_FILE = "points.csv"
 CURVE_TABLE_FILE = "curve.csv"
 
 KEY_OF_MANY_PARTS = re.compile(r"(?:[\w\"'-]{1,200}[ \t]{0,9}\.[ \t]{0,9}){50}")
@@ -43,6 +44,12 @@ WEAR_COLUMNS = {
     "work rate": "W", "depth rate": "m/s",
 }  # fmt: skip
 """Columns of `WEAR_FILE` behind the face, with their units."""
+
+POINT_COLUMNS = {
+    "x": "m", "y": "m", "angle": "deg", "area": "m^2", "contact share": "", "deepest": "m", "impulse": "N s",
+    "first touch": "s",
+}  # fmt: skip
+"""Columns of `POINTS_FILE` behind the face, with their units; cells of the last two may be empty."""
 
 
 @dataclass(frozen=True)

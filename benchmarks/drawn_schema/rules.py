@@ -342,6 +342,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Output", "history_interval"): seldom(lambda chance, scene: scene.step * chance.choice((1, 2, 3)), 0.3),
     ("Output", "fields_interval"): lambda chance, scene: scene.step * chance.choice((50, 100)),
     ("Output", "stress"): seldom(one_of(True, False), 0.2),
+    ("Output", "points"): seldom(one_of(True, False), 0.2),
     ("Output", "checkpoint_interval"): seldom(one_of(0.0, 1.0)),
     ("Output", "wall_time"): never,
     ("Output", "keep_checkpoint"): never,  # a search for a periodic response has none

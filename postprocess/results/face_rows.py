@@ -11,14 +11,14 @@ from gapbeam.postprocess.results_errors import ResultsError
 LARGEST = 200_000_000  # bytes, more than a run writes
 
 
-def rows_by_face(path: Path, columns: int, contents: str, may_lack: bool = False) -> dict[str, np.ndarray]:
+def rows_by_face(path: Path, columns: int, contents: str, may_lack: int = 0) -> dict[str, np.ndarray]:
     """Return the rows of each face, (k, columns); empty where the file is not there, as in runs of earlier releases.
 
     Args:
         path: Of the file.
         columns: Behind the face.
         contents: What the file should hold, for messages.
-        may_lack: Whether the last cell may be empty, which is read as not-a-number.
+        may_lack: How many of the last cells may be empty, which are read as not-a-number.
 
     Raises:
         ResultsError: The file cannot be read.
@@ -33,11 +33,10 @@ def rows_by_face(path: Path, columns: int, contents: str, may_lack: bool = False
             face, *cells = line.split(",")
             if len(cells) != columns:
                 raise ValueError(f"the line {line[:80]!r}")
-            if may_lack and not cells[-1]:
-                cells[-1] = "nan"
+            cells[columns - may_lack :] = [cell or "nan" for cell in cells[columns - may_lack :]]
             found.setdefault(face, []).append([float(cell) for cell in cells])
         rows = {face: np.array(lines) for face, lines in found.items()}
-        if not all(np.all(np.isfinite(one[:, :-1] if may_lack else one)) for one in rows.values()):
+        if not all(np.all(np.isfinite(one[:, : columns - may_lack])) for one in rows.values()):
             raise ValueError("numbers that are not finite")
     except (OSError, ValueError) as fault:
         raise ResultsError(path, str(fault)[:200], contents, "repeat the run") from fault

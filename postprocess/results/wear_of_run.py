@@ -67,7 +67,7 @@ def wear_of(folder: Path) -> dict[str, WearMap]:
         ResultsError: The file cannot be read.
     """
     names = list(WEAR_COLUMNS)
-    rows = rows_by_face(folder / WEAR_FILE, len(names), "work at contact points, one a line", may_lack=True)
+    rows = rows_by_face(folder / WEAR_FILE, len(names), "work at contact points, one a line", may_lack=1)
     maps = {}
     for face, found in rows.items():
         columns = dict(zip(names, found.T, strict=True))

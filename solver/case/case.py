@@ -133,6 +133,11 @@ class Output(Table):
         description="write axial and von Mises stress among the fields, at the corners of the cells, means over those "
         "that meet there",
     )
+    points: Switch = Field(
+        default=False,
+        description="write what each contact point has met at the instants of the history records: first touch, share "
+        "of time in contact, largest penetration, and its part of the impulse of its face",
+    )
     checkpoint_interval: NonNegative = Field(
         default=300.0, description="wall time between checkpoints, from which a run resumes, s; 0: none"
     )

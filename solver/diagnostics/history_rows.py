@@ -13,6 +13,7 @@ from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
+from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
 from gapbeam.solver.diagnostics.support_line import support_line, supports_move
@@ -41,6 +42,7 @@ class Recorder:
         watch: Sees the pose at every record; None: nothing does.
         gauges: Read the stress at probes; None: no probe asks for it.
         statistics: Gathers what the statistics of a random motion are made of; None: nothing does.
+        points: Gathers what each contact point has met; None: nothing does.
         largest_restraint_energy: Largest energy in the restraint at a record so far, J.
         largest_energy: Largest kinetic, strain and contact energy together at a record so far, J.
     """
@@ -49,6 +51,7 @@ class Recorder:
     watch: PoseWatch | None = None
     gauges: Gauges | None = None
     statistics: RunStatistics | None = None
+    points: PointContact | None = None
     largest_restraint_energy: float = 0.0
     largest_energy: float = 0.0
     _last_time: float | None = None
@@ -139,6 +142,8 @@ class Recorder:
         self._last_time = float(instants.times[-1])
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
+        if self.points is not None:
+            self.points.see(instants.times, instants.u, instants.v)
         if self.statistics is not None:
             seen = {"approach_speeds": instants.approach, "force_square": instants.force_square}
             if instants.point_work is not None:

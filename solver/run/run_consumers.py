@@ -16,6 +16,7 @@ from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumptions.assumption import let_pass
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.step_blocks import StepBlock, Wanted, marched, step_blocks_of
@@ -27,6 +28,7 @@ from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
+from gapbeam.solver.run.output.point_file import write_points
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.run.output.progress_file import ProgressFile
 from gapbeam.solver.run.output.wear_file import write_wear
@@ -76,9 +78,9 @@ class RunConsumers:
         self.model, self.comm, self.rule, self.met = model, comm, rule, False
         self._folder = folder
         self._checkpoints: Checkpoints | None = None
-        self.recorder = Recorder(
-            model, watch_of(model), gauges_of(model), statistics_of(model, steps_between(model)["history_interval"])
-        )
+        points = PointContact(model.system, model.law) if model.case.output.points else None
+        statistics = statistics_of(model, steps_between(model)["history_interval"])
+        self.recorder = Recorder(model, watch_of(model), gauges_of(model), statistics, points)
         left = start if isinstance(start, Left) else None
         self._start = start.paused if isinstance(start, Left) else start
         begin = self._start if isinstance(self._start, State) else self._start.state
@@ -195,6 +197,7 @@ class RunConsumers:
             raise
         write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts)
         write_wear(self._folder, self.accounts.sliding, self.accounts.time, face_wear(self.model.case))
+        write_points(self._folder, self.recorder.points, self.accounts.peaks.impulse)
 
     def costs(self) -> Mapping[str, float]:
         """Return what the checkpoints cost: how many, and their wall time, s."""

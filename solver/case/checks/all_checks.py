@@ -33,6 +33,7 @@ from gapbeam.solver.case.checks.contact_checks import (
     impulses_need_mass,
     law_fits_the_formulation,
     law_fits_the_rest,
+    point_results_follow_the_law,
     scheme_fits_the_formulation,
 )
 from gapbeam.solver.case.checks.contact_point_checks import (
@@ -267,6 +268,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     contact_is_shallow,
     law_fits_the_formulation,
     law_fits_the_rest,
+    point_results_follow_the_law,
     own_laws_follow_the_penetration,
     own_laws_have_their_stiffness,
     own_laws_fit_the_rest,

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_profile import BeamProfile
-from gapbeam.solver.case.case import Beam, Material
+from gapbeam.solver.case.case import Beam, Material, Output
 from gapbeam.solver.case.checks.place_checks import Loads, Segments
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.time_table import Time
@@ -49,6 +49,18 @@ def law_fits_the_formulation(contact: Contact) -> Iterator[Fault]:
         expected = f"a number in {contact.stiffness_unit}: it cannot be computed for a law with an exponent"
         hint = "stiffness = 1e15" if contact.points is None else "stiffness = 1e12"
         yield Fault(("contact", "stiffness"), '"auto"', expected, hint, (("contact", "law"),))
+
+
+def point_results_follow_the_law(contact: Contact, output: Output) -> Iterator[Fault]:
+    """What a point has met is found from its penetration; exact formulations leave none, or none that presses."""
+    if output.points and not contact.formulation.follows_the_law:
+        yield Fault(
+            ("output", "points"),
+            f"true, with the formulation {contact.formulation.type}",
+            "contact by a law of the penetration, which shows where a point is pressed",
+            'formulation = "penalty" in [contact], or leave points out',
+            (("contact", "formulation"),),
+        )
 
 
 def law_fits_the_rest(contact: Contact) -> Iterator[Fault]:

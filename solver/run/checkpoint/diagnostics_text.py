@@ -10,6 +10,7 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.point_contact import KEPT
 
 LEDGER = "ledger"
 PARTS = ("gates", "episodes", "peaks", "times", "tally", "sliding")
@@ -30,6 +31,7 @@ def as_json(accounts: Accounts, recorder: Recorder) -> dict[str, Any]:
     return kept | {
         "impacts": accounts.impacts.as_json(),
         "statistics": None if recorder.statistics is None else recorder.statistics.as_json(),
+        "points": None if recorder.points is None else recorder.points.as_json(),
         "watch": None if watch is None else {key: _plain(getattr(watch, key)) for key in WATCHED},
         LEDGER: {key: _plain(value) for key, value in vars(accounts.ledger).items()},
         "time": accounts.time,
@@ -61,6 +63,9 @@ def restore(accounts: Accounts, recorder: Recorder, data: dict[str, Any]) -> Non
             setattr(recorder.watch, key, _like(getattr(recorder.watch, key), data["watch"][key]))
     if recorder.statistics is not None:
         recorder.statistics.restore(data["statistics"])
+    if recorder.points is not None:
+        for key in KEPT:
+            setattr(recorder.points, key, _like(getattr(recorder.points, key), data["points"][key]))
     form = np.zeros((1, len(recorder.labels["probe"]), len(recorder.labels["component"])))
     for key in PROBES:
         setattr(recorder, key, None if seen[key] is None else _like(form, seen[key]))

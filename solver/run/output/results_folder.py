@@ -26,6 +26,7 @@ FILES = (
     records.CURVE_TABLE_FILE,
     records.IMPACTS_FILE,
     records.WEAR_FILE,
+    records.POINTS_FILE,
 )
 FOLDERS = {
     records.FIELD_FOLDER: ("[0-9]*.h5", "[0-9]*.part"),

@@ -93,6 +93,11 @@ class ContactOperator:
         return self.support.opening(self.faces, self.positions)[:, 1:]
 
     @property
+    def surfaces(self) -> Array:
+        """Area of the beam's surface that each point stands for, (m,), m^2: all around at stations in round holes."""
+        return self.weights
+
+    @property
     def turning(self) -> Circles | None:
         """The stations in round holes whose directions turn as the section moves; None: there are none."""
         return None

@@ -108,6 +108,9 @@ def test_both_marches_take_the_same_steps() -> None:
     largest = np.abs(end.u[VALUE]).max()
     assert last.end.u[VALUE] == pytest.approx(end.u[VALUE], abs=1e-10 * largest)
     assert last.end.depth == pytest.approx(end.depth, abs=1e-10 * CLEARANCE)
+    contact = model.system.contact
+    assert contact.surfaces.sum() == pytest.approx(pi * AREA, rel=1e-3)
+    assert contact.weights.sum() == pytest.approx(AREA, rel=1e-3)
     work = last.records.sliding.rows[-1]
     assert work == pytest.approx(accounts.sliding.by_face, rel=1e-9)
     assert work[0] > 0.0

@@ -55,6 +55,13 @@ class CircleOperator(ContactOperator):
     opening: Array
 
     @property
+    def surfaces(self) -> Array:
+        """Areas of points, and those all around the sections of stations, (m,), m^2."""
+        found = self.weights.copy()
+        found[self.circles.points] *= pi
+        return found
+
+    @property
     def turning(self) -> Circles:
         """The stations."""
         return self.circles

@@ -49,4 +49,4 @@ def point_rows(points: PointContact, impulses: Array) -> Array:
     contact = points.system.contact
     x, y = contact.positions[:, 0], contact.positions[:, 1]
     found = points.shares, points.deepest, points.impulses(impulses), points.first_touch
-    return np.column_stack([x, y, angles(contact), contact.weights, *found])
+    return np.column_stack([x, y, angles(contact), contact.surfaces, *found])

@@ -56,7 +56,7 @@ def point_rows(sliding: SlidingWork, seconds: float) -> Array:
     contact = sliding.contact
     rates = sliding.work / seconds if seconds > 0.0 else np.zeros(contact.size)
     x, y = contact.positions[:, 0], contact.positions[:, 1]
-    return np.column_stack([x, y, angles(contact), contact.weights, sliding.work, *sliding.parts, rates])
+    return np.column_stack([x, y, angles(contact), contact.surfaces, sliding.work, *sliding.parts, rates])
 
 
 def angles(contact: ContactOperator) -> Array:

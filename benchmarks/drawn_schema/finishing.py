@@ -18,6 +18,7 @@ from gapbeam.solver.integrators.scheme_choice import Scheme
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, TimeScheme
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.regions.around_region import AroundRegion
+from gapbeam.solver.supports.regions.hole import Hole
 from gapbeam.solver.supports.regions.region_choice import RegionChoice
 from gapbeam.solver.table import models_in, type_name
 
@@ -113,13 +114,14 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     """Return the tables of a whole case: those that are given, with names, directions, sizes."""
     whole = {key: value for key, value in tables.items() if not isinstance(value, LeftOut)}
     whole = {key: dict(value) if isinstance(value, dict) else value for key, value in whole.items()}
-    if (draw.focus.value in AROUND and draw.focus.key != "section") or _wants_rings(draw):
+    if (draw.focus.value in AROUND and draw.focus.key != "section") or _wants_rings(draw) or _wants_hole(draw):
         whole["beam"] = whole["beam"] | {"section": {"type": "tube", "wall": 0.1 * draw.scene.thickness}}
         whole["mesh"] = whole["mesh"] | {"dimension": 3}
     whole = with_segments(draw, whole)
     whole["beam"], whole["mesh"] = _beam(draw, whole["beam"], whole["mesh"])
     if isinstance(whole["support"], list):
         whole["support"] = [_region(one, whole["beam"]) for one in whole["support"]]
+        whole = _holes(draw, whole)
     if whole.get("model", {}).get("type") == "reduced":
         whole = _rings(draw, whole)
     dimension = whole["mesh"].get("dimension", 2)
@@ -189,6 +191,40 @@ def _region(support: dict[str, Any], beam: dict[str, Any]) -> dict[str, Any]:
     most = 0.7 * max(play, 0.0)
     moved = {key: min(max(support[key], -most), most) for key in ("offset", "lateral") if key in support}
     return support | {"clearance": play} | moved
+
+
+def _wants_hole(draw: Draw) -> bool:
+    """Return whether the case is drawn for how a hole is met."""
+    return draw.focus.table == Hole.__name__
+
+
+def _holes(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
+    """Meet holes as circles where the case is drawn for that alone, by a body that keeps its sections."""
+    if not _wants_hole(draw):
+        support = [_met_at_points(one) for one in whole["support"]]
+        return whole | {"support": support}
+    hole = {"type": "hole", "contact": draw.focus.value}
+    if draw.focus.value == "points":
+        return whole | {"support": [_region(one | {"region": hole}, whole["beam"]) for one in whole["support"]]}
+    play = 0.005 * whole["beam"]["thickness"]
+    kept = ("name", "from", "to", "stiffness", "tilt")
+    support = [{key: one[key] for key in kept if key in one} for one in whole["support"]]
+    walls = _of_walls()
+    return whole | {
+        "support": [one | {"clearance": play, "region": hole} for one in support],
+        "model": {"type": "rigid"},
+        "load": [load for load in whole["load"] if load["type"] not in walls],
+        "contact": {},
+        "time": {key: value for key, value in whole["time"].items() if key != "scheme"},
+    }
+
+
+def _met_at_points(support: dict[str, Any]) -> dict[str, Any]:
+    """Return a support whose hole, if it is one, is met at points."""
+    region = support.get("region", {})
+    if region.get("type") != type_name(Hole):
+        return support
+    return support | {"region": {key: value for key, value in region.items() if key != "contact"}}
 
 
 def _wants_rings(draw: Draw) -> bool:

@@ -15,6 +15,12 @@ from gapbeam.solver.system.operators import Array, Indices
 DOWN = np.array([0.0, -1.0])  # the direction of an axis that stands in the middle of its hole
 
 
+def unit_vectors(vectors: Array, instead: Array) -> Array:
+    """Return vectors, (k, 2), over their lengths, and another one in the place of those without a length."""
+    lengths = np.hypot(*vectors.T)[:, None]
+    return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), instead)
+
+
 @dataclass(frozen=True)
 class Circles:
     """The k stations.
@@ -48,8 +54,7 @@ class Circles:
 
     def directions(self, places: Array) -> Array:
         """Return r / |r|, (k, 2); down where r is 0."""
-        lengths = np.hypot(*places.T)[:, None]
-        return np.where(lengths > 0.0, places / np.where(lengths > 0.0, lengths, 1.0), DOWN)
+        return unit_vectors(places, DOWN)
 
     def opening(self, before: Array, after: Array) -> Array:
         """Return o = -z / s of a step from r0 to r1, (k, 2); 0 where both are 0."""

@@ -30,7 +30,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.support import Face, Support
-from gapbeam.solver.system.circles import DOWN, Circles
+from gapbeam.solver.system.circles import DOWN, Circles, unit_vectors
 from gapbeam.solver.system.operators import Array, Indices, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
@@ -74,8 +74,12 @@ class CircleOperator(ContactOperator):
     @cached_property
     def across(self) -> Array:
         """Unit vectors along `opening`, (m, 2)."""
-        lengths = np.hypot(*self.opening.T)[:, None]
-        return np.asarray(self.opening / np.where(lengths > 0.0, lengths, 1.0))
+        return unit_vectors(self.opening, np.zeros(2))
+
+    @cached_property
+    def others(self) -> Indices:
+        """The contact points that are no stations, in the order of `kept`, (m - k,)."""
+        return np.setdiff1d(np.arange(self.size), self.circles.points)
 
     def turned(self, opening: Array | None) -> CircleOperator:
         """Return the operator with other directions of the stations, (k, 2), of a length of up to 1; None: the same."""
@@ -90,13 +94,12 @@ class CircleOperator(ContactOperator):
             ),
             (count, 2 * len(stations)),
         )
-        others = np.setdiff1d(np.arange(count), circles.points)
-        stay = csr_matrix((np.ones(len(others)), (others, self.kept)), (count, self.around.size))
+        stay = csr_matrix((np.ones(len(self.kept)), (self.others, self.kept)), (count, self.around.size))
         everywhere = self.opening.copy()
         everywhere[circles.points] = opening
         tangents = self.tangents
         if tangents is not None and circles.surface is not None:
-            tangents = self._tangents(opening, others)
+            tangents = self._tangents(opening)
         gaps = csr_matrix(stay @ self.around.gap_matrix + rows @ circles.plane, shape=(count, size))
         return replace(self, gap_matrix=gaps, tangents=tangents, opening=everywhere)
 
@@ -105,13 +108,12 @@ class CircleOperator(ContactOperator):
         circles = self.circles
         return self.turned(-circles.directions(circles.places(interface_values)))
 
-    def _tangents(self, opening: Array, others: Indices) -> csr_matrix:
+    def _tangents(self, opening: Array) -> csr_matrix:
         """Return T: along the beam and around the section, of all points, (2m, interface.size)."""
         circles = self.circles
         assert circles.surface is not None
         assert self.around.tangents is not None
-        lengths = np.hypot(*opening.T)[:, None]
-        unit = np.where(lengths > 0.0, opening / np.where(lengths > 0.0, lengths, 1.0), -DOWN)
+        unit, others = unit_vectors(opening, -DOWN), self.others
         k, touched = len(unit), -circles.radii[:, None] * unit
         numbers, ones = np.arange(k), np.ones(k)
         along = _rows(np.column_stack([ones, touched, np.zeros(k)]), 4 * numbers, 4 * k)
@@ -173,8 +175,7 @@ class CircleOperator(ContactOperator):
         """
         circles = self.circles
         found = np.zeros(self.around.size)
-        others = np.setdiff1d(np.arange(self.size), circles.points)
-        found[self.kept] = forces[others]
+        found[self.kept] = forces[self.others]
         for point, members in zip(circles.points, circles.members, strict=True):
             share = self.around.weights[members] * np.maximum(self.around.across[members] @ self.across[point], 0.0)
             found[members] = forces[point] * share / share.sum()
@@ -183,7 +184,7 @@ class CircleOperator(ContactOperator):
     def at_stations(self, columns: Array) -> Array:
         """Return columns of points, (..., m), with those of `around` that are points here, too, and else 0."""
         found = np.zeros((*columns.shape[:-1], self.size))
-        found[..., np.setdiff1d(np.arange(self.size), self.circles.points)] = columns[..., self.kept]
+        found[..., self.others] = columns[..., self.kept]
         return found
 
     def folded(self, columns: Array) -> Array:

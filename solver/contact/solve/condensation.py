@@ -119,8 +119,7 @@ class CondensedOperator:
 
     def again(self, system: SemiDiscreteSystem) -> CondensedOperator:
         """Return the operator of a system that differs in the directions of its contact alone."""
-        dashpots = 0.0 if self.dashpots is None else self._dashpots
-        return CondensedOperator(system, self.mass, self.stiffness, dashpots, factor=self._factor)
+        return CondensedOperator(system, self.mass, self.stiffness, self._dashpots, factor=self._factor)
 
     @cached_property
     def delassus(self) -> Array:

@@ -14,8 +14,8 @@ from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, Step
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
 from gapbeam.solver.march.compiled.near_points import begin_near, choose_near, depth_at, stay_in_bounds
 from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play, moved_by, set_motions, set_place
-from gapbeam.solver.march.compiled.turning_points import aim, set_far, settled
-from gapbeam.solver.march.python.turning_step import MOST_TURNS
+from gapbeam.solver.march.compiled.turning_points import aim, set_far
+from gapbeam.solver.march.python.turning_step import MOST_TURNS, settled
 from gapbeam.solver.system.operators import Array
 
 
@@ -104,7 +104,7 @@ def solve_points(
             everything = True
             continue
         left = aim(around, found, False)
-        if settled(left, before, turn):
+        if settled(left, before):
             return total
         if turn == MOST_TURNS:
             return -1

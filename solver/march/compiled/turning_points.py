@@ -11,7 +11,6 @@ from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.contact_kernel import Solution
 from gapbeam.solver.march.compiled.point_motions import set_place
-from gapbeam.solver.march.python.turning_step import ENOUGH, SETTLED
 from gapbeam.solver.system.operators import Array
 
 
@@ -70,12 +69,6 @@ def set_far(around: AroundPoints | None, depth: Array) -> None:
     if around is not None:
         for point in around.turning:
             depth[point] = far(around, around.motions, point)
-
-
-@compiled
-def settled(left: float, before: float, turn: int) -> bool:
-    """Return whether directions have settled that a turn changed by `left`, and the one before by `before`."""
-    return left <= SETTLED or (turn > 0 and left <= ENOUGH and left >= 0.5 * before)
 
 
 @compiled

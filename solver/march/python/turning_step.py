@@ -20,6 +20,7 @@ from gapbeam.solver.contact.solve.condensation import CondensedOperator
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.time_scheme import TimeScheme
+from gapbeam.solver.jit import shared
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
@@ -27,6 +28,12 @@ from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
 SETTLED = 1.0e-14  # of a direction, no unit
 ENOUGH = 1.0e-11  # what may be left where turns no longer change it
 MOST_TURNS = 30
+
+
+@shared
+def settled(left: float, before: float) -> bool:
+    """Return whether directions have settled that a turn changed by `left`, and the one before by `before`."""
+    return left <= SETTLED or (left <= ENOUGH and left >= 0.5 * before)
 
 
 def turning_step(
@@ -72,7 +79,7 @@ def turning_step(
         after = circles.opening(before, places(step.new.u[VALUE]))
         pressed = step.new.pressure[circles.points] != 0.0
         left.append(float(np.max(np.abs(after - opening)[pressed], initial=0.0)))
-        if left[-1] <= SETTLED or (left[-1] <= ENOUGH and left[-1] >= 0.5 * left[-2]):
+        if settled(left[-1], left[-2]):
             depth = system.contact.depth(interface.trace(step.new.u[VALUE], operators), step.new.time)
             stage = replace(step.stage, opening=opening)
             return replace(step, old=old, new=replace(step.new, depth=depth), stage=stage, iterations=iterations)

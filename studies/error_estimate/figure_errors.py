@@ -5,7 +5,8 @@
 
 The last two terms belong to full models, and to a contact stiffness that was computed. Where plane companions stand for
 a solid, differences are taken relative to the figures of the plane and enlarged by a tenth, and the second line falls
-away. Beyond the horizon figures are means over windows; the terms are draws of the same statistics there, so that the
+away. A span that the horizon ends is where motions are about to part: E is 1.5 times as large there. Beyond the
+horizon figures are means over windows; the terms are draws of the same statistics there, so that the
 largest of them stands for their sum, and the error is the larger of 2 E and of 2.83 standard errors, those of the
 difference of two means of which each has 2 standard errors.
 
@@ -20,14 +21,14 @@ from dataclasses import dataclass
 
 from gapbeam.studies.error_estimate.companions import COARSER, FINEST, HALF_STEP, SAME, STIFFER
 from gapbeam.studies.error_estimate.horizon import FEWEST_WINDOWS
-from gapbeam.studies.error_estimate.key_figures import KeyFigure, Span, key_figures
+from gapbeam.studies.error_estimate.key_figures import UP_TO_HORIZON, KeyFigure, Span, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 FACTORS = {FINEST: 2.0, COARSER: 1.0, HALF_STEP: 4.0 / 3.0}
 RIGID_FACTOR = 2.0  # the distance from rigid contact goes as 1 / stiffness: twice that from twice the stiffness
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 STANDARD_ERRORS = 2.83
-BEYOND = 2.0  # E is so much larger where motions have parted
+PARTING, BEYOND = 1.5, 2.0  # E is so much larger where motions are about to part, and where they have
 
 
 @dataclass(frozen=True)
@@ -82,7 +83,7 @@ def figure_errors(
         parts = {other: ratio * abs(usual - theirs[other][name].mean) for other in theirs if other != SAME}
         if SAME in theirs and not in_plane:
             parts["model"] = abs(figure.mean - usual)
-        error = _error(parts, figure, span.predictable)
+        error = _error(parts, figure, span)
         found.append(
             FigureError(
                 name, figure.unit, span.name, figure.mean, error, scales[name], parts, figure.uncertainty
@@ -91,11 +92,11 @@ def figure_errors(
     return found
 
 
-def _error(parts: Mapping[str, float], figure: KeyFigure, predictable: bool) -> float | None:
+def _error(parts: Mapping[str, float], figure: KeyFigure, span: Span) -> float | None:
     error = max(factor * parts[name] for name, factor in FACTORS.items() if name in parts)
     beside = parts.get("model", 0.0), RIGID_FACTOR * parts.get(STIFFER, 0.0)
-    if predictable:
-        return error + sum(beside)
+    if span.predictable:
+        return (PARTING if span.name == UP_TO_HORIZON else 1.0) * (error + sum(beside))
     if figure.values.size < FEWEST_WINDOWS:
         return None
     return max(BEYOND * max(error, *beside), STANDARD_ERRORS * figure.uncertainty)

@@ -10,7 +10,7 @@ import numpy as np
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.system.operators import Array
-from gapbeam.studies.error_estimate.key_figures import ACCELERATION_WINDOW, BEYOND_HORIZON, Span
+from gapbeam.studies.error_estimate.key_figures import ACCELERATION_WINDOW, BEYOND_HORIZON, UP_TO_HORIZON, Span
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
 APART = 0.03  # of the range of the motion: beyond, two motions have parted
@@ -65,7 +65,7 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None) -> 
     known = end if horizon is None else horizon
     if len(frequencies) != 1 or end * frequencies[0] < FEWEST_PERIODS:
         everything = "whole run" if end > ALL * case.time.end - interval else "first part"
-        whole = everything if horizon is None else "up to the horizon"
+        whole = everything if horizon is None else UP_TO_HORIZON
         return [Span(whole, 0.0, known, 1)] if known > 2.0 * interval else []
     frequency = frequencies[0]
     rise = max((load.rise_time for load in case.load), default=0.0)
@@ -76,7 +76,7 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None) -> 
     spans = []
     first = min(begin, known)
     if first > 2.0 * interval:
-        spans.append(Span("start-up" if known >= begin else "up to the horizon", 0.0, first, 1))
+        spans.append(Span("start-up" if known >= begin else UP_TO_HORIZON, 0.0, first, 1))
     predictable = max(0, min(count, floor((known - begin) / width + _WHOLE)))
     if predictable:
         spans.append(Span("settled part", begin, width, predictable, frequency))

@@ -18,7 +18,7 @@ from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_me
 FORCE_WINDOW = 0.5e-3  # s
 ACCELERATION_WINDOW = 2.5e-3  # s: that of the smoothed acceleration of Li et al. (2013), section 4.2
 HARMONICS = 3
-BEYOND_HORIZON = "beyond the horizon"
+UP_TO_HORIZON, BEYOND_HORIZON = "up to the horizon", "beyond the horizon"
 
 
 @dataclass(frozen=True)
@@ -26,7 +26,7 @@ class Span:
     """Part of a motion, in windows of equal length.
 
     Attributes:
-        name: "whole run", "first part", "start-up", "settled part", "up to the horizon" or BEYOND_HORIZON.
+        name: "whole run", "first part", "start-up", "settled part", UP_TO_HORIZON or BEYOND_HORIZON.
         start: s.
         width: Of a window, s.
         count: Number of windows.

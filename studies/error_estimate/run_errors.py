@@ -29,7 +29,7 @@ from gapbeam.studies.error_estimate.companions import SAME, STIFFER, CompanionPl
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
 from gapbeam.studies.error_estimate.force_peaks import doubtful_peaks, force_peaks
 from gapbeam.studies.error_estimate.horizon import ALL, horizon_of, spans_of
-from gapbeam.studies.error_estimate.key_figures import peak_forces
+from gapbeam.studies.error_estimate.key_figures import BEYOND_HORIZON, UP_TO_HORIZON, peak_forces
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 LOG = logging.getLogger("gapbeam")
@@ -42,7 +42,7 @@ FAR = 2.0  # times the limit of an assumption on the frequencies that carry the 
 ACCELERATION = " smoothed acceleration"
 VARIABLE = "GAPBEAM_ERRORS"
 IN_THE_MESSAGE = (" displacement", " stress", " peak force")
-SHOWN = ("settled part", "whole run", "first part", "beyond the horizon", "up to the horizon", "start-up")
+SHOWN = ("settled part", "whole run", "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
 
 
 @dataclass(frozen=True)

@@ -78,7 +78,12 @@ def _run(checkout: Path, level: str, options: Sequence[str]) -> dict[str, Any]:
         case = str(checkout / path.relative_to(HERE))
         words = [sys.executable, "-m", "gapbeam", "run", case, *sets, *options, "--output", folder, "--overwrite"]
         done = subprocess.run(
-            words, cwd=checkout, env=os.environ | {"PYTHONPATH": str(checkout)}, capture_output=True, text=True, check=False
+            words,
+            cwd=checkout,
+            env=os.environ | {"PYTHONPATH": str(checkout)},
+            capture_output=True,
+            text=True,
+            check=False,
         )
         if done.returncode:
             raise RuntimeError(f"{' '.join(words)}: status {done.returncode}\n{done.stderr}")

@@ -40,8 +40,7 @@ class Episodes:
     def watch(self, step: Step) -> None:
         """Take in an accepted step."""
         pressure, weights = step.stage.pressure, self.contact.weights
-        for face in range(len(self.contact.face_names)):
-            mine = self.contact.faces == face
+        for face, mine in enumerate(self.contact.points_of_faces):
             pressed = bool(np.any(pressure[mine] > 0.0))
             added = step.size * float(weights[mine] @ pressure[mine]) if pressed else 0.0
             steps, impulse = self.running.pop(face, (0, 0.0))

@@ -76,4 +76,4 @@ def friction_by_face(contact: ContactOperator, traction: Array) -> Array:
 def deepest_by_face(contact: ContactOperator, state: State, operators: Operators) -> Array:
     """Return the largest penetration of each face in a state, (faces,), m. Collective for Nitsche's method."""
     penetration = contact.penetration_of(state, operators)
-    return np.array([penetration[contact.faces == face].max() for face in range(len(contact.face_names))])
+    return np.array([penetration[points].max() for points in contact.points_of_faces])

@@ -116,8 +116,8 @@ class EnergyGates:
 
     def _watch_impacts(self, pressure: Array, ledger: Ledger) -> None:
         created, energy = ledger.created, ledger.kinetic + ledger.strain
-        for face in range(len(self.contact.face_names)):
-            closed = bool(np.any(pressure[self.contact.faces == face] > 0.0))
+        for face, points in enumerate(self.contact.points_of_faces):
+            closed = bool(np.any(pressure[points] > 0.0))
             seen, ended, growth = after_look(self.watched(face), closed, created, energy, ledger.round_off)
             self.keep(face, seen)
             if ended:

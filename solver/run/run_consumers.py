@@ -272,4 +272,8 @@ class RunConsumers:
     def _closed_faces(self, pressure: Array) -> list[str]:
         contact = self.model.system.contact
         pressed = pressure > 0.0
-        return [name for face, name in enumerate(contact.face_names) if np.any(pressed[contact.faces == face])]
+        return [
+            name
+            for name, points in zip(contact.face_names, contact.points_of_faces, strict=True)
+            if np.any(pressed[points])
+        ]

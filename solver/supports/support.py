@@ -14,6 +14,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -141,7 +142,7 @@ class Support:
         """Whether a face is met all around the beam."""
         return any(face.around for face in self.faces)
 
-    @property
+    @cached_property
     def face_names(self) -> tuple[str, ...]:
         """Names of the faces."""
         return tuple(face.name for face in self.faces)

@@ -123,6 +123,11 @@ class ContactOperator:
         """Names of the faces."""
         return self.support.face_names
 
+    @cached_property
+    def points_of_faces(self) -> tuple[Indices, ...]:
+        """The contact points of each face."""
+        return tuple(np.flatnonzero(self.faces == face) for face in range(len(self.face_names)))
+
     def with_gaps_of(self, faces: Sequence[Face]) -> ContactOperator:
         """Return the operator of the same faces with other gaps."""
         if tuple(faces) == self.support.faces:

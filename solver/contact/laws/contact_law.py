@@ -163,6 +163,16 @@ class ContactLaw:
 
     def table(self, size: int) -> LawTable:
         """Return the law as numbers and arrays for m = `size` points, without friction and multipliers."""
+        if size not in self._tables:
+            self._tables[size] = self._table(size)
+        return self._tables[size]
+
+    @cached_property
+    def _tables(self) -> dict[int, LawTable]:
+        """Tables that were asked for, by the number of points: each step asks for the same one."""
+        return {}
+
+    def _table(self, size: int) -> LawTable:
         return LawTable(
             row_of(self.numbers)[None],
             np.zeros(size, dtype=np.int64),

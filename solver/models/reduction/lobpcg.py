@@ -21,10 +21,11 @@ from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGr
 from gapbeam.solver.models.reduction.ritz_vectors import symmetric_part, unit_directions
 from gapbeam.solver.system.operators import Array, Indices
 
-MOST_STEPS = 200
+MOST_STEPS = 1000  # thin walls, where the preconditioner is weak, take some 300
 GUARDS = 0.2  # of the modes wanted: more that are sought, as those at the end are found last
 LEAST_GUARDS = 4
 STALLED = 1.0e-4  # error that round-off may leave; frequencies are off by its square
+RENEWED = 10  # steps after which products are computed anew: combined from earlier ones, they gather round-off
 PATIENCE = 10  # steps in which an error above round-off halves
 INDEPENDENT = (1.0e-12, 1.0e-12)  # of the largest eigenvalue of a Gram matrix of unit vectors
 ROWS = 2**16  # that are combined at once
@@ -79,7 +80,7 @@ def lowest_shapes(
     del first, begun
     worst: list[float] = []
     errors, looked = np.full(size, np.inf), np.arange(size)
-    for _ in range(MOST_STEPS):
+    for step in range(1, MOST_STEPS + 1):
         residual = shapes.energy[:, looked] - shapes.mass[:, looked] / compliances[looked]
         weighed = factor.precondition(residual)
         errors[looked] = np.sqrt(np.maximum(factor.dots(residual, weighed), 0.0))
@@ -98,10 +99,13 @@ def lowest_shapes(
         further = block(weighed)
         share, compliances = _best([shapes, further, steps], total, size, open_ones)
         _move(shapes, further, steps, share, open_ones)
+        if step % RENEWED == 0:
+            for one in (shapes, steps):
+                one.energy[:], one.mass[:] = factor.multiply(one.x), multiply_mass(one.x)
         looked = open_ones
     raise RunError(
         f"{int(np.sum(errors[:count] <= tolerance))} of {count} vibration modes converged in {MOST_STEPS} iterations; "
-        "ask for fewer in [model]"
+        'ask for fewer in [model], or take solver.effective = "factor", which finds them without iterations'
     )
 
 

@@ -19,7 +19,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from benchmarks.rungs import LEVELS, PERIODIC
+from benchmarks.fidelity_levels import LEVELS, PERIODIC
 from benchmarks.table import RESULTS, Cell, Table, machine_words, seconds
 
 HERE = Path(__file__).parents[1]
@@ -34,7 +34,7 @@ def table(other: Path, levels: Sequence[str], turns: int) -> Table:
 
     Args:
         other: Folder of the other checkout.
-        levels: Names of `benchmarks.rungs.LEVELS`.
+        levels: Names of `benchmarks.fidelity_levels.LEVELS`.
         turns: Runs of each checkout, of which the least counts; the first runs compile and are not counted.
     """
     rows: list[tuple[Cell, ...]] = []

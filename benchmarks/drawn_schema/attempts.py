@@ -13,7 +13,7 @@ from benchmarks.drawn_schema.cases import drawn
 from benchmarks.drawn_schema.comparison import compared
 from benchmarks.drawn_schema.earlier import before, earlier_folder
 from benchmarks.drawn_schema.references import NoReferenceError
-from benchmarks.drawn_schema.ways import Way, ways_of
+from benchmarks.drawn_schema.ways import IN_MEMORY, Way, ways_of
 from benchmarks.fuzz.command_work import command
 from benchmarks.fuzz.sandbox import Limits, Outcome, attempt
 from gapbeam.solver.case.case import Case
@@ -36,12 +36,14 @@ def attempted(seed: int, folder: Path) -> dict[str, Any]:
     folder.mkdir(parents=True)
     tables, focus = drawn(seed, folder)
     case = gapbeam.read_case(tables)
-    way = _way(random.Random(f"way {seed}"), case)
+    state = earlier_folder(case)
+    earlier = None if state is None else _earlier(case, state, folder).status
+    way = _way(random.Random(f"way {seed}"), case, whole=earlier in (None, 0))
     line: dict[str, Any] = {"seed": seed, "focus": str(focus), "way": way.name, "choices": taken(case)}
     file, out = folder / "drawn.toml", folder / "out"
     file.write_text(case_to_toml(case), encoding="utf-8")
-    if (state := earlier_folder(case)) is not None:
-        line["earlier"] = _earlier(case, state, folder).status
+    if earlier is not None:
+        line["earlier"] = earlier
     asked = ["--wall-time", LONGEST, *(["--error", "none"] if way.exact is not None else [])]
     outcome = attempt(command("run", file, "--output", out, *asked), folder / "said.txt", LIMITS)
     kind = "stopped" if _documented(outcome) else outcome.kind
@@ -63,9 +65,15 @@ def _earlier(case: Case, state: str, folder: Path) -> Outcome:
     return attempt(command("run", file, *asked), folder / "earlier.txt", LIMITS)
 
 
-def _way(chance: random.Random, case: Case) -> Way:
-    """Draw another way, more often one that has the same answer: no errors are estimated for that, which takes long."""
-    ways = ways_of(case)
+def _way(chance: random.Random, case: Case, whole: bool) -> Way:
+    """Draw another way, more often one that has the same answer: no errors are estimated for that, which takes long.
+
+    Args:
+        chance: What draws.
+        case: The case.
+        whole: Whether the run that the case starts from reached its end; from elsewhere no other way starts.
+    """
+    ways = [way for way in ways_of(case) if whole or way.name != IN_MEMORY]
     exact = [way for way in ways if way.exact is not None]
     return chance.choice(exact if exact and chance.random() < EXACT else ways)
 

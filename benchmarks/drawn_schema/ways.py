@@ -20,6 +20,7 @@ from gapbeam.studies.trials.refined_mesh import mesh_keys
 
 FINER = 0.25  # of the step
 ALL_MODES = 1000
+IN_MEMORY = "in memory"
 OF_FORCE = ("amplitude", "scale", "offset", "mass", "stiffness", "damping", "preload")
 """Keys of loads at a point that are forces, or forces over what the load moves with."""
 ROUND_OFF, ITERATIONS = 1.0e-6, 1.0e-4  # of the size of the motion, in its first part
@@ -52,7 +53,7 @@ def ways_of(case: Case) -> list[Way]:
     if isinstance(case.analysis, Periodic):
         return list(_of_periodic(case))
     if earlier_folder(case) is not None:  # its DOFs are those of the earlier run
-        return [Way("in memory", {}, ROUND_OFF, in_memory=True), *step_by_step(case), *other_columns(case)]
+        return [Way(IN_MEMORY, {}, ROUND_OFF, in_memory=True), *step_by_step(case), *other_columns(case)]
     return [way for found in WAYS for way in found(case)]
 
 

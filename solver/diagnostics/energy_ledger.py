@@ -11,7 +11,6 @@ solve and of the bookkeeping. The algorithmic dissipation is what the scheme its
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -67,7 +66,7 @@ class Ledger:
     contact_gain: float = 0.0
     friction_loss: float = 0.0
 
-    @cached_property
+    @property
     def energies(self) -> Energies:
         """The ledger without the work of each load."""
         return Energies(*(getattr(self, name) for name in Energies._fields))
@@ -96,12 +95,12 @@ class Ledger:
         """What structural damping, contact and friction took."""
         return self.structural + self.contact_loss + self.friction_loss
 
-    @cached_property
+    @property
     def residual(self) -> float:
         """What is left of the balance."""
         return energy_residual(self.energies, float(np.sum(self.load_work)))
 
-    @cached_property
+    @property
     def created(self) -> float:
         """Energy that came from nowhere: algorithmic growth, residual, and what contact damping and friction gave."""
         return created_energy(self.energies, float(np.sum(self.load_work)))

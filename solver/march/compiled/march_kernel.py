@@ -163,12 +163,14 @@ def _enter(
         pull = modal.dashpot_factors[k] * inner_product(modal.dashpots[k], room.stage_velocity)
         for j in range(len(motion.q)):
             structural += pull * modal.dashpots[k, j] * (room.new_q[j] - motion.q[j])
+    fill(room.works, 0.0)
+    for j in range(len(motion.q)):
+        moved, column = room.new_q[j] - motion.q[j], modal.load_columns[j]
+        for load in range(len(factors)):
+            room.works[load] += moved * column[load]
     driven = 0.0
     for load in range(len(factors)):
-        work = 0.0
-        for j in range(len(motion.q)):
-            work += (room.new_q[j] - motion.q[j]) * modal.loads[load, j]
-        room.works[load] = factors[load] * work
+        room.works[load] *= factors[load]
         driven += modal.driven[load] * room.works[load]
     for wall in range(len(walls.loads)):
         work = wall_work(walls, step, wall, room)

@@ -52,6 +52,7 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
         arms=_packed(contact.positions[:, 0]),
         across=np.array(contact.across, order="C"),
         loads=_packed(modal.loads),
+        load_columns=_packed(modal.loads.T),
         driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
         delassus=_packed(0.5 * (delassus + delassus.T)),
         largest=_largest(delassus, around),

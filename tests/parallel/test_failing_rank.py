@@ -20,6 +20,7 @@ LONGER = settings("time.end=0.02", "output.fields_interval=0.01", "output.checkp
 BROKEN, ENDED, WITH_NAN = (f"tests.programs.{name}" for name in ("broken_rank", "ended_rank", "calls_with_nan"))
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize(
     ("module", "place", "error"),
     [
@@ -44,6 +45,7 @@ def test_error_on_one_rank_ends_all(module: str, place: str, error: str, tmp_pat
     assert "done:" not in done.stdout
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize(
     ("module", "place", "error", "status"),
     [

@@ -45,6 +45,7 @@ def on_ranks(count: int, program: str, *arguments: str) -> list[str]:
     return done.stdout.splitlines()
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize("count", [pytest.param(2, marks=pytest.mark.slow), 3])
 def test_same_mesh_on_ranks(count: int) -> None:
     """Counts, sizes, areas and the points; every rank has cells and knows the same figures."""

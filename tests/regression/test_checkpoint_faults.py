@@ -181,6 +181,7 @@ def test_full_disk_is_reported_and_survived(size: int, kept: int | None, whole: 
     assert differing(whole, folder) == []
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_vanished_folder_is_reported(whole: Path, tmp_path: Path) -> None:
     """A folder that is moved away during a march: exit status 6; what was moved is whole, and the run goes on there."""
     folder, moved, shown = tmp_path / "out", tmp_path / "moved", tmp_path / "messages"
@@ -208,6 +209,7 @@ def without_rights_after(steps: int) -> Callable[[], None]:
     return first
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.skipif(os.geteuid() != 0, reason="only root can give its rights up")
 def test_folder_that_becomes_read_only_is_reported(whole: Path, tmp_path: Path) -> None:
     """The right to write goes during the march: exit status 6, nothing half-written, and the run goes on later."""

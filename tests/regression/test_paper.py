@@ -112,6 +112,7 @@ def test_identifications_of_table_4_are_read_and_hold_the_table(folder: Path, st
     assert placed(folder / CASE) == 0.28
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_a_reader_clicks_a_clearance_and_sees_its_curve(moved: list[ClearanceResponse], tmp_path: Path):
     chart = waveforms(moved, COMMAND)
     blocks = [

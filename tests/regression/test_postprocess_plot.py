@@ -67,6 +67,7 @@ def test_figures_have_the_widths_of_a_journal(forced: Path, tmp_path: Path) -> N
                 assert picture.width / 300 * 25.4 == pytest.approx(175.0, abs=0.5)
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_vector_formats(forced: Path, tmp_path: Path) -> None:
     paths = plot(forced, tmp_path, formats=("pdf", "svg"), probe="tip", component="x", acceleration="relative")
     assert {path.suffix for path in paths} == {".pdf", ".svg", ".txt", ".json"}

@@ -102,6 +102,7 @@ def test_spans_that_are_none_are_refused(changing: Path, tmp_path: Path) -> None
     assert not (tmp_path / "page.html").exists()
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_the_command(changing: Path, tmp_path: Path) -> None:
     """A page that names its span and the command that makes it; a reversed one is refused with status 2."""
     page, other = tmp_path / "page.html", tmp_path / "other.html"

@@ -119,6 +119,7 @@ def test_bad_calls_are_explained(words: tuple[str, ...], said: str) -> None:
     assert "Traceback" not in done.stderr
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_the_command_says_where_the_picture_is(tmp_path: Path) -> None:
     done = called_anew("view", DEMO, "--output", tmp_path / "new" / "demo.png", "--size", "800x450")
     assert (done.returncode, done.stdout) == (0, f"{tmp_path / 'new' / 'demo.png'}\n"), done.stderr

@@ -99,6 +99,7 @@ def test_the_points_add_up_to_the_faces(worn: Path) -> None:
         wear_of(worn / "copy")
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_the_map_is_drawn(worn: Path) -> None:
     """`gapbeam plot` draws it."""
     assert worn / "figures" / "wear.png" in gapbeam.plot(worn)

@@ -123,6 +123,7 @@ def test_response_to_contact_forces_is_that_of_the_delassus_operator() -> None:
     assert response.gaps == pytest.approx(dense.delassus @ found, rel=1e-6, abs=1e-12)
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize(
     "changes",
     [{}, {"mesh": {"degree": 1}}, pytest.param(THREE, marks=pytest.mark.slow)],

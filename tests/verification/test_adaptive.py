@@ -289,6 +289,7 @@ def test_a_run_reports_what_it_could_not_resolve(tmp_path: Path) -> None:
         assert remedy in shown
 
 
+@pytest.mark.slow(minutes=0.2)
 @alone
 def test_check_reports_whether_impacts_are_in_reach() -> None:
     """The shortest step against a tenth of an impact: 2.2 us within six halvings of 1e-4 s, and 0.21 us beyond them."""

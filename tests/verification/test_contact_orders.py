@@ -38,6 +38,7 @@ def order(law: ContactLaw, name: str, gaps: tuple[float, ...] = (0.1,), levels: 
     return float(-0.5 * np.polyfit(np.log(counts), np.log(errors), 1)[0])
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize("law", [ELASTIC, HUNT_CROSSLEY], ids=["elastic", "hunt-crossley"])
 @pytest.mark.parametrize("name", ["discrete-gradient", "newmark", "generalized-alpha"])
 def test_continuous_pressure_keeps_order_two(law: ContactLaw, name: str) -> None:
@@ -45,6 +46,7 @@ def test_continuous_pressure_keeps_order_two(law: ContactLaw, name: str) -> None
     assert order(law, name) == pytest.approx(2.0, abs=0.15)
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_explicit_damping_lags_by_half_a_step() -> None:
     """Central difference: 2 within 0.15 on elastic contact; 1 within 0.25 where the law takes the rate of the step."""
     assert order(ELASTIC, "central-difference") == pytest.approx(2.0, abs=0.15)

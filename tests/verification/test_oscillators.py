@@ -36,6 +36,7 @@ def test_one_shock_sdnd101(name: str) -> None:
     assert np.count_nonzero(force > 0.0) == pytest.approx(count, abs=2)
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_free_period_sdnd122() -> None:
     """M = 1, k = 10, stop 50 with gap 0.01: the period of the free oscillation with a given energy."""
     k, stop, gap, energy = 10.0, 50.0, 0.01, 0.00650108331626
@@ -102,6 +103,7 @@ def test_ledger_balances_and_knows_who_lost_energy(scheme: str) -> None:
         assert abs(ledger.algorithmic) > 1e-6 * ledger.exchanged
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_discrete_gradient_conserves_energy_at_any_step() -> None:
     """An undamped mass bouncing off a wall under a spring keeps its energy for steps from tiny to absurd."""
     for dt in (1e-4, 1e-2, 1.0):

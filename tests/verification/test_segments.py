@@ -269,6 +269,7 @@ def test_a_stepped_shaft_rests_in_two_supports_under_different_diameters(kind: s
     assert sunk["right"] == pytest.approx(-1.0e-4, rel=0.05)
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize("kind", ["full", "beam"])
 def test_models_weigh_what_their_pieces_do(kind: str) -> None:
     """Mass and first moment of a shaft with a journal and a light hollow end, by hand; 8 cells around lack 8e-4."""

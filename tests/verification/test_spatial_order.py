@@ -94,6 +94,7 @@ CELLS = {(2, 1): (8, 16, 32), (2, 2): (4, 8, 16), (3, 1): (8, 16, 24), (3, 2): (
 """Cells per side by dimension and degree."""
 
 
+@pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize("degree", [1, 2])
 @pytest.mark.parametrize(
     ("cell", "plane_stress"),

@@ -24,6 +24,7 @@ from gapbeam.solver.contact.solve.friction_solve import solve_contact_and_fricti
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.contact.solve.slip_problem import Sliding
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
+from gapbeam.solver.integrators.noise_bias import NoiseBias
 from gapbeam.solver.integrators.time_scheme import (
     SOFT_CONTACT,
     KernelNumbers,
@@ -185,6 +186,13 @@ class Newmark(AlphaFamily):
     gamma: Number = Field(
         default=0.5, ge=0.5, le=1, description="weight of the new acceleration in the velocity, no unit"
     )
+    noise_bias: ClassVar[tuple[NoiseBias, ...]] = (
+        NoiseBias(1.0, 0.44, 0.59, 0.3, 0.24, 0.031),
+        NoiseBias(2.0, 0.02, 0.17, 0.0, -0.13, -0.014),
+        NoiseBias(4.0, 0.0, 0.051, 0.0, -0.046, 0.0),
+        NoiseBias(8.0, 0.0, 0.012, 0.0, -0.0093, 0.0),
+        NoiseBias(16.0, 0.0, 0.0046, 0.0, 0.0, 0.0),
+    )
 
     @property
     def weights(self) -> Weights:
@@ -209,6 +217,13 @@ class GeneralizedAlpha(AlphaFamily):
 
     type: Literal["generalized-alpha"] = Field(description="name of the scheme")
     rho_inf: Number = Field(default=0.5, ge=0, le=1, description="spectral radius at infinite frequency, no unit")
+    noise_bias: ClassVar[tuple[NoiseBias, ...]] = (
+        NoiseBias(1.0, 0.065, 0.51, -0.04, -0.6, -0.058),
+        NoiseBias(2.0, -0.032, 0.17, -0.081, -0.45, -0.039),
+        NoiseBias(4.0, -0.017, 0.059, -0.025, -0.19, -0.0075),
+        NoiseBias(8.0, -0.0046, 0.015, -0.004, -0.054, -0.0047),
+        NoiseBias(16.0, -0.0019, 0.0055, 0.0, -0.0089, 0.0),
+    )
 
     @property
     def weights(self) -> Weights:
@@ -235,6 +250,13 @@ class HHTAlpha(AlphaFamily):
     type: Literal["hht-alpha"] = Field(description="name of the scheme")
     alpha: Number = Field(
         default=0.05, ge=0, le=0.3333333333333333, description="weight of the old forces, no unit; 0 is Newmark's rule"
+    )
+    noise_bias: ClassVar[tuple[NoiseBias, ...]] = (
+        NoiseBias(1.0, 0.29, 0.56, 0.18, -0.07, 0.0),
+        NoiseBias(2.0, 0.0, 0.17, -0.029, -0.22, -0.021),
+        NoiseBias(4.0, -0.0071, 0.054, -0.0087, -0.084, 0.0),
+        NoiseBias(8.0, -0.0026, 0.013, 0.0, -0.02, 0.0),
+        NoiseBias(16.0, 0.0, 0.0048, 0.0, 0.0, 0.0),
     )
 
     @property

@@ -27,6 +27,7 @@ from gapbeam.solver.contact.solve.friction_solve import solve_contact_and_fricti
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed
 from gapbeam.solver.contact.solve.slip_problem import Sliding
 from gapbeam.solver.integrators.effective_operator import hold, image_of_solution
+from gapbeam.solver.integrators.noise_bias import NoiseBias
 from gapbeam.solver.integrators.time_scheme import (
     STIFF_CONTACT,
     KernelNumbers,
@@ -129,6 +130,13 @@ class DiscreteGradient(Midpoint):
     type: Literal["discrete-gradient"] = Field(default="discrete-gradient", description="name of the scheme")
     needs_potential: ClassVar[bool] = True
     conserves_energy: ClassVar[bool] = True
+    noise_bias: ClassVar[tuple[NoiseBias, ...]] = (
+        NoiseBias(1.0, 0.01, 0.5, -0.089, -0.56, -0.044),
+        NoiseBias(2.0, 0.0025, 0.16, -0.028, -0.28, -0.015),
+        NoiseBias(4.0, 0.0, 0.056, 0.0, -0.091, 0.0),
+        NoiseBias(8.0, 0.0, 0.014, 0.0, -0.023, 0.0),
+        NoiseBias(16.0, 0.0, 0.0046, 0.0, 0.0, 0.0),
+    )
 
 
 class ImplicitMidpoint(Midpoint):
@@ -136,3 +144,10 @@ class ImplicitMidpoint(Midpoint):
 
     type: Literal["implicit-midpoint"] = Field(description="name of the scheme")
     implicit: ClassVar[bool] = True
+    noise_bias: ClassVar[tuple[NoiseBias, ...]] = (
+        NoiseBias(1.0, -0.24, 0.36, -0.5, -0.8, -0.17),
+        NoiseBias(2.0, -0.25, 0.03, -0.47, -0.71, -0.14),
+        NoiseBias(4.0, -0.22, -0.06, -0.37, -0.57, -0.1),
+        NoiseBias(8.0, -0.16, -0.066, -0.25, -0.39, -0.072),
+        NoiseBias(16.0, -0.11, -0.042, -0.15, -0.24, -0.041),
+    )

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
+from gapbeam.solver.integrators.noise_bias import NoiseBias
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Table
 
@@ -66,6 +67,8 @@ class TimeScheme(Table, ABC):
         has_period_map: Whether the derivative of its march over a period is known.
         marches_sets: Whether it marches contact that yields: its work over a step is known.
         implicit: Whether a scheme with a period map takes the law at the end of the step, or its discrete gradient.
+        noise_bias: How far figures of rattling under noise are off, with its parameters as by default; empty: not
+            measured.
     """
 
     type: str
@@ -80,6 +83,7 @@ class TimeScheme(Table, ABC):
     has_period_map: ClassVar[bool] = False
     marches_sets: ClassVar[bool] = False
     implicit: ClassVar[bool] = False
+    noise_bias: ClassVar[tuple[NoiseBias, ...]] = ()
 
     @abstractmethod
     def coefficients(self, system: SemiDiscreteSystem, dt: float) -> tuple[float, float, float]:
@@ -139,6 +143,11 @@ class TimeScheme(Table, ABC):
         """Yield what the values of the scheme bring about, for the warnings of a case."""
         if self.creates_energy:
             yield f"{self.type} creates energy at impacts; discrete-gradient conserves it"
+
+    @property
+    def measured_bias(self) -> tuple[NoiseBias, ...]:
+        """The table `noise_bias`, where it holds for the parameters of the scheme; else nothing."""
+        return self.noise_bias if self == type(self)(type=self.type) else ()
 
     @property
     def kernel(self) -> KernelNumbers | None:

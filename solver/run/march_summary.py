@@ -11,11 +11,11 @@ from mpi4py import MPI
 
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
 from gapbeam.solver.diagnostics.impact_figures import impact_figures
-from gapbeam.solver.diagnostics.statistics.missed_impacts import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.recorded_content import recorded_content
 from gapbeam.solver.run.run_consumers import RunConsumers
+from gapbeam.solver.run.statistic_doubts import doubts_of
 from gapbeam.solver.run.verdict import (
     assumptions,
     contact_words,
@@ -49,11 +49,10 @@ def describe_march(
         summary["random_loads"] = generated
     statistics, rule = consumers.recorder.statistics, consumers.rule
     if statistics is not None:
-        seen = zip(statistics.faces, accounts.impacts.ended, strict=True)
-        step = accounts.tally.shortest if model.case.time.adaptive else model.step
-        summary["statistics"] = statistics.describe({face: missed_share(one, step) for face, one in seen})
+        doubts = doubts_of(model, accounts)
+        summary["statistics"] = statistics.describe(doubts)
         if rule is not None:
-            summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met)
+            summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met, doubts)
         LOG.info("%s", in_words(summary["statistics"]))
     if (worn := wear_figures(model, accounts, summary.get("statistics"))) is not None:
         summary["wear"] = worn

@@ -46,7 +46,7 @@ from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, prepa
 from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
-from gapbeam.solver.run.stop_rule import StopRule, met_words, refuse_not_met
+from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
 from gapbeam.solver.run.verdict import balance_words, judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import State
@@ -278,7 +278,7 @@ def _run(
     judge_curve(summary.get("periodic", {}).get("curve"))
     refuse_not_met(summary.get("statistics", {}).get("until"))
     summary["status"], summary["exit_status"] = "completed", 0
-    summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}{met_words(summary)}"
+    summary["message"] = f"{accounts.tally.steps} steps, {balance_words(accounts.ledger)}{statistics_words(summary)}"
 
 
 def _seated(simulation: Simulation, summary: dict[str, Any]) -> Seat | NotConverged:

@@ -12,6 +12,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency, rayleigh
 from gapbeam.solver.case.model_table import RigidModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.judgment import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import PERCENTILES, WORK_RATE, figure_names
@@ -19,6 +20,7 @@ from gapbeam.solver.errors import IntervalNotMet, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.wording.near_names import near
 
+DOUBTS = {"not resolved": "not resolved by the step", "biased": "biased by the scheme"}
 LATER = 1.1  # times the instant of one look is the earliest instant of the next
 LARGEST = 0.5  # relative error that may be asked for
 
@@ -78,24 +80,29 @@ class StopRule:
         """Return whether the run may end."""
         return statistics.met(self.figure, self.relative_error)
 
-    def judge(self, statistics: RunStatistics, end: float, met: bool) -> dict[str, Any]:
+    def judge(self, statistics: RunStatistics, end: float, narrow: bool, doubts: Doubts) -> dict[str, Any]:
         """Return what the summary says about the rule.
 
         Args:
             statistics: At the end of the run.
             end: That end, s.
-            met: Whether the rule ended the run.
+            narrow: Whether the rule ended the run: the interval is narrow enough.
+            doubts: On the figures. One on that of the rule, beyond the error asked for, leaves the rule not met: a
+                longer run would not help.
         """
         described = statistics.describe()
         figure = next((one for one in described["figures"] if one["name"] == self.figure), None)
         reached = None if figure is None or figure["relative"] is None else float(figure["relative"])
         needed = None
-        if reached is not None and figure is not None and not met:
+        if reached is not None and figure is not None and not narrow:
             burn = described["burn_in"]
             least = (STOPPING_RELAXATIONS + BURN_IN_RELAXATIONS) * statistics.decay
             needed = max(least, burn + (end - burn) * (reached / self.relative_error) ** 2)
         asked = {"figure": self.figure, "relative_error": self.relative_error, "earliest": self.earliest}
-        return asked | {"met": met, "reached": reached, "end": end, "time_needed": needed}
+        doubt = None if figure is None else doubts.on(self.figure, self.relative_error, least=0.0)
+        doubted = {} if doubt is None else {"doubt": doubt, "doubt_words": doubts.words(self.figure, doubt)}
+        met = narrow and doubt is None
+        return asked | {"met": met, "narrow": narrow, "reached": reached, "end": end, "time_needed": needed} | doubted
 
 
 def refuse_not_met(found: dict[str, Any] | None) -> None:
@@ -109,6 +116,13 @@ def refuse_not_met(found: dict[str, Any] | None) -> None:
     """
     if found is None or found["met"]:
         return
+    doubt = found.get("doubt_words")
+    if found["narrow"]:
+        raise IntervalNotMet(
+            f"at t = {found['end']:.6g} s the 95 % interval of {found['figure']} is narrow enough, but {doubt}; a "
+            "longer run does not change that, and the results are kept; try a smaller time.step, the scheme "
+            "discrete-gradient, or a larger `relative_error=`"
+        )
     reached, needed = found["reached"], found["time_needed"]
     width = "not known" if reached is None else f"+- {reached:.2%}"
     longer = max(needed or 0.0, 1.1 * found["end"])
@@ -116,16 +130,25 @@ def refuse_not_met(found: dict[str, Any] | None) -> None:
     raise IntervalNotMet(
         f"at t = {found['end']:.6g} s the 95 % interval of {found['figure']} is {width}, expected "
         f"+- {found['relative_error']:.2%} on enough independent samples; the results are kept; try {advice} with "
-        "`overwrite=True`, or a larger `relative_error=`"
+        f"`overwrite=True`, or a larger `relative_error=`{'' if doubt is None else f'; besides, {doubt}'}"
     )
 
 
-def met_words(summary: Mapping[str, Any]) -> str:
-    """Return what a run that ended by a rule has found, behind its message; nothing for other runs."""
-    found = summary.get("statistics", {}).get("until")
-    if found is None:
-        return ""
-    return f"; {found['figure']} is known within {found['relative_error']:.2%} at t = {found['end']:.6g} s"
+def statistics_words(summary: Mapping[str, Any]) -> str:
+    """Return what a run under noise says of its statistics in its last line; nothing for other runs.
+
+    The figure that ended it, with its verdict where that is not good, and how many figures are in doubt.
+    """
+    found = summary.get("statistics", {})
+    verdicts = {one["name"]: one["verdict"] for one in found.get("figures", ())}
+    words = ""
+    if (until := found.get("until")) is not None:
+        name = until["figure"]
+        judged = "" if verdicts.get(name, "good") == "good" else f", judged {verdicts[name]}"
+        words = f"; {name} is known within {until['relative_error']:.2%} at t = {until['end']:.6g} s{judged}"
+    doubted = {doubt: list(verdicts.values()).count(doubt) for doubt in DOUBTS}
+    counts = [f"{count} {words_of}" for doubt, words_of in DOUBTS.items() if (count := doubted[doubt])]
+    return words + (f"; statistics: {', '.join(counts)}" if counts else "")
 
 
 def has_statistics(case: Case) -> bool:

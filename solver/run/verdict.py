@@ -16,6 +16,7 @@ from gapbeam.solver.diagnostics.energy_gates import REMEDY, EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, energy_bias
 from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.errors import EnergyCreated, EnergyLost, RangeNotCovered
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -27,12 +28,19 @@ from gapbeam.solver.periodic.continuation import LARGEST_NUMBER
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
 from gapbeam.solver.run.output.run_summary import describe_energy, describe_gates
+from gapbeam.solver.run.statistic_doubts import noise_remarks
+from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.system.operators import Array
 
 LOG = logging.getLogger("gapbeam")
 NOTABLE_LOSS = 0.2  # of the loss that ends a run
 TAKEN = "energy kept by the scheme", "energy that the scheme took over that exchanged", "1"
 TAKEN_MEANING = "the scheme itself damps the motion; try a smaller time.step"
+UNDER_NOISE = "energy under noise kept by the scheme", "energy that the scheme took or created, relative", "1"
+UNDER_NOISE_MEANING = (
+    "mean squares of the motion are off by about as much, contact forces by more, and a longer run does not mend that; "
+    "try a smaller time.step"
+)
 
 
 def figures(model: Model, recorder: Recorder, accounts: Accounts) -> dict[str, Any]:
@@ -95,6 +103,11 @@ def assumptions(
     found += of_contact(case, accounts.peaks, accounts.episodes)
     found.append(of_restraint(recorder.largest_restraint_energy, recorder.restraint_share))
     found += of_frequencies(model, content, ledger, accounts.episodes.count)
+    if has_statistics(case):
+        off = energy_bias(ledger)
+        noisy = Assumption(*UNDER_NOISE, LEAST, None, UNDER_NOISE_MEANING + _conserving(case))
+        side = "too little" if off < 0.0 else "too much"
+        found.append(Finding(noisy, abs(off), detail=f"{side} by {abs(off):.1%}" if off else "nothing"))
     taken = Assumption(*TAKEN, NOTABLE_LOSS * gates.limits.total_loss, None, TAKEN_MEANING + _conserving(case))
     return [*found, Finding(taken, gates.loss(ledger), detail=f"{ledger.algorithmic:.3g} J")]
 
@@ -124,7 +137,7 @@ def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> li
 
 def remarks_on_model(model: Model) -> list[str]:
     """Return what a user has to know of a basis, or of steps by iterations, before using it, one sentence each."""
-    found = list(basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]))
+    found = [*basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]), *noise_remarks(model)]
     operators = model.body.operators
     if isinstance(operators, PetscOperators) and operators.solver.iterative:
         found.append(

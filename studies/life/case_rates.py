@@ -11,6 +11,7 @@ import numpy as np
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.face_wear import FaceWear, face_wear
 from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
 from gapbeam.solver.errors import RunError, UserError
@@ -109,7 +110,7 @@ class CaseRates:
                 f"the run with the faces worn by {worn} did not pass: {response.verdict}: {response.message}",
                 response.exit_status,
             )
-        found = _work_rates(statistics, model.case.time.end)
+        found = _work_rates(statistics, model.case.time.end, response.doubts)
         return tuple("good" if _repeats(found[name]) else str(found[name]["verdict"]) for name in self.names)
 
     @property
@@ -145,9 +146,9 @@ def _statistics(model: Model, every: int) -> RunStatistics:
     )
 
 
-def _work_rates(statistics: RunStatistics, end: float) -> dict[str, Mapping[str, Any]]:
+def _work_rates(statistics: RunStatistics, end: float, doubts: Doubts | None = None) -> dict[str, Mapping[str, Any]]:
     """Return the work rate of each face with its interval, as statistics describe it, W."""
-    figures = {one["name"]: one for one in statistics.describe()["figures"]}
+    figures = {one["name"]: one for one in statistics.describe(doubts)["figures"]}
     if not figures:
         raise UserError(
             f"time.end: {end:g} s with a record every {statistics.interval:g} s are too few records for the mean of a "

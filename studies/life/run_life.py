@@ -33,7 +33,7 @@ from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder, study_written
 
 LIFE_FILE, TABLE_FILE = "life.json", "life.csv"
-ORDER = ("good", "no event", "too short", "not settled")
+ORDER = ("good", "no event", "biased", "too short", "not settled")
 WHY = {
     "time": "the longest time was reached",
     "runs": "as many runs were made as allowed; more of them go on where this ended",

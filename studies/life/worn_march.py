@@ -51,7 +51,7 @@ class DepthRates:
         values: (faces,), m/s, at least 0.
         low: Lower ends of their 95 % intervals.
         high: Upper ends.
-        verdicts: On each interval: good, too short, not settled, no event.
+        verdicts: On each interval: good, biased, too short, not settled, no event.
     """
 
     values: Array

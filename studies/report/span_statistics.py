@@ -14,6 +14,7 @@ import numpy as np
 from gapbeam.postprocess.results.span_of_run import SpanOfRun
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import RMS_FORCE
 from gapbeam.solver.record_table import CASE_FILE
@@ -47,6 +48,6 @@ def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
     wanted = (*SUMMED, *(("sliding_work",) if slides else ()), *(MOTIONS if probes else ()))
     rows = {name: np.asarray(history[name].values, dtype=float) if name in history else none for name in wanted}
     found.see(rows | {"time": times})
-    described = found.describe(run.summary["statistics"].get("missed_impacts"))
+    described = found.describe(Doubts.restored(run.summary["statistics"]))
     kept = [one for one in described["figures"] if one["name"].rpartition(".")[2] not in UNKNOWN]
     return described | {"figures": kept}

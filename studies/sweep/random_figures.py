@@ -14,12 +14,13 @@ from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
 from gapbeam.postprocess.signals.record_figures import figures_of_record
 from gapbeam.postprocess.study_figures.response_census import RANDOM
 from gapbeam.solver.case.analysis_table import Transient
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import gathered_statistics, statistics_of
 from gapbeam.studies.sweep.window_data import as_data
 
-GOOD = "good"
+GOOD, BIASED = "good", "biased"
 RMS = ("rms", "lateral_rms")
 
 
@@ -40,7 +41,11 @@ def statistics_of_response(model: Model, interval: float) -> RunStatistics | Non
 
 
 def random_response(
-    history: xr.Dataset, statistics: RunStatistics | None, after: float | None, notes: list[str]
+    history: xr.Dataset,
+    statistics: RunStatistics | None,
+    after: float | None,
+    notes: list[str],
+    doubts: Doubts | None = None,
 ) -> dict[str, Any]:
     """Return word and figures of a random response.
 
@@ -49,14 +54,15 @@ def random_response(
         statistics: Its statistics.
         after: Time from which peaks count, s; statistics find their own start.
         notes: Gets what is to be said about it.
+        doubts: On the figures of its statistics.
 
     Raises:
         SignalError: No probe, nothing after that time, or values that are not finite.
     """
     quantities, words = figures_of_record(history, after)
-    found = {} if statistics is None else statistics.describe()
+    found = {} if statistics is None else statistics.describe(doubts)
     verdicts = {one["verdict"] for one in found.get("figures", ()) if one["name"].rpartition(".")[2] in RMS}
-    settled = verdicts == {GOOD}
+    settled = bool(verdicts) and verdicts <= {GOOD, BIASED}
     notes += ["the forcing is random: statistics with 95 % intervals; displacements, accelerations and peak forces are "
               "largest values, which grow with the record", *words]  # fmt: skip
     if not settled:
@@ -67,17 +73,20 @@ def random_response(
         "windows": 1,
         "figures": as_data(quantities),
     }
-    return with_intervals(data, statistics)
+    return with_intervals(data, statistics, doubts)
 
 
-def with_intervals(data: dict[str, Any], statistics: RunStatistics | None) -> dict[str, Any]:
+def with_intervals(
+    data: dict[str, Any], statistics: RunStatistics | None, doubts: Doubts | None = None
+) -> dict[str, Any]:
     """Return the record of a response with its statistics, as far as they are judged good, among its figures.
 
     Args:
         data: With `figures`.
         statistics: Of the response.
+        doubts: On its figures.
     """
-    found = None if statistics is None else statistics.describe()
+    found = None if statistics is None else statistics.describe(doubts)
     if found is None:
         return data
     known = {

@@ -155,7 +155,9 @@ def _classified(
     history = as_history(response.history, response.labels)
     try:
         if has_statistics(model.case):
-            return random_response(history, response.statistics, after, notes) | {"transient": transient or 0.0}
+            return random_response(history, response.statistics, after, notes, response.doubts) | {
+                "transient": transient or 0.0
+            }
         if frequency is None:
             return _without_period(history, after, notes) | {"transient": transient or 0.0}
         found = steady(history, frequency, after, limit)
@@ -170,7 +172,7 @@ def _classified(
         )
         return described(found) | {"response": NOT_SETTLED, "transient": found.start - begin.state.time}
     data = described(found) | {"transient": found.start - begin.state.time}
-    return with_intervals(data, response.statistics) if found.word == NO_CYCLE else data
+    return with_intervals(data, response.statistics, response.doubts) if found.word == NO_CYCLE else data
 
 
 def stays_linear(model: Model, history: xr.Dataset, after: float) -> bool:

@@ -12,6 +12,7 @@ from gapbeam.solver.diagnostics.assumptions.assumption import Finding
 from gapbeam.solver.diagnostics.assumptions.frequency_content import content_of_motion
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.errors import (
     AssumptionBroken,
@@ -27,6 +28,7 @@ from gapbeam.solver.march.step_blocks import Wanted, marched
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.frequency_findings import RESONANT
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
+from gapbeam.solver.run.statistic_doubts import doubts_of
 from gapbeam.solver.run.verdict import assumptions, judge, judge_run
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
@@ -85,6 +87,7 @@ class TrialResponse:
     seconds: float = 0.0
     findings: Sequence[Finding] = ()
     statistics: RunStatistics | None = None
+    doubts: Doubts | None = None
 
     def failed(self, error: RunError) -> None:
         """Take in what ended the march."""
@@ -158,6 +161,8 @@ def _march(
         response.steps = accounts.tally.steps
         if response.steps:
             _figures(response, accounts)
+        if response.statistics is not None:
+            response.doubts = doubts_of(model, accounts)
     if not watched:
         judge(model, accounts.ledger, accounts.gates)
         return

@@ -123,6 +123,37 @@ def test_a_run_whose_interval_stays_wide_says_so(tmp_path: Path) -> None:
     assert "--at-most of" in ended.stderr
 
 
+def test_impacts_that_steps_miss_leave_a_rate_in_doubt(tmp_path: Path) -> None:
+    """Its interval is narrow, the run ends there, and neither last line nor status say that it is met."""
+    coarse = (*KEYS, "time.step=2e-4")
+    outcome = gapbeam.run(CASE, coarse, tmp_path / "run", relative_error=0.5, of="face.base.impact_rate", at_most=6.0)
+    statistics = outcome.summary["statistics"]
+    assert statistics["missed_impacts"]["base"] > 0.03
+    until = statistics["until"]
+    assert (until["narrow"], until["met"], until["doubt"]) == (True, False, "not resolved")
+    assert until["end"] < 6.0
+    assert (outcome.exit_status, outcome.summary["reason"]) == (5, "interval not met")
+    assert "fell between two steps" in outcome.message
+    section = statistics_section(outcome.summary)
+    assert section is not None
+    assert "fell between two steps" in str(section.blocks[0])
+
+
+def test_a_scheme_that_takes_energy_is_warned_of(tmp_path: Path) -> None:
+    """By check, among the assumptions, in the statistics and by a run that is to end by an interval."""
+    case = gapbeam.read_case(CASE, [*KEYS, "time.scheme=implicit-midpoint", "contact.damping=0"])
+    assert any("implicit-midpoint under random loads" in text for text in gapbeam.check(case).warnings)
+    summary = gapbeam.run(case, (), tmp_path / "run").summary
+    assert summary["statistics"]["scheme_bias"]["energy"] < -0.02
+    (finding,) = [one for one in summary["assumptions"] if one["name"].startswith("energy under noise")]
+    assert finding["verdict"] == "warning"
+    assert any("mean squares of the motion are off by about as much" in text for text in summary["warnings"])
+    assert any("implicit-midpoint under random loads" in text for text in summary["warnings"])
+    usual = gapbeam.run(CASE, KEYS, tmp_path / "usual").summary
+    assert usual["statistics"]["scheme_bias"]["energy"] == 0.0
+    assert not any("under random loads" in text or "under noise" in text for text in usual["warnings"])
+
+
 @pytest.mark.parametrize(
     ("words", "expected"),
     [

@@ -26,6 +26,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import energy_bias
 from gapbeam.solver.diagnostics.step_counts import HALVED
 from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
@@ -124,6 +125,28 @@ def biases_of(scheme: TimeScheme, steps_of_contact: float, seconds: float, masse
             sums[part] += of_ends[:, here].sum(axis=1) / length
         number, halved, begin = number + len(u), halved + rows.halved, rows.last
     return _regressed(sums, controls, exact_figures(scheme.impulses), halved)
+
+
+def energy_bias_of(
+    scheme: TimeScheme, steps_of_contact: float, seconds: float, masses: int = 16
+) -> tuple[float, float]:
+    """Return how far the mean square of the velocity is off, and what the energy ledger says about it, relative.
+
+    Args:
+        scheme: One with a compiled march, whose ledger is exact for forces that are constant over a step.
+        steps_of_contact: As in `biases_of`, like the rest.
+        seconds: Span of the march, s.
+        masses: Number of masses.
+    """
+    step = CONTACT_TIME / steps_of_contact
+    noise = np.random.default_rng(3).standard_normal((round((SETTLING + seconds) / step) + 2, masses))
+    plan = _plan(scheme, step, noise)
+    start = _rest(plan)
+    accounts = Accounts.opened(plan.system, plan.law, start, plan.dt)
+    square, count = 0.0, 0
+    for block in CompiledLoop(plan).blocks(start, 1, accounts):
+        square, count = square + float(np.sum(block.v**2)), count + block.v.size
+    return square / count / TEMPERATURE - 1.0, energy_bias(accounts.ledger)
 
 
 @dataclass(frozen=True)

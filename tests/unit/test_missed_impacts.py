@@ -7,6 +7,7 @@ import pytest
 
 from gapbeam.solver.diagnostics.impact_list import MOST, ImpactList
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.missed_impacts import MOST_MISSED, missed_share
 from gapbeam.solver.diagnostics.statistics.statistic_figures import StatisticFigure
 
@@ -77,5 +78,5 @@ def test_long_touches_miss_nothing() -> None:
 def test_only_figures_that_count_impacts_are_doubted(name: str, share: float, verdict: str) -> None:
     """By the face that they are of."""
     figure = StatisticFigure(name, "1/s", Interval(0.9, 1.0, 1.1), 100.0, 0.1, "good", 10.0)
-    assert figure.seen_by_steps({"a.b": share, "c": 1.0}).verdict == verdict
-    assert figure.seen_by_steps({}).verdict == "good"
+    assert figure.doubted(Doubts({"a.b": share, "c": 1.0})).verdict == verdict
+    assert figure.doubted(Doubts()).verdict == "good"

@@ -6,8 +6,9 @@ from math import hypot
 
 import pytest
 
-from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_of
-from tests.shared.masses_under_noise import Biases, biases_of, exact_figures
+from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
+from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_names, scheme_of
+from tests.shared.masses_under_noise import FIGURES, Biases, biases_of, energy_bias_of, exact_figures
 from tests.shared.rattlers import between_stops
 
 COARSE, SHORT, LONG = 2, 6400.0, 20000.0  # steps in a contact, s
@@ -50,6 +51,32 @@ def test_the_bias_of_the_usual_scheme_is_of_second_order_on_long_records() -> No
 
 def test_an_endpoint_law_takes_energy_at_impacts() -> None:
     """Chance leaves less than what parts schemes: the implicit midpoint rule is off by a fifth and more."""
-    found: Biases = biases_of(scheme_of("implicit-midpoint"), 4, SHORT)
+    scheme = scheme_of("implicit-midpoint")
+    found: Biases = biases_of(scheme, 4, SHORT)
     assert found.relative["mean square"] < -0.15
     assert found.errors["mean square"] < 0.02
+    check_table(scheme.measured_bias, 4.0, found)
+
+
+def check_table(table: tuple[NoiseBias, ...], steps: float, found: Biases) -> None:
+    row = bias_at(table, steps)
+    assert row is not None
+    for name, expected in zip(FIGURES, row[1:], strict=True):
+        assert abs(found.relative[name] - expected) < SURE * found.errors[name] + 0.01, name
+
+
+@pytest.mark.slow(minutes=2)
+@pytest.mark.parametrize("name", [name for name in scheme_names() if scheme_of(name).measured_bias])
+def test_biases_that_runs_warn_of_are_those_of_marches(name: str) -> None:
+    """In a row of the table, between two, and beyond the last one."""
+    for steps in (2.0, 6.0, 24.0):
+        check_table(scheme_of(name).measured_bias, steps, biases_of(scheme_of(name), steps, SHORT))
+
+
+@pytest.mark.parametrize("steps", [4.0, 16.0])
+def test_the_energy_that_a_scheme_takes_is_what_the_motion_lacks(steps: float) -> None:
+    """A quarter and an eighth of the mean square of the velocity, within 2 %; the usual scheme takes none."""
+    lacks, found = energy_bias_of(scheme_of("implicit-midpoint"), steps, 2000.0)
+    assert found < -0.1
+    assert found == pytest.approx(lacks, abs=0.02)
+    assert energy_bias_of(USUAL, steps, 200.0)[1] == 0.0

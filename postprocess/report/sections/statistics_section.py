@@ -30,8 +30,16 @@ def statistics_section(summary: dict[str, Any], anchor: str = "statistics") -> R
     )
     until = found.get("until")
     if until is not None:
-        met = "ended the run" if until["met"] else "was not reached"
+        met = "ended the run" if until.get("narrow", until["met"]) else "was not reached"
         words += f" The error of {percent(until['relative_error'], signed=False)} asked for `{until['figure']}` {met}."
+        if "doubt_words" in until:
+            words += f" The figure is in doubt: {until['doubt_words']}."
+    energy = found.get("scheme_bias", {}).get("energy")
+    if energy:
+        side = "less" if energy < 0.0 else "more"
+        words += (
+            f" The scheme leaves the motion {percent(abs(energy), signed=False)} {side} energy than the noise gives."
+        )
     rows = [_row(one) for one in found["figures"]]
     return ReportSection("Statistics", anchor, [Words(words), TableBlock("Figures of the motion", HEADER, rows)])
 

@@ -12,6 +12,7 @@ import numpy as np
 from gapbeam.solver.diagnostics.statistics.batch_interval import BATCHES, CONFIDENCE
 from gapbeam.solver.diagnostics.statistics.block_means import BlockMeans
 from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.judgment import FEWEST, burn_in
 from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     ASKED,
@@ -27,7 +28,7 @@ Array = np.ndarray
 EVEN = 1.0e-6  # of the interval, by which records may be unevenly spaced
 SUMMED = ("contact_time", "impulse", "closings", "approach_speeds", "force_square")
 PER_PROBE = 3
-ORDER = ("no event", "good", "not resolved", "too short", "not settled")
+ORDER = ("no event", "good", "not resolved", "biased", "too short", "not settled")
 
 
 @dataclass
@@ -116,13 +117,13 @@ class RunStatistics:
         found = self.series()
         return any(one.name == name and one.met(relative_error, self._slowest_of(found)) for one in found)
 
-    def describe(self, missed: Mapping[str, float] | None = None) -> dict[str, Any]:
+    def describe(self, doubts: Doubts | None = None) -> dict[str, Any]:
         """Return what the summary reports.
 
         Args:
-            missed: Part of the impacts that the steps could not see, by face; None: not known.
+            doubts: On the figures; None: not known.
         """
-        found = [one.seen_by_steps(missed or {}) for one in self.figures()]
+        found = [one.doubted(doubts or Doubts()) for one in self.figures()]
         marched = self.blocks.records * self.interval
         if not found:
             return {"verdict": "too short", "seconds": marched, "burn_in": None, "figures": []}
@@ -133,7 +134,8 @@ class RunStatistics:
             "burn_in": marched - used,
             "confidence": CONFIDENCE,
             "batches": BATCHES,
-            **({} if missed is None else {"missed_impacts": dict(missed)}),
+            **({} if doubts is None else {"missed_impacts": dict(doubts.missed)}),
+            **({} if doubts is None else {"scheme_bias": doubts.describe([one.name for one in found])}),
             "figures": [_described(one, marched - used) for one in found],
         }
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Literal
 
@@ -17,13 +17,13 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
     stopping_interval,
 )
 from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time
+from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubt, Doubts
 from gapbeam.solver.diagnostics.statistics.judgment import (
     FEWEST,
     STOPPING_RELAXATIONS,
     Verdict,
     verdict_on,
 )
-from gapbeam.solver.diagnostics.statistics.missed_impacts import MOST_MISSED
 
 Array = np.ndarray
 
@@ -34,9 +34,6 @@ OF_IMPACTS = {"impact_duration": ("s", 0), "impact_impulse": ("N s", 1), "approa
 _CLOSINGS, _SQUARE, _WORK = 2, 4, 5  # columns
 RMS_FORCE = "rms_force"
 WORK_RATE = "work_rate"
-FACE = "face."
-COUNTED = ("impact_rate", *OF_IMPACTS)
-"""Figures that depend on how many impacts were seen."""
 OF_PROBES = {"mean": "m", "rms": "m", "low": "m", "high": "m", "acceleration_rms": "m/s^2"}
 LATERAL = "lateral_"
 PERCENTILES = {"low": 0.05, "high": 0.95}
@@ -54,7 +51,7 @@ class StatisticFigure:
         samples: Independent samples with the same uncertainty; at most the number of blocks.
         relaxation: Relaxation time of what is averaged, s.
         verdict: Whether the interval can be relied on; "no event": the face never closed, or never opened; "not
-            resolved": steps were too long to see all impacts.
+            resolved": steps were too long to see all impacts; "biased": by the scheme, by more than the interval.
         seconds: Of the record behind the burn-in, s.
     """
 
@@ -63,14 +60,13 @@ class StatisticFigure:
     interval: Interval
     samples: float
     relaxation: float
-    verdict: Verdict | Literal["no event", "not resolved"]
+    verdict: Verdict | Doubt | Literal["no event"]
     seconds: float
 
-    def seen_by_steps(self, missed: Mapping[str, float]) -> StatisticFigure:
-        """Return the figure; of impacts, with a verdict on the part of them that steps could not see, by face."""
-        name, _, figure = self.name.rpartition(".")
-        share = missed.get(name.removeprefix(FACE), 0.0) if name.startswith(FACE) and figure in COUNTED else 0.0
-        return replace(self, verdict="not resolved") if self.verdict == "good" and share > MOST_MISSED else self
+    def doubted(self, doubts: Doubts) -> StatisticFigure:
+        """Return the figure, which is not good where there are doubts on it."""
+        doubt = doubts.on(self.name, self.interval.relative) if self.verdict == "good" else None
+        return self if doubt is None else replace(self, verdict=doubt)
 
     @property
     def needed(self) -> float | None:

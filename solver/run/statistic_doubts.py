@@ -1,0 +1,54 @@
+"""Doubts on the statistics of a run: which impacts its steps missed, and what its scheme did to the motion."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, Doubts, energy_bias
+from gapbeam.solver.diagnostics.statistics.missed_impacts import missed_share
+from gapbeam.solver.integrators.noise_bias import bias_at
+from gapbeam.solver.models.model import Model
+from gapbeam.solver.run.stop_rule import has_statistics
+
+DURATION = 3  # column of an impact
+
+
+def doubts_of(model: Model, accounts: Accounts) -> Doubts:
+    """Return the doubts on the statistics of a march."""
+    time = model.case.time
+    step = accounts.tally.shortest if time.adaptive else model.step
+    ended = dict(zip(model.system.contact.face_names, accounts.impacts.ended, strict=True))
+    noise = has_statistics(model.case)
+    return Doubts(
+        {face: missed_share(one, step) for face, one in ended.items()},
+        energy_bias(accounts.ledger) if noise else 0.0,
+        {face: float(np.median(one.rows[:, DURATION])) / step for face, one in ended.items() if one.count},
+        time.scheme.measured_bias if noise else (),
+    )
+
+
+def noise_remarks(model: Model) -> Iterator[str]:
+    """Yield that the scheme of a case, in its step, changes the energy of a motion under noise, by how much at most."""
+    case = model.case
+    if not has_statistics(case):
+        return
+    steps = model.contact_duration / shortest_step(case)
+    row = bias_at(case.time.scheme.measured_bias, steps)
+    if row is not None and abs(row.mean_square) > LEAST:
+        side = "low" if row.mean_square < 0.0 else "high"
+        yield (
+            f"[time.scheme] {case.time.scheme.type} under random loads: with {steps:.2g} steps in a contact of "
+            f"{model.contact_duration:.2g} s, the shortest one, the mean square of a rattling mass is "
+            f"{abs(row.mean_square):.0%} {side} and its mean contact force {row.mean_force:+.0%} off; longer contacts "
+            "and more damping make that less, which the run measures; the scheme discrete-gradient changes none"
+        )
+
+
+def shortest_step(case: Case) -> float:
+    """Return the shortest step of a case, s; its step is known."""
+    assert case.time.step != "auto"
+    return case.time.step / 2**case.time.max_halvings if case.time.adaptive else case.time.step

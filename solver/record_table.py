@@ -41,9 +41,9 @@ SLIP_MODES = ("impact", "sliding", "sticking")
 
 WEAR_COLUMNS = {
     "x": "m", "y": "m", "angle": "deg", "area": "m^2", "work": "J", **dict.fromkeys(SLIP_MODES, "J"),
-    "work rate": "W", "depth rate": "m/s",
+    "work rate": "W", "depth rate": "m/s", "settled rate": "W", "low": "W", "high": "W",
 }  # fmt: skip
-"""Columns of `WEAR_FILE` behind the face, with their units."""
+"""Columns of `WEAR_FILE` behind the face, with their units; cells of the last four may be empty."""
 
 POINT_COLUMNS = {
     "x": "m", "y": "m", "angle": "deg", "area": "m^2", "contact share": "", "deepest": "m", "impulse": "N s",

@@ -23,6 +23,8 @@ class WearMap:
         area: That belongs to each point, (m,), m^2.
         rate: Work rate of each point, (m,), W.
         depth_rate: Of each point by itself, (m,), m/s; None: no coefficient is known.
+        settled: Work rate of each point behind the burn-in with the ends of its 95 % interval, (m, 3), W; None: the run
+            has no statistics.
     """
 
     x: np.ndarray
@@ -30,6 +32,7 @@ class WearMap:
     area: np.ndarray
     rate: np.ndarray
     depth_rate: np.ndarray | None
+    settled: np.ndarray | None = None
 
     @property
     def around(self) -> bool:
@@ -67,11 +70,13 @@ def wear_of(folder: Path) -> dict[str, WearMap]:
         ResultsError: The file cannot be read.
     """
     names = list(WEAR_COLUMNS)
-    rows = rows_by_face(folder / WEAR_FILE, len(names), "work at contact points, one a line", may_lack=1)
+    rows = rows_by_face(folder / WEAR_FILE, len(names), "work at contact points, one a line", may_lack=4)
     maps = {}
     for face, found in rows.items():
         columns = dict(zip(names, found.T, strict=True))
         depth_rate = columns["depth rate"]
         known = None if np.any(np.isnan(depth_rate)) else depth_rate
-        maps[face] = WearMap(columns["x"], columns["angle"], columns["area"], columns["work rate"], known)
+        ends = np.column_stack([columns[name] for name in ("settled rate", "low", "high")])
+        settled = None if np.any(np.isnan(ends)) else ends
+        maps[face] = WearMap(columns["x"], columns["angle"], columns["area"], columns["work rate"], known, settled)
     return maps

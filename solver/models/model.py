@@ -221,7 +221,9 @@ def model_of(case: Case, body: Body) -> Model:
     support = contact.support.with_stiffness(setting.face_stiffness)
     dimension = body.meshed.space.mesh.geometry.dim
     walls = walls_of(case.load, case.layout, contact, dimension)
-    contact = replace(contact, support=support, walls=walls, measures_sliding=case.wear is not None)
+    slides = case.wear is not None
+    maps = slides and any(load.noise for load in case.load)
+    contact = replace(contact, support=support, walls=walls, measures_sliding=slides, maps_sliding=maps)
     asked, (case, computed) = case, with_time_step(case, support.stiffness_per_area)
     law = law_of_case(case, contact.faces, setting)
     if case.time.scheme.impulses:

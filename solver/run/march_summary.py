@@ -54,7 +54,7 @@ def describe_march(
         if rule is not None:
             summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met, doubts)
         LOG.info("%s", in_words(summary["statistics"]))
-    if (worn := wear_figures(model, accounts, summary.get("statistics"))) is not None:
+    if (worn := wear_figures(model, accounts, summary.get("statistics"), statistics)) is not None:
         summary["wear"] = worn
         LOG.info("%s", wear_words(worn))
     findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))

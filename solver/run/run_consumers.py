@@ -17,6 +17,7 @@ from gapbeam.solver.diagnostics.assumptions.assumption import let_pass
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import PointContact
+from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.step_blocks import StepBlock, Wanted, marched, step_blocks_of
@@ -196,7 +197,9 @@ class RunConsumers:
             self._history.abandon()
             raise
         write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts)
-        write_wear(self._folder, self.accounts.sliding, self.accounts.time, face_wear(self.model.case))
+        statistics = self.recorder.statistics
+        rates = statistics.work_rates() if isinstance(statistics, PointStatistics) else ()
+        write_wear(self._folder, self.accounts.sliding, self.accounts.time, face_wear(self.model.case), rates)
         write_points(self._folder, self.recorder.points, self.accounts.peaks.impulse)
 
     def costs(self) -> Mapping[str, float]:

@@ -14,6 +14,7 @@ from gapbeam.solver.case.model_table import RigidModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.judgment import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
+from gapbeam.solver.diagnostics.statistics.point_statistics import FEW, PointStatistics
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import PERCENTILES, WORK_RATE, figure_names
 from gapbeam.solver.errors import IntervalNotMet, UserError
@@ -198,4 +199,7 @@ def gathered_statistics(model: Model, every: int, decay: float = 0.0) -> RunStat
     case = model.case
     faces, probes = tuple(model.system.contact.face_names), tuple(model.probes)
     slides = model.system.contact.measures_sliding
-    return RunStatistics(faces, probes, bends_in_two_planes(case), every * model.step, decay, slides)
+    figures = faces, probes, bends_in_two_planes(case), every * model.step, decay, slides
+    if not model.system.contact.maps_sliding:
+        return RunStatistics(*figures)
+    return PointStatistics(*figures, points=model.system.contact.size, most_blocks=FEW)

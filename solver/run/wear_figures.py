@@ -4,7 +4,9 @@
 
 W is the work of sliding over the time T, k the coefficient of wear, A the worn area. Under random loads W' and its 95 %
 interval are those of the statistics, behind the burn-in; the coefficient and the area count as exact. Other runs have
-the mean from t = 0 to the end, and no interval. The parts of W are those since t = 0.
+the mean from t = 0 to the end, and no interval. The same holds for its parts by the mode of motion, W_mode' = W_mode / T.
+The map of work rates per area over the points of a face has an interval for its largest value, see
+`gapbeam.solver.diagnostics.statistics.largest_of_map`.
 """
 
 from __future__ import annotations
@@ -12,40 +14,85 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
+
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
+from gapbeam.solver.diagnostics.statistics.largest_of_map import largest_of_map
+from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
+from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SLIP_MODES
+from gapbeam.solver.run.output.wear_file import angles
 
 NO_INTERVAL = "no interval"
 UNITS = {"work_rate": "W", "volume_rate": "m^3/s", "depth_rate": "m/s"}
 BOUNDS = ("value", "low", "high")
 
 
-def wear_figures(model: Model, accounts: Accounts, statistics: Mapping[str, Any] | None) -> dict[str, Any] | None:
+def wear_figures(
+    model: Model, accounts: Accounts, statistics: Mapping[str, Any] | None, gathered: RunStatistics | None = None
+) -> dict[str, Any] | None:
     """Return what the summary reports about wear; None for a case without [wear].
 
     Args:
         model: Of the run.
         accounts: At its end.
         statistics: Of the summary; None: the run has none.
+        gathered: What they were made of.
     """
     wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
     if wear is None or work is None or parts is None:
         return None
     intervals = {} if statistics is None else {one["name"]: one for one in statistics["figures"]}
     faces = {}
+    maps = _largest(model, gathered)
     for (face, of_case), done, of_face in zip(face_wear(model.case).items(), work, parts, strict=True):
         figure = intervals.get(f"face.{face}.{WORK_RATE}")
-        by_mode = {"work_by_mode": dict(zip(SLIP_MODES, of_face.tolist(), strict=True))}
+        by_mode: dict[str, Any] = {"work_by_mode": dict(zip(SLIP_MODES, of_face.tolist(), strict=True))}
+        by_mode["work_rate_by_mode"] = {
+            mode: _work_rate(float(part), accounts.time, intervals.get(f"face.{face}.{name}"))
+            for mode, name, part in zip(SLIP_MODES, PARTS_OF_WORK, of_face, strict=True)
+        }
         faces[face] = (
             {"work": float(done), "coefficient": of_case.coefficient, "area": of_case.area}
             | by_mode
+            | _of_map(maps.get(face), of_case.coefficient)
             | _rates(_work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
         )
     limits = model.system.contact.slip_modes._asdict()
     return {"area": wear.area, "seconds": accounts.time, **limits, "faces": faces}
+
+
+def _largest(model: Model, gathered: RunStatistics | None) -> dict[str, dict[str, Any]]:
+    """Return where the map of each face is largest, its work rate per area, W/m^2, and the interval of that."""
+    series = gathered.point_series() if isinstance(gathered, PointStatistics) else np.zeros((0, 0))
+    if not len(series):
+        return {}
+    contact = model.system.contact
+    found = {}
+    for number, name in enumerate(contact.face_names):
+        mine = np.flatnonzero(contact.faces == number)
+        one = largest_of_map(series[:, mine] / contact.surfaces[mine])
+        if one.interval.value > 0.0:
+            place = mine[one.point]
+            found[name] = {
+                "x": float(contact.positions[place, 0]),
+                "angle": float(angles(contact)[place]),
+                "points": one.points,
+                "work_rate_per_area": {key: getattr(one.interval, key) for key in BOUNDS},
+                "at_places_of_other_batches": one.elsewhere,
+            }
+    return found
+
+
+def _of_map(largest: Mapping[str, Any] | None, coefficient: float | None) -> dict[str, Any]:
+    """Return what the summary says of the map of a face; nothing where there is no interval."""
+    if largest is None:
+        return {}
+    depth = None if coefficient is None else _times(largest["work_rate_per_area"], coefficient)
+    return {"largest": dict(largest) | {"depth_rate": depth}}
 
 
 def wear_words(found: Mapping[str, Any]) -> str:

@@ -15,9 +15,9 @@ from functools import cached_property
 
 import numpy as np
 
+from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
 from gapbeam.solver.models.model import Model
 from gapbeam.studies.life.case_rates import CaseRates
-from gapbeam.studies.life.point_statistics import PointStatistics
 from gapbeam.studies.life.worn_case import worn_case
 from gapbeam.studies.life.worn_march import Array, DepthRates
 

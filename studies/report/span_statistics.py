@@ -40,12 +40,12 @@ def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
     faces = tuple(str(name) for name in history["face"].values)
     probes = tuple(str(name) for name in history["probe"].values) if "probe" in history.coords else ()
     times = np.asarray(history["time"].values, dtype=float)
-    slides = "sliding_work" in history
+    slides = {"sliding_work", "work_by_mode"} <= set(history.variables)
     found = RunStatistics(
         faces, probes, bends_in_two_planes(case), float(np.median(np.diff(times))), decay_time(case), slides
     )
     none = np.zeros((len(times), len(faces)))
-    wanted = (*SUMMED, *(("sliding_work",) if slides else ()), *(MOTIONS if probes else ()))
+    wanted = (*SUMMED, *(("sliding_work", "work_by_mode") if slides else ()), *(MOTIONS if probes else ()))
     rows = {name: np.asarray(history[name].values, dtype=float) if name in history else none for name in wanted}
     found.see(rows | {"time": times})
     described = found.describe(Doubts.restored(run.summary["statistics"]))

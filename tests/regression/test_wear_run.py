@@ -66,17 +66,41 @@ def test_rates_are_those_of_the_records(worn: Path) -> None:
             assert of_face["depth_rate"][key] == pytest.approx(2e-14 * rate[key] / 1e-5, rel=1e-12)
 
 
+def test_parts_and_maps_have_intervals(worn: Path) -> None:
+    """Parts add up to the work rate of the face, points too; the largest of a map is that of its points."""
+    found, maps = gapbeam.open_results(worn).summary["wear"], wear_of(worn)
+    for name, of_face in found["faces"].items():
+        parts, whole = of_face["work_rate_by_mode"], of_face["work_rate"]["value"]
+        assert sum(one["value"] for one in parts.values()) == pytest.approx(whole, rel=1e-9)
+        for mode in ("impact", "sliding"):
+            assert 0.0 < parts[mode]["low"] < parts[mode]["value"] < parts[mode]["high"], mode
+        settled, largest = maps[name].settled, of_face["largest"]
+        assert settled is not None
+        assert settled[:, 0].sum() == pytest.approx(whole, rel=0.1), "blocks of points are longer"
+        assert np.all((settled[:, 1] <= settled[:, 0]) & (settled[:, 0] <= settled[:, 2]))
+        density, rate = settled[:, 0] / maps[name].area, largest["work_rate_per_area"]
+        assert rate["value"] == pytest.approx(density.max(), rel=1e-12)
+        assert largest["x"] == maps[name].x[np.argmax(density)]
+        assert rate["low"] <= rate["value"] <= rate["high"]
+        assert largest["depth_rate"]["high"] == pytest.approx(2e-14 * rate["high"], rel=1e-12)
+        assert largest["points"] == len(density)
+
+
 def test_the_report_has_every_rate(worn: Path) -> None:
     """Three rates of two faces, with intervals; nothing in the report of a run without wear."""
     section = wear_section(gapbeam.open_results(worn).summary, wear_of(worn))
     assert section is not None
-    table, parts, where = [block for block in section.blocks if isinstance(block, TableBlock)]
+    table, parts, rates, largest, where = [block for block in section.blocks if isinstance(block, TableBlock)]
     assert [row[:2] for row in table.rows] == [
         (face, f"{rate} rate") for face in ("base", "gland") for rate in ("work", "volume", "depth")
     ]
     assert all(" to " in str(row[4]) for row in table.rows)
     assert [row[0] for row in parts.rows] == [row[0] for row in where.rows] == ["base", "gland"]
     assert all(sum(map(float, row[2:])) == pytest.approx(100.0) for row in parts.rows)
+    assert {row[1] for row in rates.rows} == {"impact", "sliding"}, "nothing sticks without friction"
+    assert all(" to " in str(row[3]) for row in rates.rows)
+    assert [row[0] for row in largest.rows] == ["base", "gland"]
+    assert all(" to " in str(row[4]) for row in largest.rows)
     assert wear_section({}, {}) is None
 
 

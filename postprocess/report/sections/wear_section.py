@@ -15,6 +15,16 @@ from gapbeam.postprocess.results.wear_of_run import WearMap
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
 WHERE_HEADER = ("face", "x (m)", "angle (deg)", "work rate per area (W/m^2)", "over the mean", "depth rate (m/s)")
 PARTS_HEADER = ("face", "work (J)", "impact (%)", "sliding (%)", "sticking (%)")
+PART_RATES_HEADER = ("face", "motion", "work rate (W)", "95 % interval (W)", "judged")
+LARGEST_HEADER = (
+    "face", "x (m)", "angle (deg)", "work rate per area (W/m^2)", "95 % interval of the largest", "by other batches",
+    "depth rate (m/s)",
+)  # fmt: skip
+LARGEST_NOTE = (
+    "Behind the burn-in. The largest of many means with chance in them is larger than the mean of its place: the "
+    "interval is that of the largest true mean (all points at once, Bonferroni), and the column by other batches is the mean at "
+    "places that the other half of the record chose, which chance does not lift."
+)
 RATES = {"work_rate": ("work rate", "W"), "volume_rate": ("volume rate", "m^3/s"), "depth_rate": ("depth rate", "m/s")}
 
 
@@ -46,8 +56,22 @@ def wear_section(
     blocks: list[Block] = [Words(words), TableBlock("How fast the faces wear", HEADER, rows)]
     if (parts := _parts(found)) is not None:
         blocks += parts
-    blocks += _where(maps, command)
+    blocks += [*_largest(found), *_where(maps, command)]
     return ReportSection("Wear", anchor, blocks)
+
+
+def _largest(found: dict[str, Any]) -> list[Block]:
+    """Return the largest work rate per area of each face with its interval; nothing for runs without statistics."""
+    rows: list[tuple[Cell, ...]] = []
+    for face, of_face in found["faces"].items():
+        if (one := of_face.get("largest")) is not None:
+            rate, depth = one["work_rate_per_area"], one["depth_rate"]
+            at = one["at_places_of_other_batches"]
+            deepest = "" if depth is None else f"{number(depth['value'])} ({_interval(depth)})"
+            rows.append((face, one["x"], one["angle"], rate["value"], _interval(rate), at, deepest))
+    if not rows:
+        return []
+    return [TableBlock("The largest of each map", LARGEST_HEADER, rows, notes=(LARGEST_NOTE,))]
 
 
 def _where(maps: Mapping[str, WearMap], command: str) -> list[Block]:
@@ -82,7 +106,14 @@ def _parts(found: dict[str, Any]) -> list[Block] | None:
     words = f"Impact: the first {number(found['impact_time'])} s of each contact of a face. "
     slip = found["sticking_speed"]
     words += f"Sticking: slower than {number(slip)} m/s behind that." if slip else "Without friction nothing sticks."
-    return [TableBlock("By which motion", PARTS_HEADER, rows), Words(words)]
+    rates = [
+        (face, mode, rate["value"], _interval(rate), rate["verdict"])
+        for face, of_face in found["faces"].items()
+        for mode, rate in of_face.get("work_rate_by_mode", {}).items()
+        if rate["low"] is not None and rate["verdict"] != "no event"
+    ]
+    more = [TableBlock("Work rate by motion", PART_RATES_HEADER, rates)] if rates else []
+    return [TableBlock("By which motion", PARTS_HEADER, rows), Words(words), *more]
 
 
 def _interval(rate: dict[str, Any]) -> str:

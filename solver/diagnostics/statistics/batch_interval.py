@@ -13,6 +13,7 @@ process for what is left of the correlation is that of Fishman, Principles of Di
 from __future__ import annotations
 
 from dataclasses import dataclass
+from functools import cache
 from math import exp, inf, sqrt
 
 import numpy as np
@@ -80,17 +81,26 @@ def standard_error(means: Array) -> float:
     return sqrt(float(np.var(means, ddof=1)) / count * (1.0 + r) / (1.0 - r))
 
 
-def interval_of_mean(series: Array, positive: bool = False, batches: int = BATCHES) -> Interval:
+@cache
+def quantile(confidence: float, batches: int) -> float:
+    """Return how many standard errors an interval of a mean of batch means reaches to both sides."""
+    return float(student.ppf(0.5 + 0.5 * confidence, batches - 1))
+
+
+def interval_of_mean(
+    series: Array, positive: bool = False, batches: int = BATCHES, confidence: float = CONFIDENCE
+) -> Interval:
     """Return the mean of a series with its 95 % interval.
 
     Args:
         series: As in `batch_means`.
         positive: Whether the figure is positive by its meaning: the interval is then even about its logarithm.
         batches: Number of batches.
+        confidence: Of the interval.
     """
     means = batch_means(series, batches)
     value = float(means.mean())
-    reach = float(student.ppf(0.5 + 0.5 * CONFIDENCE, batches - 1)) * standard_error(means)
+    reach = quantile(confidence, batches) * standard_error(means)
     if positive and value > 0.0:
         factor = exp(min(reach / value, 700.0))
         return Interval(value, value / factor, value * factor)
@@ -115,6 +125,6 @@ def interval_of_percentile(samples: Array, share: float) -> Interval:
     """
     value = float(np.quantile(samples, share))
     means = batch_means((samples <= value).astype(float), BATCHES)
-    reach = float(student.ppf(0.5 + 0.5 * CONFIDENCE, BATCHES - 1)) * standard_error(means)
+    reach = quantile(CONFIDENCE, BATCHES) * standard_error(means)
     low, high = (float(np.quantile(samples, min(max(share + sign * reach, 0.0), 1.0))) for sign in (-1, 1))
     return Interval(value, low, high)

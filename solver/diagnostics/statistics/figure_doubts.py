@@ -54,7 +54,7 @@ class Doubts:
             return 0.5 * self.energy if figure.endswith("rms") else None
         row = bias_at(self.table, self.contacts[of]) if of in self.contacts else None
         if row is None:
-            return self.energy if figure in ("mean_force", "work_rate") else None
+            return self.energy if figure == "mean_force" or figure.endswith("work_rate") else None
         return {
             "contact_share": row.contact_share,
             "mean_force": row.mean_force,

@@ -22,6 +22,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     face_series,
     probe_series,
 )
+from gapbeam.solver.record_table import SLIP_MODES
 
 Array = np.ndarray
 
@@ -42,7 +43,7 @@ class RunStatistics:
         interval: Time between records, s; records at other distances, such as the last one, are left out.
         decay: Time in which the damping of the beam takes 1 - 1/e of the energy of its slowest vibration, s; 0: not
             known. A record that is short beside it has not seen how far the motion strays, and cannot show that.
-        slides: Whether the work of sliding is recorded.
+        slides: Whether the work of sliding and its parts are recorded.
         blocks: Means over blocks of records.
     """
 
@@ -57,14 +58,17 @@ class RunStatistics:
     _sums: Array | None = None
 
     def __post_init__(self) -> None:
-        self.blocks = BlockMeans(
-            len(self._summed) * len(self.faces) + PER_PROBE * len(self.directions) * len(self.probes)
-        )
+        self.blocks = BlockMeans(self._columns * len(self.faces) + PER_PROBE * len(self.directions) * len(self.probes))
 
     @property
     def _summed(self) -> tuple[str, ...]:
         """Records of a face that are sums over time."""
         return (*SUMMED, "sliding_work") if self.slides else SUMMED
+
+    @property
+    def _columns(self) -> int:
+        """How many sums over time a face has."""
+        return len(self._summed) + (len(SLIP_MODES) if self.slides else 0)
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -76,7 +80,9 @@ class RunStatistics:
         times = np.atleast_1d(rows["time"])
         if not len(times):
             return
-        sums: Array = np.stack([rows[name] for name in self._summed], axis=-1).reshape(len(times), -1)
+        stacked = np.stack([rows[name] for name in self._summed], axis=-1)
+        parts = [rows["work_by_mode"]] if self.slides else []
+        sums: Array = np.concatenate([stacked, *parts], axis=-1).reshape(len(times), -1)
         if self._time is None or self._sums is None:
             self._time, self._sums = float(times[0]), sums[0]
             rows, times, sums = {name: column[1:] for name, column in rows.items()}, times[1:], sums[1:]
@@ -152,15 +158,15 @@ class RunStatistics:
         """
         self.blocks.restore(data["blocks"])
         self._time = None if data["time"] is None else float(data["time"])
-        size = len(self._summed) * len(self.faces)
+        size = self._columns * len(self.faces)
         self._sums = None if data["sums"] is None else np.array(data["sums"], dtype=float).reshape(size)
 
     def _series(self, means: Array, ends: Array) -> list[AveragedSeries]:
         found: list[AveragedSeries] = []
         for number, face in enumerate(self.faces):
-            first = len(self._summed) * number
-            found += face_series(face, means[:, first : first + len(self._summed)])
-        first = len(self._summed) * len(self.faces)
+            first = self._columns * number
+            found += face_series(face, means[:, first : first + self._columns])
+        first = self._columns * len(self.faces)
         for probe in self.probes:
             for direction in self.directions:
                 found += probe_series(probe, means[:, first : first + PER_PROBE], ends[:, first], direction)

@@ -24,6 +24,7 @@ from gapbeam.solver.diagnostics.statistics.judgment import (
     Verdict,
     verdict_on,
 )
+from gapbeam.solver.record_table import SLIP_MODES
 
 Array = np.ndarray
 
@@ -34,6 +35,7 @@ OF_IMPACTS = {"impact_duration": ("s", 0), "impact_impulse": ("N s", 1), "approa
 _CLOSINGS, _SQUARE, _WORK = 2, 4, 5  # columns
 RMS_FORCE = "rms_force"
 WORK_RATE = "work_rate"
+PARTS_OF_WORK = tuple(f"{mode}_{WORK_RATE}" for mode in SLIP_MODES)
 OF_PROBES = {"mean": "m", "rms": "m", "low": "m", "high": "m", "acceleration_rms": "m/s^2"}
 LATERAL = "lateral_"
 PERCENTILES = {"low": 0.05, "high": 0.95}
@@ -161,8 +163,8 @@ def face_series(face: str, means: Array) -> list[AveragedSeries]:
 
     Args:
         face: Its name.
-        means: Of contact time, impulse, closings, approach speeds, square of the force, and the work of sliding where
-            it is measured, per second, (blocks, 5 or 6).
+        means: Of contact time, impulse, closings, approach speeds, square of the force, and the work of sliding with
+            its parts where it is measured, per second, (blocks, 5 or 9).
     """
     closings = means[:, _CLOSINGS]
     rates = [
@@ -172,7 +174,10 @@ def face_series(face: str, means: Array) -> list[AveragedSeries]:
     squares = means[:, _SQUARE]
     rates.append(AveragedSeries(f"face.{face}.{RMS_FORCE}", "N", squares, positive=True, rare=True, root=True))
     if means.shape[1] > _WORK:
-        rates.append(AveragedSeries(f"face.{face}.{WORK_RATE}", "W", means[:, _WORK], positive=True, rare=True))
+        rates += [
+            AveragedSeries(f"face.{face}.{figure}", "W", means[:, column], positive=True, rare=True)
+            for column, figure in enumerate((WORK_RATE, *PARTS_OF_WORK), _WORK)
+        ]
     return rates + [
         AveragedSeries(
             f"face.{face}.{figure}", unit, _over_events(means[:, column], closings), True, True, events=closings
@@ -224,7 +229,7 @@ def figure_names(faces: tuple[str, ...], probes: tuple[str, ...], in_space: bool
         in_space: Whether the beam leaves its bending plane.
         slides: Whether the work of sliding is measured.
     """
-    of_faces = [*OF_FACES, RMS_FORCE, *([WORK_RATE] if slides else [])]
+    of_faces = [*OF_FACES, RMS_FORCE, *([WORK_RATE, *PARTS_OF_WORK] if slides else [])]
     directions = ("", LATERAL) if in_space else ("",)
     of_faces += OF_IMPACTS
     return [f"face.{face}.{figure}" for face in faces for figure in of_faces] + [

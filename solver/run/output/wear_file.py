@@ -1,18 +1,20 @@
 """wear.csv: the work of sliding at every contact point of a run, one a line, that any program reads.
 
 The angle is that of the wall from straight down, positive toward +y: 0 of a plane below the beam, 180 of one above it.
-The depth rate is that of the point alone, k W' / w, with the area w that belongs to the point.
+The depth rate is that of the point alone, k W' / w, with the area w that belongs to the point. Under random loads the
+settled rate is the work rate behind the burn-in, with the 95 % interval of this point alone.
 """
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
 
 from gapbeam.solver.case.face_wear import FaceWear
 from gapbeam.solver.diagnostics.sliding_work import SlidingWork
+from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.record_table import WEAR_COLUMNS, WEAR_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import write_beside
@@ -22,7 +24,13 @@ from gapbeam.solver.system.semi_discrete import ContactOperator
 HEAD = ",".join(["face", *(f"{name} ({unit})" for name, unit in WEAR_COLUMNS.items())])
 
 
-def write_wear(folder: Path, sliding: SlidingWork, seconds: float, faces: Mapping[str, FaceWear]) -> None:
+def write_wear(
+    folder: Path,
+    sliding: SlidingWork,
+    seconds: float,
+    faces: Mapping[str, FaceWear],
+    rates: Sequence[Interval] = (),
+) -> None:
     """Write work, its parts, work rate and depth rate of all contact points; nothing where nothing was measured.
 
     Args:
@@ -30,6 +38,7 @@ def write_wear(folder: Path, sliding: SlidingWork, seconds: float, faces: Mappin
         sliding: At the end of the run.
         seconds: Its span, s.
         faces: How each face wears; without a coefficient no depth rate is known, and its cell is empty.
+        rates: Work rate of each point behind the burn-in, W; empty: there are no statistics.
 
     Raises:
         NotWritten: It could not be written.
@@ -38,11 +47,12 @@ def write_wear(folder: Path, sliding: SlidingWork, seconds: float, faces: Mappin
     if not contact.measures_sliding:
         return
     names, lines = contact.face_names, [HEAD]
-    for face, columns in zip(contact.faces, point_rows(sliding, seconds), strict=True):
+    settled = [",,"] * contact.size if not rates else [f"{one.value!r},{one.low!r},{one.high!r}" for one in rates]
+    for face, columns, last in zip(contact.faces, point_rows(sliding, seconds), settled, strict=True):
         name, row = names[face], list(map(float, columns))
         known = faces[name].coefficient
         depth = "" if known is None else repr(known * row[-1] / row[_AREA])
-        lines.append(f"{name},{','.join(map(repr, row))},{depth}")
+        lines.append(f"{name},{','.join(map(repr, row))},{depth},{last}")
     path = folder / WEAR_FILE
     with written(path):
         write_beside(path, "\n".join(lines) + "\n")
@@ -52,7 +62,7 @@ _AREA = list(WEAR_COLUMNS).index("area")
 
 
 def point_rows(sliding: SlidingWork, seconds: float) -> Array:
-    """Return the columns of `WEAR_COLUMNS` but the depth rate, (m, 9)."""
+    """Return the columns of `WEAR_COLUMNS` up to the work rate, (m, 9)."""
     contact = sliding.contact
     rates = sliding.work / seconds if seconds > 0.0 else np.zeros(contact.size)
     x, y = contact.positions[:, 0], contact.positions[:, 1]

@@ -4,7 +4,7 @@
 
 W is the work of sliding over the time T, k the coefficient of wear, A the worn area. Under random loads W' and its 95 %
 interval are those of the statistics, behind the burn-in; the coefficient and the area count as exact. Other runs have
-the mean from t = 0 to the end, and no interval. The same holds for its parts by the mode of motion, W_mode' = W_mode / T.
+the mean from t = 0 to the end, and no interval. The same holds for the parts of W by the mode of motion.
 The map of work rates per area over the points of a face has an interval for its largest value, see
 `gapbeam.solver.diagnostics.statistics.largest_of_map`.
 """

@@ -19,6 +19,7 @@ from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
+from gapbeam.studies.sweep.seed_ensembles import Ensemble, ensemble_words, ensembles_of
 from gapbeam.studies.sweep.sweep_plan import (
     Chain,
     Sweep,
@@ -30,7 +31,7 @@ from gapbeam.studies.sweep.sweep_plan import (
     written_responses,
 )
 from gapbeam.studies.sweep.sweep_point import lost_chain, run_chain
-from gapbeam.studies.sweep.sweep_tables import census_table, write_tables
+from gapbeam.studies.sweep.sweep_tables import census_table, ensemble_table, write_tables
 
 LOG = logging.getLogger("gapbeam")
 Progress = Callable[[int, int], None]
@@ -58,6 +59,11 @@ class SweepResult(PrintedResult):
         return [record for record in self.records if record["exit_status"]]
 
     @property
+    def ensembles(self) -> list[Ensemble]:
+        """Points that differ in the seeds of their noise only, pooled."""
+        return ensembles_of(self.records)
+
+    @property
     def exit_status(self) -> int:
         """0 where all responses passed, else the largest exit status of a response."""
         return max((int(record["exit_status"]) for record in self.failed), default=0)
@@ -70,11 +76,12 @@ class SweepResult(PrintedResult):
     def headline(self) -> str:
         """Return how many responses passed and how many points have several."""
         total = len(self.records)
-        return "; ".join([f"{total - len(self.failed)} of {total} responses passed", *census_words(self.points)])
+        words = [f"{total - len(self.failed)} of {total} responses passed", *census_words(self.points)]
+        return "; ".join([*words, *map(ensemble_words, self.ensembles)])
 
     def tables(self) -> list[Table]:
-        """Return the table of the different responses."""
-        return [census_table(self.points)]
+        """Return the table of the different responses, and that of each ensemble of seeds."""
+        return [census_table(self.points), *map(ensemble_table, self.ensembles)]
 
 
 def run_sweep(

@@ -14,13 +14,18 @@ from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
 from gapbeam.solver.run.output.results_folder import write_beside
+from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.studies.sweep.seed_ensembles import Ensemble, ensembles_of
 
 PLAIN = ("direction", "start", "verdict", "response", "period", "repeats_within", "transient", "windows")
+ENSEMBLES_FILE = "ensembles.json"
 FIGURES = ("periods_in_a_window", "created", "residual", "penetration", "peak_force")
 
 
 def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Sequence[SweepPoint]) -> list[Path]:
     """Write sweep.csv (a row a response), sweep.json (all that is known of it), census.json and sweep.png.
+
+    Where points differ in the seeds of noise only, ensembles.json has their pooled statistics.
 
     Returns:
         The files.
@@ -34,10 +39,16 @@ def write_tables(folder: Path, records: Sequence[Mapping[str, Any]], points: Seq
         writer.writerows(rows)
     write_beside(paths[1], json.dumps(list(records), indent=1) + "\n")
     write_beside(paths[2], json.dumps([_as_data(point) for point in points], indent=1) + "\n")
+    ensembles = ensembles_of(records)
+    pooled = folder / ENSEMBLES_FILE
+    pooled.unlink(missing_ok=True)
+    if ensembles:
+        write_beside(pooled, json.dumps(finite([one.as_data() for one in ensembles]), indent=1) + "\n")
+    more = [pooled] if ensembles else []
     if any(point.branches for point in points):
         draw_branches(points, paths[3])
-        return paths
-    return paths[:3]
+        return [*paths, *more]
+    return [*paths[:3], *more]
 
 
 def _row(record: Mapping[str, Any]) -> dict[str, Any]:
@@ -75,6 +86,28 @@ def _as_data(point: SweepPoint) -> dict[str, Any]:
             for record in point.failures
         ],
     }
+
+
+def ensemble_table(one: Ensemble) -> Table:
+    """Return the pooled figures of an ensemble for the terminal."""
+    where = ", ".join(f"{key} = {value}" for key, value in one.values.items())
+    title = f"{one.members} members together{f', {where}' if where else ''}"
+    heads = ("figure", "value", "95 % interval", "+-", "independent", "variance x T", "s for 2 %", "judged")
+    table = Table(*heads, box=None, title=title, title_justify="left")
+    for figure in one.figures:
+        known = figure["relative"] is not None
+        unit = "" if figure["unit"] == "1" else f" {figure['unit']}"
+        table.add_row(
+            figure["name"],
+            f"{figure['value']:.4g}{unit}",
+            f"{figure['low']:.4g} to {figure['high']:.4g}",
+            f"{figure['relative']:.1%}" if known else "",
+            f"{figure['effective_samples']:.0f}",
+            f"{figure['relative_variance_times_time']:.3g} s" if known else "",
+            f"{figure['time_for_2_percent']:.3g}" if known else "",
+            figure["verdict"],
+        )
+    return table
 
 
 def census_table(points: Sequence[SweepPoint]) -> Table:

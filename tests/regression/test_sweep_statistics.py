@@ -7,7 +7,10 @@ import json
 from pathlib import Path
 from typing import Any
 
+from gapbeam.postprocess.report.blocks import TableBlock
+from gapbeam.postprocess.report.sections.sweep_section import sweep_sections
 from gapbeam.postprocess.study_figures.response_census import census, census_words
+from gapbeam.studies.sweep.seed_ensembles import ensembles_of
 from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, chains_of, point_file
 from gapbeam.studies.sweep.sweep_point import run_chain
 from gapbeam.studies.sweep.sweep_tables import write_tables
@@ -84,3 +87,19 @@ def test_a_short_random_sweep_is_not_settled(tmp_path: Path) -> None:
         assert one["statistics"]["verdict"] in ("too short", "not settled")
         assert any(note.startswith("not settled: ") for note in one["notes"])
     assert "responses have not settled" in census_words(census(records, sweep.tolerance))[1]
+    (ensemble,) = ensembles_of(records)
+    work = {one["name"]: one for one in ensemble.figures}["probe.tip.rms"]
+    assert (ensemble.members, work["verdict"]) == (2, "too short")
+    members = [
+        next(one for one in found["statistics"]["figures"] if one["name"] == "probe.tip.rms") for found in records
+    ]
+    assert work["relative"] < max(one["relative"] for one in members)
+    paths = write_tables(tmp_path, records, census(records, sweep.tolerance))
+    assert json.loads((tmp_path / "ensembles.json").read_text())[0]["figures"] == ensemble.figures
+    assert paths[-1].name == "ensembles.json"
+    (section,) = [one for one in sweep_sections(tmp_path, "") if one.title == "Members together"]
+    (table,) = section.blocks
+    assert isinstance(table, TableBlock)
+    assert "probe.tip.rms" in [row[0] for row in table.rows]
+    write_tables(tmp_path, records[:1], census(records[:1], sweep.tolerance))
+    assert not (tmp_path / "ensembles.json").exists()

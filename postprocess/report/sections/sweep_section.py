@@ -21,11 +21,14 @@ from gapbeam.postprocess.report.blocks import (
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
+from gapbeam.postprocess.report.number_text import number
 from gapbeam.postprocess.report.sections.study_axis import StudyAxis, axis_of
 from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint, census, census_words
 
 SWEEP_FILE, PLAN_FILE, PICTURE = "sweep.json", "plan.json", "sweep.png"
+ENSEMBLES_FILE = "ensembles.json"
+ENSEMBLE_HEADER = ("figure", "value", "unit", "95 % interval", "independent samples", "judged", "s for 2 %")
 SHOWN = (".rms", " smoothed acceleration", " displacement", " peak force")
 ORDERS = 5
 BUTTONS = 24  # points that get a button each
@@ -56,10 +59,37 @@ def sweep_sections(folder: Path, command: str) -> list[ReportSection]:
     if harmonics is not None:
         sections.append(ReportSection("Harmonics", "harmonics", [harmonics]))
     sections.append(ReportSection("Responses", "responses", [_census_table(points)]))
+    if ensembles := _ensembles(folder):
+        sections.append(ReportSection("Members together", "ensembles", ensembles))
     asked = "\n".join(f"{key} = {value}" for key, value in plan.items() if value is not None)
     if asked:
         sections.append(ReportSection("The sweep", "plan", [Listing("What the sweep was asked for", asked)]))
     return sections
+
+
+def _ensembles(folder: Path) -> list[Block]:
+    """Return a table for each ensemble of seeds; none where the sweep has none."""
+    path = folder / ENSEMBLES_FILE
+    if not path.is_file():
+        return []
+    blocks: list[Block] = []
+    for one in read_records(path, ("values", "members", "seconds", "figures")):
+        where = ", ".join(f"{key} = {value}" for key, value in one["values"].items())
+        title = f"{one['members']} members, {number(one['seconds'])} s together{f', {where}' if where else ''}"
+        rows = [
+            (
+                figure["name"],
+                figure["value"],
+                "" if figure["unit"] == "1" else figure["unit"],
+                f"{number(figure['low'])} to {number(figure['high'])}",
+                f"{figure['effective_samples']:.0f}",
+                figure["verdict"],
+                "" if figure["time_for_2_percent"] is None else number(figure["time_for_2_percent"]),
+            )
+            for figure in one["figures"]
+        ]
+        blocks.append(TableBlock(title, ENSEMBLE_HEADER, rows))
+    return blocks
 
 
 def _summary(records: Sequence[dict[str, Any]], points: Sequence[SweepPoint]) -> list[Block]:
@@ -137,14 +167,14 @@ def _harmonics(points: Sequence[SweepPoint], command: str) -> Chart | None:
     curves = []
     for point in points:
         label = ", ".join(point.values.values())
-        for number, branch in enumerate(point.branches, start=1):
+        for place, branch in enumerate(point.branches, start=1):
             for probe in dict.fromkeys(
                 name.rsplit(" harmonic ", 1)[0] for name in branch.figures if " harmonic " in name
             ):
                 heights = [
                     branch.figures.get(f"{probe} harmonic {n}", (np.nan, 0.0, "m"))[0] for n in range(1, ORDERS + 1)
                 ]
-                name = f"{probe}, response {number}"
+                name = f"{probe}, response {place}"
                 values = shown("m")[1] * np.array(heights)
                 curves.append(ChartCurve(name, range(1, ORDERS + 1), values, "lines+markers", label))
     choices = list(dict.fromkeys(str(curve.choice) for curve in curves))

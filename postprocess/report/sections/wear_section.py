@@ -22,7 +22,7 @@ LARGEST_HEADER = (
 )  # fmt: skip
 LARGEST_NOTE = (
     "Behind the burn-in. The largest of many means with chance in them is larger than the mean of its place: the "
-    "interval is that of the largest true mean (all points at once, Bonferroni), and the column by other batches is the mean at "
+    "interval is that of the largest true mean (all points at once, Bonferroni). By other batches: the mean at "
     "places that the other half of the record chose, which chance does not lift."
 )
 RATES = {"work_rate": ("work rate", "W"), "volume_rate": ("volume rate", "m^3/s"), "depth_rate": ("depth rate", "m/s")}

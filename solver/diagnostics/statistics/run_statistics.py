@@ -195,6 +195,12 @@ def in_words(found: Mapping[str, Any]) -> str:
     doubtful = [one["verdict"] for one in found["figures"] if one["verdict"] != "good"]
     counts = [f"{doubtful.count(verdict)} {verdict}" for verdict in ORDER if verdict in doubtful]
     parts = [f"{len(known)} figures known within {words}"] if known else []
+    widest = max(found["figures"], key=lambda one: float(one["relative"] or 0.0), default=None)
+    if widest is not None and widest["relative"] is not None:
+        parts.append(
+            f"least certain {widest['name']}: relative variance {widest['relative_variance_times_time']:.3g} / T[s], "
+            f"{widest['effective_samples']:.0f} independent samples, 2 % takes {widest['time_for_2_percent']:.3g} s"
+        )
     return f"statistics over {found['seconds']:.4g} s: {'; '.join(parts + counts) or found['verdict']}"
 
 
@@ -211,5 +217,6 @@ def _described(one: StatisticFigure, burn: float) -> dict[str, Any]:
         "effective_samples": one.samples,
         "relaxation_time": one.relaxation,
         "verdict": one.verdict,
+        "relative_variance_times_time": one.variance_times_time if known else None,
         f"time_for_{100 * ASKED:g}_percent": burn + needed if known and needed is not None else None,
     }

@@ -10,10 +10,12 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.statistics.batch_interval import (
     BATCHES,
+    CONFIDENCE,
     Interval,
     batch_means,
     interval_of_mean,
     interval_of_percentile,
+    quantile,
     stopping_interval,
 )
 from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time
@@ -69,6 +71,11 @@ class StatisticFigure:
         """Return the figure, which is not good where there are doubts on it."""
         doubt = doubts.on(self.name, self.interval.relative) if self.verdict == "good" else None
         return self if doubt is None else replace(self, verdict=doubt)
+
+    @property
+    def variance_times_time(self) -> float:
+        """Relative variance of the figure over a time T, times T, s: what a record has to be long beside."""
+        return (self.interval.relative / quantile(CONFIDENCE, BATCHES)) ** 2 * self.seconds
 
     @property
     def needed(self) -> float | None:

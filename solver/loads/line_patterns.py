@@ -39,6 +39,27 @@ def line_patterns(
         stations: n.
         profile: v(x); None: 1.
     """
+    places, covariance = station_covariance(coherence, span, stations, profile)
+    squares, vectors = np.linalg.eigh(covariance)
+    squares, vectors = squares[::-1], vectors[:, ::-1]
+    rest = np.cumsum(squares[::-1])[::-1]  # of each pattern and all weaker ones
+    kept = max(1, int(np.sum(rest > LEFT_OUT * rest[0])))
+    signs = np.sign(vectors[np.argmax(np.abs(vectors), axis=0), np.arange(stations)])
+    patterns = (signs * np.sqrt(np.maximum(squares, 0.0)) * vectors).T[:kept]
+    return tuple(LineForce(places, tuple(map(float, pattern))) for pattern in patterns)
+
+
+def station_covariance(
+    coherence: CoherenceTable, span: tuple[float, float], stations: int, profile: Profile | None
+) -> tuple[tuple[float, ...], Array]:
+    """Return the places of the stations, x on the beam axis, m, and C, (stations, stations), m^2.
+
+    Args:
+        coherence: As in `line_patterns`, like the rest.
+        span: Likewise.
+        stations: Likewise.
+        profile: Likewise.
+    """
     (start, end), (nodes, weights) = span, np.polynomial.legendre.leggauss(stations)
     length = end - start
     degrees = np.arange(stations)
@@ -50,11 +71,5 @@ def line_patterns(
         return np.asarray(factor * polynomials)
 
     knots = None if profile is None else np.array(profile[0]) - start
-    squares, vectors = np.linalg.eigh(double_integrals(shapes, coherence, length, float(stations), knots))
-    squares, vectors = squares[::-1], vectors[:, ::-1]
-    rest = np.cumsum(squares[::-1])[::-1]  # of each pattern and all weaker ones
-    kept = max(1, int(np.sum(rest > LEFT_OUT * rest[0])))
     places = tuple(float(x) for x in start + 0.5 * length * (nodes + 1.0))
-    signs = np.sign(vectors[np.argmax(np.abs(vectors), axis=0), degrees])
-    patterns = (signs * np.sqrt(np.maximum(squares, 0.0)) * vectors).T[:kept]
-    return tuple(LineForce(places, tuple(map(float, pattern))) for pattern in patterns)
+    return places, double_integrals(shapes, coherence, length, float(stations), knots)

@@ -7,6 +7,7 @@ from typing import Any
 from gapbeam.postprocess.report.blocks import Block, ReportSection, TableBlock, Words
 from gapbeam.postprocess.report.number_text import number
 
+COHERENCE_HEADER = ("x (m)", "distance (m)", "coherence there", "asked", "generated", "95 % interval", "within")
 HEADER = ("band (Hz)", "asked", "generated", "ratio", "95 % interval of the ratio", "within")
 
 
@@ -23,6 +24,36 @@ def random_loads_section(summary: dict[str, Any], anchor: str = "random-loads") 
 
 
 def _of_load(load: dict[str, Any]) -> list[Block]:
+    """Return spectrum and, of a load along the beam, coherence."""
+    return [*_spectrum(load), *_coherence(load)]
+
+
+def _coherence(load: dict[str, Any]) -> list[Block]:
+    """Return the coherence generated beside that asked for; nothing for loads at one place, and of earlier releases."""
+    found = load.get("coherence")
+    if not found:
+        return []
+    name = f"`{load['name']}`"
+    if not found["places"]:
+        return [Words(f"The run is too short to compare the coherence of {name} with the one asked for.")]
+    rows = [_coherence_row(one) for one in found["places"]]
+    inside = sum(row[-1] == "yes" for row in rows)
+    words = (
+        f"{name} acts as forces at {len(rows) + 1} stations. Their correlation with the one at x = "
+        f"{number(found['from'])} m over {number(found['independent'])} independent pairs: {inside} of {len(rows)} lie "
+        "within the interval that chance leaves. What is asked of two stations is the coherence spread over the reach "
+        "of both, beside it that at their distance."
+    )
+    return [Words(words), TableBlock(f"Coherence of {name}", COHERENCE_HEADER, rows)]
+
+
+def _coherence_row(one: dict[str, Any]) -> tuple[float, float, float, float, float, str, str]:
+    low, high = one["low"], one["high"]
+    within = "yes" if low <= one["generated"] <= high else "no"
+    return one["x"], one["distance"], one["curve"], one["asked"], one["generated"], f"{low:.3f} to {high:.3f}", within
+
+
+def _spectrum(load: dict[str, Any]) -> list[Block]:
     name = f"`{load['name']}`"
     asked = f"{name}: rms {number(load['rms'])} {load['unit']}, seed {load['seed']}"
     if not load["bands"]:
@@ -33,7 +64,7 @@ def _of_load(load: dict[str, Any]) -> list[Block]:
         f"{asked}. Over {number(load['seconds'])} s, {inside} of {len(rows)} bands lie within the interval that chance "
         "leaves; one in 20 lies outside where all is as asked for."
     )
-    square = "N²" if load["unit"] == "N" else "(m/s²)²"
+    square = {"N": "N²", "N/m": "(N/m)²"}.get(load["unit"], "(m/s²)²")
     title = f"Mean squares of {name} in bands of equal power, {square}"
     return [Words(words), TableBlock(title, HEADER, rows)]
 

@@ -71,6 +71,11 @@ class Fields:
         """2 for cells of a plane, 3 for those of a solid."""
         return 3 if any(block.type in ("tetra", "hexahedron") for block in self.cells) else 2
 
+    @property
+    def times(self) -> FloatArray:
+        """The times of all fields, (fields,), s, from the XML alone; not-a-number where it names none."""
+        return np.array([self._series.time(number) for number in range(min(len(self), len(self._series)))])
+
     def frame(self, index: int) -> Frame:
         """Read the fields at one time.
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
@@ -83,6 +84,18 @@ class FieldSeries:
     def __len__(self) -> int:
         """Count the times."""
         return int(self._reader.num_steps)
+
+    def time(self, number: int) -> float:
+        """Return the time of a field, s, from the XML alone; not-a-number where it names none.
+
+        Args:
+            number: 0 for the first time.
+        """
+        named = self._reader.collection[number].find("Time")
+        try:
+            return math.nan if named is None else float(named.get("Value", "nan"))
+        except ValueError:
+            return math.nan
 
     def close(self) -> None:
         """Close the data file."""

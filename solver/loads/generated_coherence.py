@@ -98,6 +98,6 @@ def compared_coherence(
 
 def bandwidth(spectrum: PowerSpectrum) -> float:
     """Return (int S df)^2 / int S^2 df, Hz: the width of a flat spectrum whose power scatters as much."""
-    edges = np.linspace(spectrum.low, spectrum.high, LINES + 1)
+    edges: Array = np.asarray(np.linspace(spectrum.low, spectrum.high, LINES + 1), dtype=float)
     powers = np.diff(spectrum.power_below(edges))
     return float(powers.sum() ** 2 / np.sum(powers**2 / np.diff(edges)))

@@ -11,6 +11,7 @@ import pytest
 import gapbeam
 from gapbeam.commands.study_choice import report_kinds
 from gapbeam.postprocess.report.charts import Chart
+from gapbeam.postprocess.report.moving_scene import MovingScene
 from gapbeam.postprocess.report.span_report import span_report
 from gapbeam.postprocess.results.impacts_of_run import impacts_of
 from gapbeam.postprocess.results.span_of_run import span_of
@@ -60,7 +61,7 @@ def test_spectra_and_peaks_are_those_of_the_span(
 
 
 def test_statistics_and_impacts_are_those_of_the_span(tmp_path: Path) -> None:
-    """Rates and shares follow from the differences of the records, and impacts from the list; wear and the rest go."""
+    """Rates and shares follow from the differences of the records, and impacts from the list."""
     outcome = gapbeam.run(CASE, KEYS, tmp_path / "run")
     assert outcome.exit_status == 0, outcome.message
     run = span_of(tmp_path / "run", 0.1, 0.25)
@@ -81,11 +82,43 @@ def test_statistics_and_impacts_are_those_of_the_span(tmp_path: Path) -> None:
     assert not any(name.endswith(("rms_force", "approach_speed")) for name in found)
     titles = [section.title for section in span_report(run, statistics, "c").sections]
     assert titles[:3] == ["Summary", "Statistics", "Motion"]
-    assert "Impacts" in titles
-    assert not {"Energy", "Margins", "Computation"} & set(titles)
+    assert {"Impacts", "Energy"} <= set(titles)
+    assert not {"Margins", "Computation", "Wear"} & set(titles)
     every = impacts_of(tmp_path / "run")
     for face, rows in run.impacts.items():
         assert len(rows) == np.sum((every[face][:, 0] >= 0.1) & (every[face][:, 0] <= 0.25 + 1.0e-9))
+
+
+def test_scene_energy_and_wear_are_those_of_the_span(tmp_path: Path) -> None:
+    """Fields of the span only; a balance that closes; the work of its records, in parts, with its intervals."""
+    worn = (*KEYS, "wear.coefficient=2e-14", "wear.area=1e-5")
+    outcome = gapbeam.run(CASE, worn, tmp_path / "run")
+    assert outcome.exit_status == 0, outcome.message
+    run = span_of(tmp_path / "run", 0.1, 0.25)
+    statistics = statistics_of_span(run)
+    assert statistics is not None
+    made = span_report(run, statistics, "c")
+    (scene,) = [one for one in blocks_of(made.sections) if isinstance(one, MovingScene)]
+    assert scene.times == pytest.approx(np.arange(0.10, 0.251, 0.02), abs=1e-9)
+    history = run.history
+    balance = tables(made)["Energy from t = 0.1 s on: the last line is the sum of those above"].rows
+    entries = {str(row[0]): float(row[1]) for row in balance}
+    stored = entries.pop("stored more than at the start of the span")
+    assert sum(entries.values()) == pytest.approx(stored, abs=1e-9 * max(map(abs, entries.values())) + 1e-12)
+    damping = history["structural_dissipation"].values
+    assert entries["lost to structural damping"] == pytest.approx(-1e3 * (damping[-1] - damping[0]), rel=1e-9)
+    parts = {row[0]: row for row in tables(made)["By which motion"].rows}
+    rates = {(row[0], row[1]): row for row in tables(made)["How fast the faces wear"].rows}
+    for face in ("base", "gland"):
+        work = history["sliding_work"].sel(worn_face=face).values
+        assert parts[face][1] == pytest.approx(work[-1] - work[0], rel=1e-9)
+        later = np.searchsorted(history["time"].values, 0.1 + statistics["burn_in"] - 1e-9)
+        mean = (work[-1] - work[later]) / (0.15 - statistics["burn_in"])
+        assert rates[face, "work rate"][2] == pytest.approx(mean, rel=0.03), "behind the burn-in"
+        assert rates[face, "depth rate"][2] == pytest.approx(2e-9 * rates[face, "work rate"][2], rel=1e-9)
+        assert " to " in str(rates[face, "work rate"][4])
+    brief = span_report(span_of(tmp_path / "run", 0.1, 0.115), None, "c")
+    assert any("fewer than two fields" in str(one) for one in blocks_of(brief.sections))
 
 
 def test_spans_that_are_none_are_refused(changing: Path, tmp_path: Path) -> None:

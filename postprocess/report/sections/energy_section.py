@@ -35,7 +35,7 @@ _LIMITS = (("impact_growth", "growth allowed in an impact"), ("impact_loss", "lo
 
 
 def energy_section(
-    history: xr.Dataset, summary: Mapping[str, Any], command: str, anchor: str = "energy"
+    history: xr.Dataset, summary: Mapping[str, Any], command: str, anchor: str = "energy", since: str = "t = 0"
 ) -> ReportSection | None:
     """Return the ledger of energies and the gates; None where neither is there.
 
@@ -44,6 +44,7 @@ def energy_section(
         summary: `Results.summary`.
         command: That makes the figures.
         anchor: Of the section.
+        since: When works and losses begin to count.
 
     Raises:
         SignalError: A value is not finite.
@@ -61,7 +62,7 @@ def energy_section(
     if stored:
         blocks.append(Chart(f"Stored energy.{thin}", "time (s)", f"energy ({unit})", stored, command))
     if spent:
-        blocks.append(Chart(f"Work of the loads and losses since t = 0.{thin}", "time (s)", f"energy ({unit})", spent,
+        blocks.append(Chart(f"Work of the loads and losses since {since}.{thin}", "time (s)", f"energy ({unit})", spent,
                             command))  # fmt: skip
     if "energy_residual" in history:
         residual = [_curve(history, "energy_residual", "residual")]
@@ -72,6 +73,43 @@ def energy_section(
     if table is not None:
         blocks.append(table)
     return ReportSection("Energy", anchor, blocks) if blocks else None
+
+
+def energy_of_span(history: xr.Dataset, command: str) -> ReportSection | None:
+    """Return the energies of a span of a run: works and losses from its first record on, and their balance.
+
+    Gates judge impacts and the whole run, and are left out.
+
+    Args:
+        history: Records of the span.
+        command: That makes the figures.
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    summed = [name for name in ("load_work", *_LOST, "energy_residual") if name in history]
+    changed = history.assign({name: history[name] - history[name].isel(time=0) for name in summed})
+    first = f"t = {float(history['time'][0]):.6g} s"
+    section = energy_section(changed, {}, command, since=first)
+    if section is None:
+        return None
+    return ReportSection(section.title, section.anchor, [_balance(changed, first), *section.blocks])
+
+
+def _balance(changed: xr.Dataset, first: str) -> TableBlock:
+    """Return what came, went, and is stored more at the end of a span than at its first record."""
+    there = [name for name in _STORED if name in changed]
+    stored = float(sum(_values(changed, name)[-1] - _values(changed, name)[0] for name in there))
+    rows: list[tuple[Cell, ...]] = []
+    if "load_work" in changed:
+        work = _values(changed, "load_work")[-1]
+        rows += [(f"work of {name}", float(one)) for name, one in zip(changed["load"].values, work, strict=True)]
+    rows += [(_NAMES[name], -float(_values(changed, name)[-1])) for name in _LOST if _any(changed, name)]
+    if "energy_residual" in changed:
+        rows.append(("residual", float(_values(changed, "energy_residual")[-1])))
+    rows.append(("stored more than at the start of the span", stored))
+    caption = f"Energy from {first} on: the last line is the sum of those above"
+    return TableBlock(caption, ("", f"energy ({shown('J')[0]})"), rows)
 
 
 def _values(history: xr.Dataset, name: str) -> np.ndarray:

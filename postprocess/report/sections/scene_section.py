@@ -12,7 +12,6 @@ from gapbeam.postprocess.report.contact_maps import contact_maps_of, within_room
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, SceneBeam, SceneWall
 from gapbeam.postprocess.report.number_text import number
 from gapbeam.postprocess.report.station_motion import beam_of, stations_of
-from gapbeam.postprocess.results.field_reader import Fields
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import RunSupport, supports_of, wall_motion_series
 from gapbeam.solver.record_table import FIELDS_FILE
@@ -27,12 +26,16 @@ _SWING = 0.1  # of the length: the largest motion as it is drawn for that
 _ROUND = (1.0, 2.0, 5.0, 10.0)
 
 
-def scene_of(results: Results, command: str) -> MovingScene | None:
-    """Return the scene of a run; None where it wrote fewer than two fields.
+def scene_of(
+    results: Results, command: str, begin: float | None = None, end: float | None = None
+) -> MovingScene | None:
+    """Return the scene of a run, or of a span of it; None where that has fewer than two fields.
 
     Args:
         results: Of a run.
         command: That makes the report.
+        begin: First time, s; None: from the start.
+        end: Last time, s; None: to the end.
 
     Raises:
         ResultsError: The fields or the history cannot be read.
@@ -40,15 +43,17 @@ def scene_of(results: Results, command: str) -> MovingScene | None:
     if not (results.folder / FIELDS_FILE).is_file():
         return None
     with results.fields() as fields:
-        if len(fields) < 2:
+        there = range(len(fields)) if begin is None and end is None else within(fields.times, begin, end)
+        if len(there) < 2:
             return None
         history, frequency = results.history, results.forcing_frequency
-        numbers = frames_shown(len(fields), len(fields.points), _interval(fields), frequency)
+        interval = fields.frame(there[1]).time - fields.frame(there[0]).time
+        numbers = [there[k] for k in frames_shown(len(there), len(fields.points), interval, frequency)]
         frames = [fields.frame(k) for k in numbers]
         beam = beam_of(stations_of(fields.points, fields.dimension), frames, fields.dimension, _width(results.case))
         bending = fields.points[:, fields.dimension - 1]
         size = float(bending.min()), float(bending.max())
-        total, times = len(fields), np.array([frame.time for frame in frames])
+        total, times = len(there), np.array([frame.time for frame in frames])
         walls = walls_of(supports_of(results.summary, results.case), history, times, float(beam.stations[0]), size)
         maps = contact_maps_of(fields.points, fields.cells, fields.dimension, walls, frames)
     maps, left_out = within_room(maps)
@@ -56,6 +61,20 @@ def scene_of(results: Results, command: str) -> MovingScene | None:
     opening = _opening(beam, walls)
     words = _words(times, len(numbers), total, frequency) + _words_on_maps(maps, left_out, beam.planar)
     return MovingScene(words, times, beam, walls, magnification_of(beam, gaps), opening, command, maps)
+
+
+def within(times: np.ndarray, begin: float | None, end: float | None) -> range:
+    """Return the numbers of the fields from one time to another, both within round-off.
+
+    Args:
+        times: Of all fields, ascending, s.
+        begin: First time, s; None: from the start.
+        end: Last time, s; None: to the end.
+    """
+    slack = 1.0e-9 * float(np.max(np.abs(times), initial=0.0))
+    first = 0 if begin is None else int(np.searchsorted(times, begin - slack))
+    last = len(times) if end is None else int(np.searchsorted(times, end + slack))
+    return range(first, last)
 
 
 def frames_shown(count: int, points: int, interval: float, frequency: float | None) -> list[int]:
@@ -132,10 +151,6 @@ def walls_of(
             along = (start + one.start, start + one.end)
             walls.append(SceneWall(met, one.name, along, bottom, top, moved, force))
     return walls
-
-
-def _interval(fields: Fields) -> float:
-    return fields.frame(1).time - fields.frame(0).time
 
 
 def _width(case: Mapping[str, Any]) -> float:

@@ -29,7 +29,11 @@ RATES = {"work_rate": ("work rate", "W"), "volume_rate": ("volume rate", "m^3/s"
 
 
 def wear_section(
-    summary: dict[str, Any], maps: Mapping[str, WearMap], command: str = "", anchor: str = "wear"
+    summary: dict[str, Any],
+    maps: Mapping[str, WearMap],
+    command: str = "",
+    anchor: str = "wear",
+    since: str = "t = 0",
 ) -> ReportSection | None:
     """Return the wear of a run; None for a run of a case without [wear].
 
@@ -38,11 +42,12 @@ def wear_section(
         maps: Where its faces wear; none of earlier releases.
         command: That makes the report.
         anchor: Of the section.
+        since: When the work begins to count.
     """
     found = summary.get("wear")
     if not found:
         return None
-    words = f"Work of sliding over {number(found['seconds'])} s. Rates without an interval are means from t = 0."
+    words = f"Work of sliding over {number(found['seconds'])} s. Rates without an interval are means from {since}."
     areas = {face: one.get("area", found["area"]) for face, one in found["faces"].items()}
     if known := {face: area for face, area in areas.items() if area is not None}:
         spread = ", ".join(f"{number(area)} m^2 of {face}" for face, area in known.items())

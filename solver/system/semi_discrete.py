@@ -135,6 +135,10 @@ class ContactOperator:
         support, growth = self.support.with_gaps_of(faces, self.faces, self.positions)
         return replace(self, support=support, initial_gap=self.initial_gap + growth)
 
+    def worn(self, depths: Array) -> ContactOperator:
+        """Return the operator with gaps that are larger by depths of the points, (m,), m."""
+        return replace(self, initial_gap=self.initial_gap + depths)
+
     def depth(self, interface_values: Array, time: float = 0.0) -> Array:
         """Return what the law takes at a time, d = -(g0 + G u + W), (m,), m; negative where the gap is open."""
         return np.asarray(-(self.initial_gap + self.gap_matrix @ interface_values) - self.walls.opened(time))

@@ -46,7 +46,7 @@ class PointRates(CaseRates):
         """Return the rates at depths of all points, (m,), m; else as `CaseRates`."""
         model = self.body.model(worn_case(self.case, [0.0] * len(self.names), number))
         contact = model.system.contact
-        worn = replace(contact, initial_gap=contact.initial_gap + depths, maps_sliding=True)
+        worn = replace(contact.worn(depths), maps_sliding=True)
         model = replace(model, system=replace(model.system, contact=worn))
         deepest = [float(depths[self.owners == face].max()) for face in range(len(self.names))]
         usual = self.statistics_of(model)

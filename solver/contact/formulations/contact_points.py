@@ -53,6 +53,22 @@ class ResultantOperator(ContactOperator):
         assert isinstance(moved, ResultantOperator)
         return replace(moved, distributed=self.distributed.with_gaps_of(faces))
 
+    def worn(self, depths: Array) -> ResultantOperator:
+        """Return the operator with larger gaps, (m,), m, of the quadrature points, too.
+
+        A quadrature point is worn by the mean over the points that share it; one that none shares as the nearest one.
+        """
+        moved = super().worn(depths)
+        assert isinstance(moved, ResultantOperator)
+        shared = np.asarray(self.shares.T @ self.weights)
+        sums = np.asarray(self.shares.T @ (self.weights * depths))
+        below = np.where(shared > 0.0, sums / np.where(shared > 0.0, shared, 1.0), 0.0)
+        for point in np.flatnonzero(shared == 0.0):
+            mine = np.flatnonzero(self.faces == self.distributed.faces[point])
+            apart = np.linalg.norm(self.positions[mine] - self.distributed.positions[point], axis=1)
+            below[point] = depths[mine[np.argmin(apart)]]
+        return replace(moved, distributed=self.distributed.worn(below))
+
     def spread(self, forces: Array) -> Array:
         """Return P^T f, the forces at the quadrature points, (q,), N, for resultants f, (m,), N."""
         return np.asarray(self.shares.T @ forces)

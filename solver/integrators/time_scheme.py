@@ -147,7 +147,7 @@ class TimeScheme(Table, ABC):
     @property
     def measured_bias(self) -> tuple[NoiseBias, ...]:
         """The table `noise_bias`, where it holds for the parameters of the scheme; else nothing."""
-        return self.noise_bias if self == type(self)(type=self.type) else ()
+        return self.noise_bias if self.noise_bias and self == type(self)(type=self.type) else ()
 
     @property
     def kernel(self) -> KernelNumbers | None:

@@ -22,6 +22,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.wording.near_names import near
 
 DOUBTS = {"not resolved": "not resolved by the step", "biased": "biased by the scheme"}
+CERTAINTY = ("effective_samples", "relative_variance_times_time")
 LATER = 1.1  # times the instant of one look is the earliest instant of the next
 LARGEST = 0.5  # relative error that may be asked for
 
@@ -103,7 +104,9 @@ class StopRule:
         doubt = None if figure is None else doubts.on(self.figure, self.relative_error, least=0.0)
         doubted = {} if doubt is None else {"doubt": doubt, "doubt_words": doubts.words(self.figure, doubt)}
         met = narrow and doubt is None
-        return asked | {"met": met, "narrow": narrow, "reached": reached, "end": end, "time_needed": needed} | doubted
+        known = {key: None if figure is None else figure[key] for key in CERTAINTY}
+        found = {"met": met, "narrow": narrow, "reached": reached, "end": end, "time_needed": needed}
+        return asked | found | known | doubted
 
 
 def refuse_not_met(found: dict[str, Any] | None) -> None:
@@ -125,11 +128,11 @@ def refuse_not_met(found: dict[str, Any] | None) -> None:
             "discrete-gradient, or a larger `relative_error=`"
         )
     reached, needed = found["reached"], found["time_needed"]
-    width = "not known" if reached is None else f"+- {reached:.2%}"
+    width = "not known" if reached is None else f"+- {reached:.2%} of {certainty_words(found)}"
     longer = max(needed or 0.0, 1.1 * found["end"])
     advice = "a much longer `at_most=`" if needed is None else f"`at_most=` of {longer:.3g} s"
     raise IntervalNotMet(
-        f"at t = {found['end']:.6g} s the 95 % interval of {found['figure']} is {width}, expected "
+        f"at t = {found['end']:.6g} s the 95 % interval of {found['figure']} is {width}; expected "
         f"+- {found['relative_error']:.2%} on enough independent samples; the results are kept; try {advice} with "
         f"`overwrite=True`, or a larger `relative_error=`{'' if doubt is None else f'; besides, {doubt}'}"
     )
@@ -147,9 +150,16 @@ def statistics_words(summary: Mapping[str, Any]) -> str:
         name = until["figure"]
         judged = "" if verdicts.get(name, "good") == "good" else f", judged {verdicts[name]}"
         words = f"; {name} is known within {until['relative_error']:.2%} at t = {until['end']:.6g} s{judged}"
+        words += f" ({certainty_words(until)})" if until["reached"] is not None else ""
     doubted = {doubt: list(verdicts.values()).count(doubt) for doubt in DOUBTS}
     counts = [f"{count} {words_of}" for doubt, words_of in DOUBTS.items() if (count := doubted[doubt])]
     return words + (f"; statistics: {', '.join(counts)}" if counts else "")
+
+
+def certainty_words(until: Mapping[str, Any]) -> str:
+    """Return how many independent samples the figure of a rule has, and its variance."""
+    samples, variance = (until[key] for key in CERTAINTY)
+    return f"{samples:.0f} independent samples, relative variance {variance:.3g} / T[s]"
 
 
 def has_statistics(case: Case) -> bool:

@@ -45,6 +45,7 @@ def test_tables_hold_for_usual_parameters_only() -> None:
     assert scheme_of("generalized-alpha").measured_bias
     assert not scheme_of("generalized-alpha", rho_inf=0.1).measured_bias
     assert not scheme_of("central-difference").measured_bias
+    assert not scheme_of("moreau-jean", restitution=1.0).measured_bias
 
 
 def test_a_bias_is_a_doubt_where_it_is_wider_than_the_interval() -> None:
@@ -101,7 +102,8 @@ def test_the_last_line_counts_doubts() -> None:
     assert described["scheme_bias"]["figures"][RMS] == -0.15
     assert described["verdict"] == "biased"
     until = StopRule(RMS, 0.1, 1.0).judge(gathered(), 4.0, True, Doubts())
-    assert statistics_words({"statistics": described | {"until": until}}).startswith(
-        f"; {RMS} is known within 10.00% at t = 4 s, judged biased; "
-    )
+    words = statistics_words({"statistics": described | {"until": until}})
+    assert words.startswith(f"; {RMS} is known within 10.00% at t = 4 s, judged biased (")
+    assert "independent samples, relative variance" in words
+    assert words.endswith("3 biased by the scheme")
     assert statistics_words({}) == statistics_words({"statistics": gathered().describe()}) == ""

@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+from gapbeam.solver.diagnostics.statistics.block_ends import BlockEnds
 from gapbeam.solver.diagnostics.statistics.point_statistics import FEW, PointStatistics
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED
 
@@ -29,7 +30,7 @@ def test_points_and_parts_have_the_rates_that_they_were_given() -> None:
     """Each within its interval, which is some 10 % wide; the part that nothing does has no event."""
     found = empty()
     found.see(records(0, COUNT))
-    assert len(found.point_blocks.means) <= FEW
+    assert FEW / 2 <= len(found.point_blocks.changes) <= FEW
     for rate, one in zip((1.0, 2.0, 3.0), found.work_rates(), strict=True):
         assert one.low < rate < one.high
         assert one.relative < 0.15
@@ -51,6 +52,24 @@ def test_statistics_go_on_where_they_were_kept() -> None:
     assert after.figures() == whole.figures()
     with pytest.raises(ValueError, match="reshape"):
         empty().restore(part.as_json() | {"point_work": [0.0]})
+
+
+def test_records_at_other_distances_are_left_out() -> None:
+    """As those of all other figures: points still add up to their face."""
+    rows = records(0, COUNT)
+    kept = np.ones(COUNT, dtype=bool)
+    kept[2000:2007] = False
+    found = empty()
+    found.see({name: values[:1500] for name, values in rows.items()})
+    found.see({name: values[kept][1500:] for name, values in rows.items()})
+    whole = {one.name: one for one in found.figures()}["face.stop.work_rate"].interval.value
+    assert sum(one.value for one in found.work_rates()) == pytest.approx(whole, rel=0.02)
+    blocks = BlockEnds(1, 4)
+    blocks.begin(np.zeros(1))
+    for last in range(1, 12):
+        blocks.add(np.array([[float(last**2)]]))
+    assert blocks.length == 4
+    assert blocks.changes[:, 0] == pytest.approx([4.0, 12.0])
 
 
 def test_short_records_have_none() -> None:

@@ -21,17 +21,16 @@ class BlockMeans:
 
     Args:
         signals: Number of signals.
-        most: Number of blocks for which there is room; even.
 
     Attributes:
         length: Records in a block.
     """
 
-    def __init__(self, signals: int, most: int = MOST) -> None:
+    def __init__(self, signals: int) -> None:
         self.length = 1
-        self._signals, self._most = signals, most
-        self._sums = np.zeros((most, signals))
-        self._ends = np.zeros((most, signals))
+        self._signals = signals
+        self._sums = np.zeros((MOST, signals))
+        self._ends = np.zeros((MOST, signals))
         self._whole = 0
         self._sum, self._waiting = np.zeros(signals), 0
 
@@ -61,7 +60,7 @@ class BlockMeans:
             if self._waiting == self.length:
                 self._sums[self._whole], self._ends[self._whole] = self._sum, taken[-1]
                 self._whole, self._waiting, self._sum = self._whole + 1, 0, np.zeros(self._signals)
-                if self._whole == self._most:
+                if self._whole == MOST:
                     self._join()
 
     def as_json(self) -> dict[str, Any]:
@@ -84,15 +83,13 @@ class BlockMeans:
         length, waiting = int(data["length"]), int(data["waiting"])
         parts = [np.array(data[key], dtype=float).reshape(whole, self._signals) for key in ("sums", "ends")]
         rest = np.array(data["sum"], dtype=float).reshape(self._signals)
-        if not (
-            0 <= waiting < length and whole < self._most and all(np.all(np.isfinite(part)) for part in (*parts, rest))
-        ):
+        if not (0 <= waiting < length and whole < MOST and all(np.all(np.isfinite(part)) for part in (*parts, rest))):
             raise ValueError(f"{whole} blocks of {length} records and {waiting} more, expected finite means of such")
         self.length, self._waiting, self._whole, self._sum = length, waiting, whole, rest
         self._sums[:whole], self._ends[:whole] = parts
 
     def _join(self) -> None:
-        half = self._most // 2
+        half = MOST // 2
         self._sums[:half] = self._sums[0::2] + self._sums[1::2]
         self._ends[:half] = self._ends[1::2]
         self._whole, self.length = half, 2 * self.length

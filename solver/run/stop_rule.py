@@ -16,7 +16,7 @@ from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.judgment import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
 from gapbeam.solver.diagnostics.statistics.point_statistics import FEW, PointStatistics
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
-from gapbeam.solver.diagnostics.statistics.statistic_figures import PERCENTILES, WORK_RATE, figure_names
+from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, figure_names, may_be_asked
 from gapbeam.solver.errors import IntervalNotMet, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.wording.near_names import near
@@ -61,8 +61,7 @@ class StopRule:
                 "errors that a run estimates"
             )
         names = names_of(case)
-        allowed = [name for name in names if name.rpartition(".")[2] not in ("mean", *PERCENTILES)]
-        allowed = [name for name in allowed if not name.endswith(tuple(f"lateral_{end}" for end in PERCENTILES))]
+        allowed = list(filter(may_be_asked, names))
         if self.figure not in allowed:
             meant = near(self.figure, allowed)
             means = f"; did you mean {meant}?" if meant else ""

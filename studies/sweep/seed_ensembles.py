@@ -7,6 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from gapbeam.solver.diagnostics.statistics.pooled_members import FEWEST, pooled_figures
+from gapbeam.solver.diagnostics.statistics.statistic_figures import may_be_asked
 
 LOAD, SEED = "load.", ".seed"
 
@@ -56,7 +57,7 @@ def is_seed(key: str) -> bool:
 
 def ensemble_words(one: Ensemble) -> str:
     """Return what an ensemble knows and what its least certain figure still needs, in one line."""
-    known = [figure for figure in one.figures if figure["relative"] is not None and figure["value"] > 0.0]
+    known = [figure for figure in one.figures if figure["relative"] is not None and may_be_asked(figure["name"])]
     words = f"{one.members} members, {one.seconds:.6g} s together"
     if not known:
         return words

@@ -8,7 +8,7 @@ import pytest
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
-from gapbeam.solver.diagnostics.statistics.statistic_figures import StatisticFigure
+from gapbeam.solver.diagnostics.statistics.statistic_figures import StatisticFigure, may_be_asked
 from gapbeam.solver.errors import IntervalNotMet
 from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
 from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_of
@@ -107,3 +107,9 @@ def test_the_last_line_counts_doubts() -> None:
     assert "independent samples, relative variance" in words
     assert words.endswith("3 biased by the scheme")
     assert statistics_words({}) == statistics_words({"statistics": gathered().describe()}) == ""
+
+
+def test_figures_that_may_be_0_are_not_asked_for() -> None:
+    """Means and percentiles of probes, along and across; mean forces never are 0."""
+    assert not any(map(may_be_asked, ("probe.tip.mean", "probe.tip.lateral_mean", "probe.a.b.low", "probe.a.high")))
+    assert all(map(may_be_asked, ("probe.tip.rms", "probe.tip.lateral_rms", "face.a.mean_force", "face.a.work_rate")))

@@ -20,6 +20,7 @@ from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     AveragedSeries,
     StatisticFigure,
     face_series,
+    may_be_asked,
     probe_series,
 )
 from gapbeam.solver.record_table import SLIP_MODES
@@ -195,7 +196,8 @@ def in_words(found: Mapping[str, Any]) -> str:
     doubtful = [one["verdict"] for one in found["figures"] if one["verdict"] != "good"]
     counts = [f"{doubtful.count(verdict)} {verdict}" for verdict in ORDER if verdict in doubtful]
     parts = [f"{len(known)} figures known within {words}"] if known else []
-    widest = max(found["figures"], key=lambda one: float(one["relative"] or 0.0), default=None)
+    asked = [one for one in found["figures"] if may_be_asked(one["name"])]
+    widest = max(asked, key=lambda one: float(one["relative"] or 0.0), default=None)
     if widest is not None and widest["relative"] is not None:
         parts.append(
             f"least certain {widest['name']}: relative variance {widest['relative_variance_times_time']:.3g} / T[s], "

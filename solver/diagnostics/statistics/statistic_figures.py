@@ -41,6 +41,8 @@ PARTS_OF_WORK = tuple(f"{mode}_{WORK_RATE}" for mode in SLIP_MODES)
 OF_PROBES = {"mean": "m", "rms": "m", "low": "m", "high": "m", "acceleration_rms": "m/s^2"}
 LATERAL = "lateral_"
 PERCENTILES = {"low": 0.05, "high": 0.95}
+NOT_ASKED = ("mean", *PERCENTILES)
+"""Figures of probes that may be 0, so that a relative error of theirs means nothing."""
 IntervalOf = Callable[[Array, bool], Interval]
 
 
@@ -163,6 +165,11 @@ class AveragedSeries:
         if self.events is not None and len(counted) >= FEWEST and np.any(batch_means(counted, BATCHES) == 0.0):
             return "too short"
         return verdict_on(series, self.rare, slowest)
+
+
+def may_be_asked(name: str) -> bool:
+    """Return whether a relative error of a figure means something: not of means and percentiles, which may be 0."""
+    return name.rpartition(".")[2].removeprefix(LATERAL) not in NOT_ASKED
 
 
 def face_series(face: str, means: Array) -> list[AveragedSeries]:

@@ -144,6 +144,17 @@ def test_wear_changes_no_bit_of_the_motion(worn: Path, tmp_path: Path) -> None:
 
 
 @pytest.mark.slow(minutes=0.1)
+def test_a_resumed_run_has_the_same_intervals(worn: Path, tmp_path: Path) -> None:
+    """Of faces, parts, points and the largest of a map: stopped and continued, no bit differs."""
+    parts = run_in_parts(CASE, (*KEYS, *WEAR), tmp_path / "parts", stops=(4, 9))
+    assert parts.exit_status == 0, parts.message
+    whole = gapbeam.open_results(worn).summary
+    assert parts.summary["wear"] == whole["wear"]
+    assert parts.summary["statistics"] == whole["statistics"]
+    assert (tmp_path / "parts" / "wear.csv").read_text() == (worn / "wear.csv").read_text()
+
+
+@pytest.mark.slow(minutes=0.1)
 @pytest.mark.parametrize("rubs", [False, True], ids=["compiled", "python"])
 def test_a_resumed_run_has_the_same_work(rubs: bool, tmp_path: Path) -> None:
     """Stopped and continued: no bit differs. Without noise there are no intervals."""

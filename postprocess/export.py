@@ -1,9 +1,8 @@
-"""The records of a run as columns for other programs: CSV for spreadsheets, MAT for MATLAB, Parquet for data frames."""
+"""Records and tables of a run as columns: CSV for spreadsheets, MAT for MATLAB, Parquet for data frames."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from importlib import import_module
 from itertools import product
 from pathlib import Path
@@ -13,37 +12,13 @@ import xarray as xr
 from scipy.io import savemat
 
 from gapbeam.postprocess.results.chosen_records import chosen_records
+from gapbeam.postprocess.results.columns_of_run import HISTORY_TABLE, Column, columns_of_table
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 
 FILE = "history.csv"
 SUFFIXES = (".csv", ".mat", ".parquet")
 _BLOCK = 65536  # records formatted at a time
-
-
-@dataclass(frozen=True)
-class Column:
-    """One column.
-
-    Attributes:
-        words: Name, with the labels of its probe, face, load and component: displacement, tip, y.
-        unit: SI unit, "1" where there is none.
-        values: (times,).
-    """
-
-    words: tuple[str, ...]
-    unit: str
-    values: np.ndarray
-
-    @property
-    def title(self) -> str:
-        """The head of the column: displacement tip y (m)."""
-        return " ".join(self.words) + ("" if self.unit == "1" else f" ({self.unit})")
-
-    @property
-    def variable(self) -> str:
-        """A name that MATLAB takes: displacement_tip_y."""
-        return "_".join("".join(sign if sign.isalnum() else "_" for sign in word) for word in self.words)
 
 
 def export(
@@ -53,8 +28,9 @@ def export(
     begin: float | None = None,
     end: float | None = None,
     every: int = 1,
+    table: str = HISTORY_TABLE,
 ) -> Path:
-    """Write records of a run as columns over time.
+    """Write records of a run as columns over time, or another of its tables.
 
     Args:
         results: Results folder.
@@ -63,14 +39,15 @@ def export(
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.
         every: One record of so many.
+        table: "history", or "points", "wear" or "impacts", which have rows that are no times.
 
     Returns:
         The file.
 
     Raises:
         ResultsError: The results cannot be read.
-        OptionError: Another suffix, a record that the run does not have, a time span without records, or Parquet
-            without pyarrow.
+        OptionError: Another suffix, a record or a table that the run does not have, a time span without records,
+            records or times asked of a table that has none, or Parquet without pyarrow.
         OSError: The file cannot be written.
     """
     path = Path(output)
@@ -80,18 +57,23 @@ def export(
         _refuse_without_pyarrow(path)
     if every < 1:
         raise OptionError(f"every = {every}; expected a whole number of at least 1")
-    history = chosen_records(open_results(Path(results)).history, records, begin, end).isel(
-        time=slice(None, None, every)
-    )
-    columns = columns_of(history)
+    if table == HISTORY_TABLE:
+        history = chosen_records(open_results(Path(results)).history, records, begin, end)
+        columns = columns_of(history.isel(time=slice(None, None, every)))
+    elif records or begin is not None or end is not None or every != 1:
+        raise OptionError(f"records, times and every belong to the table history; the table {table} is written whole")
+    else:
+        columns = columns_of_table(Path(results), table)
     path.parent.mkdir(parents=True, exist_ok=True)
     part = path.with_name(path.name + ".part")
     if path.suffix.lower() == ".csv":
-        _write_csv(part, columns)
+        _write_csv(part, columns, "nan" if table == HISTORY_TABLE else "")
     elif path.suffix.lower() == ".parquet":
         _write_parquet(part, columns)
     else:
-        names = {column.variable: column.values for column in columns}
+        names = {
+            column.variable: column.values.astype(object) if column.words_in_it else column.values for column in columns
+        }
         units = {column.variable: column.unit for column in columns}
         with part.open("wb") as file:
             savemat(file, {**names, "units": units}, long_field_names=True, oned_as="column")
@@ -126,19 +108,31 @@ def _refuse_without_pyarrow(path: Path) -> None:
 
 
 def _write_parquet(path: Path, columns: Sequence[Column]) -> None:
-    """Write columns of doubles, named as in MAT files, each with its unit in the metadata of its field."""
+    """Write columns of doubles or words, named as in MAT files, each with its unit in the metadata of its field."""
     import pyarrow as pa
     from pyarrow import parquet
 
-    fields = [pa.field(one.variable, pa.float64(), metadata={"unit": one.unit}) for one in columns]
-    values = [pa.array(np.asarray(one.values, dtype=float)) for one in columns]
+    kinds = [pa.string() if one.words_in_it else pa.float64() for one in columns]
+    fields = [
+        pa.field(one.variable, kind, metadata={"unit": one.unit}) for one, kind in zip(columns, kinds, strict=True)
+    ]
+    values = [
+        pa.array(one.values.tolist() if one.words_in_it else np.asarray(one.values, dtype=float)) for one in columns
+    ]
     parquet.write_table(pa.table(values, schema=pa.schema(fields)), path)
 
 
-def _write_csv(path: Path, columns: Sequence[Column]) -> None:
-    """Write columns with a line of heads; numbers come back to the same bits."""
+def _write_csv(path: Path, columns: Sequence[Column], absent: str) -> None:
+    """Write columns with a line of heads; numbers come back to the same bits, NaN is written as `absent`."""
     with path.open("w", encoding="utf-8", newline="") as file:
         file.write(",".join(column.title for column in columns) + "\r\n")
         for first in range(0, len(columns[0].values), _BLOCK):
             rows = zip(*(column.values[first : first + _BLOCK].tolist() for column in columns), strict=True)
-            file.writelines(",".join(map(repr, row)) + "\r\n" for row in rows)
+            file.writelines(",".join(_cell(value, absent) for value in row) + "\r\n" for row in rows)
+
+
+def _cell(value: object, absent: str) -> str:
+    """Return a word as it is, and a number that comes back to the same bits."""
+    if isinstance(value, str):
+        return value
+    return absent if value != value else repr(value)

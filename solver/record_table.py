@@ -45,6 +45,9 @@ WEAR_COLUMNS = {
 }  # fmt: skip
 """Columns of `WEAR_FILE` behind the face, with their units; cells of the last four may be empty."""
 
+IMPACT_COLUMNS = {"time": "s", "approach_speed": "m/s", "impulse": "N s", "duration": "s", "stands for": ""}
+"""Columns of `IMPACTS_FILE` behind the face, with their units."""
+
 POINT_COLUMNS = {
     "x": "m", "y": "m", "angle": "deg", "area": "m^2", "contact share": "", "deepest": "m", "impulse": "N s",
     "first touch": "s",

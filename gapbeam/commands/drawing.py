@@ -161,11 +161,19 @@ def export(
     begin: Annotated[float | None, typer.Option("--from", help="first time, s")] = None,
     end: Annotated[float | None, typer.Option("--to", help="last time, s")] = None,
     every: Annotated[int, typer.Option(min=1, help="write one record of so many")] = 1,
+    table: Annotated[
+        str,
+        typer.Option(
+            click_type=click.Choice(["history", "points", "wear", "impacts"]),
+            help="records over time, or contact points, wear or impacts, one a row",
+        ),
+    ] = "history",
 ) -> int:
     """Write records as columns over time, for spreadsheets (CSV), MATLAB (MAT) or data frames (Parquet)."""
     from gapbeam.interface.shown_results import export as write
 
-    print(write(results, output, record or (), begin, end, every))
+    chosen: Any = table
+    print(write(results, output, record or (), begin, end, every, chosen))
     return 0
 
 

@@ -196,37 +196,45 @@ def export(
     begin: float | None = None,
     end: float | None = None,
     every: int = 1,
+    table: Literal["history", "points", "wear", "impacts"] = "history",
 ) -> Path:
-    """Write records of a run as columns over time, for other programs.
+    """Write records of a run as columns over time, or another of its tables, for other programs.
 
     Args:
         results: Results folder of a run, or what `run` returned.
-        output: The file, *.csv, *.mat or *.parquet; by default history.csv in the folder of the results.
+        output: The file, *.csv, *.mat or *.parquet; by default history.csv in the folder of the results. To be given
+            for other tables, which are CSV files in the folder already.
         records: Names of records, such as "contact_force"; empty: all.
         begin: First time, s; None: from the start.
         end: Last time, s; None: to the end.
         every: One record of so many.
+        table: "history"; "points", "wear" or "impacts" have a row for each contact point or impact.
 
     Returns:
         The file.
 
     Raises:
         ResultsError: The results cannot be read, or the file cannot be written.
-        OptionError: Another suffix, a record that the run does not have, or a time span without records.
+        OptionError: Another suffix, a record or a table that the run does not have, a time span without records,
+            records or times asked of a table that has none, or such a table without a file to write.
         UserError: The file is a link or a folder.
     """
     refuse_ranks("export")
     from gapbeam.postprocess.export import FILE
     from gapbeam.postprocess.export import export as write
+    from gapbeam.postprocess.results.columns_of_run import HISTORY_TABLE
     from gapbeam.postprocess.results.damaged_files import as_written
+    from gapbeam.postprocess.results_errors import OptionError
     from gapbeam.solver.errors import UserError
 
     folder = folder_of(results)
+    if output is None and table != HISTORY_TABLE:
+        raise OptionError(f"{folder / f'{table}.csv'} is the table {table} as CSV already; name another file to write")
     path = folder / FILE if output is None else Path(output)
     if path.is_symlink() or path.is_dir():
         raise UserError(f"{path} is a {'link' if path.is_symlink() else 'folder'}; choose another `output=`")
     with as_written(folder):
-        return write(folder, path, records, begin, end, every)
+        return write(folder, path, records, begin, end, every, table)
 
 
 def report(

@@ -159,6 +159,8 @@ def _scene_json(scene: MovingScene) -> Markup:
 
 def _text_alternative(block: Chart | Surface | MovingScene) -> str:
     """Return the text alternative of a figure, for those who cannot see it."""
+    if isinstance(block, MovingScene) and not block.moves:
+        return f"Scene. {block.caption} Arrow keys turn it."
     if isinstance(block, MovingScene):
         return f"Moving scene. {block.caption} Arrow keys turn it, the space bar plays it, comma and period step it."
     if isinstance(block, Surface):

@@ -158,6 +158,11 @@ class MovingScene:
     command: str = ""
     maps: Sequence[ContactMap] = ()
 
+    @property
+    def moves(self) -> bool:
+        """Whether it has more than one frame."""
+        return len(self.times) > 1
+
 
 def scene_values(scene: MovingScene) -> dict[str, object]:
     """Return what the script of a page draws a scene from, displacements to 1/32767 of the largest."""

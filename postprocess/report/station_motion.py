@@ -22,6 +22,8 @@ _LEAST = 0.02  # of the largest displacement: what less rotation moves is not dr
 _CORNERS = 48  # of an outline
 _ROUND_FROM = 8  # corners of a section that is drawn round
 _ROUND = 0.02  # of the radius: what its corners differ by
+SQUARE = np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+"""The outline of a rectangle in its box, counter-clockwise."""
 
 
 @dataclass(frozen=True)
@@ -92,7 +94,7 @@ def beam_of(stations: Stations, frames: Iterable[Frame], dimension: int, width: 
     twist = motion[:, 2]
     if np.abs(twist).max(initial=0.0) * half.max() < _LEAST * np.abs(motion[:, :2]).max(initial=0.0):
         twist = np.zeros_like(twist)
-    outline = _outline(stations) if dimension == 3 else np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+    outline = _outline(stations) if dimension == 3 else SQUARE
     return SceneBeam(
         stations.places, outline, half, middle, motion[:, 0], motion[:, 1], twist, np.array(slides), dimension == 2
     )
@@ -129,19 +131,32 @@ def _boxes(stations: Stations) -> tuple[FloatArray, FloatArray]:
 def _outline(stations: Stations) -> FloatArray:
     """Return the convex outline of the largest section in its box, counter-clockwise, (n, 2)."""
     members = max(stations.members, key=len) if stations.regular else np.arange(len(stations.points))
-    section = stations.points[members]
+    return hull_of(stations.points[members])
+
+
+def hull_of(section: FloatArray) -> FloatArray:
+    """Return the convex outline of points of a section in their box, counter-clockwise, (n, 2).
+
+    Args:
+        section: y and z, (k, 2), m.
+    """
     low, high = section.min(axis=0), section.max(axis=0)
     size = np.where(high > low, high - low, 1.0)
     scaled = 2.0 * (section - low) / size - 1.0
     try:
         hull = scaled[ConvexHull(scaled).vertices]
     except QhullError:
-        return np.array([(-1.0, -1.0), (1.0, -1.0), (1.0, 1.0), (-1.0, 1.0)])
+        return SQUARE
     if len(hull) >= _ROUND_FROM and np.ptp(np.hypot(*hull.T)) < _ROUND:
-        angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
-        return np.stack([np.cos(angle), np.sin(angle)], axis=1)
+        return circle()
     hull = _without_flat_corners(hull)
     return hull[:: -(-len(hull) // _CORNERS)]
+
+
+def circle() -> FloatArray:
+    """Return the outline of a round section in its box, (n, 2)."""
+    angle = np.linspace(0.0, 2.0 * np.pi, _CORNERS, endpoint=False)
+    return np.stack([np.cos(angle), np.sin(angle)], axis=1)
 
 
 def _without_flat_corners(hull: FloatArray) -> FloatArray:

@@ -16,7 +16,6 @@ Array = np.ndarray
 
 MOST = 4096  # impacts that are kept of a face
 COLUMNS = ("time", "approach_speed", "impulse", "duration")
-UNITS = ("s", "m/s", "N s", "s")
 
 
 class ImpactList:

@@ -40,6 +40,7 @@ COLORED = """(canvas) => {
   }
   return found;
 }"""  # rows of what is yellow to red, left of the scale
+PHONE = {"width": 360, "height": 800}
 LARGEST = 2e6  # bytes of a scene of 51 fields, and of its scripts
 
 
@@ -241,7 +242,34 @@ def test_scene_is_small_and_stands_first(pages: dict[str, Path], tmp_path: Path)
     assert text.index('id="energy"') < text.index('id="case"')
     time = np.linspace(0.0, 0.5, 501)
     bare = html_of(report_on([write_results(tmp_path / "bare", time, sine_records(time))], "c"))
-    assert 'class="scene"' not in bare
-    assert bare.index('class="verdict') < bare.index("There is no moving scene") < bare.index("<table")
-    assert "There is no moving scene" not in text
+    assert bare.index('class="verdict') < bare.index('<figure class="scene resting"') < bare.index("<table")
+    assert "scene resting" not in text.split("<body")[1]
     assert 0 < len(text) - len(bare) < LARGEST
+
+
+def test_a_run_without_fields_has_a_still_scene(browser: Browser, tmp_path: Path) -> None:
+    """It is drawn, turned and magnified, light and dark; nothing plays, and the charts have no time of their own."""
+    time, shown = np.linspace(0.0, 0.5, 501), list[str]()
+    folder = write_results(tmp_path / "bare", time, sine_records(time))
+    page = opened(browser, write_html(report_on([folder], "c"), tmp_path / "bare.html"), shown, viewport=PHONE)
+    for scheme in ("light", "dark"):
+        page.emulate_media(color_scheme=scheme, reduced_motion="reduce")  # type: ignore[arg-type]
+        page.evaluate("window.gapbeam.scenes[0].draw(false)")
+        assert page.locator(".stage canvas").evaluate(SHADES) > 5, scheme
+    before = page.evaluate("[...window.gapbeam.scenes[0].state.turn]")
+    page.locator(".stage canvas").focus()
+    page.keyboard.press("ArrowLeft")
+    page.keyboard.press(" ")
+    assert page.evaluate("[...window.gapbeam.scenes[0].state.turn]") != before
+    assert page.evaluate("window.gapbeam.scenes[0].state.playing") is False
+    assert [page.locator(f'[data-part="{name}"]').is_visible() for name in ("play", "time", "speed", "scale")] == [
+        False, False, False, True,
+    ]  # fmt: skip
+    page.locator("#motion figure").first.scroll_into_view_if_needed()
+    page.wait_for_selector("#motion .plot .main-svg")
+    assert page.locator("#motion .at").count() == 0
+    page.evaluate("window.gapbeam.scenes[0].toPaper()")
+    until(lambda: page.evaluate("document.querySelector('.still').naturalWidth > 300"), "the scene has come as far")
+    assert page.evaluate("document.documentElement.scrollWidth <= innerWidth")
+    page.context.close()
+    assert shown == []

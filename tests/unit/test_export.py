@@ -5,13 +5,16 @@ from __future__ import annotations
 import csv
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.io import loadmat
 
 import gapbeam
+from gapbeam.solver.record_table import POINTS_FILE
 from tests.shared.command import DEMO, called
+from tests.unit.test_contact_map import ring, run_with
 
 BRIEF = ("time.end=0.004", "model={type='beam', elements=12}")
 
@@ -64,6 +67,44 @@ def test_parquet_comes_back_to_the_same_bits(results: Path, tmp_path: Path) -> N
     assert table.schema.field("displacement_tip_y").metadata == {b"unit": b"m"}
 
 
+def test_tables_without_times_are_written_whole(tmp_path: Path) -> None:
+    """Contact points as MAT and CSV: the face in words, numbers to the same bits, nothing where nothing is known."""
+    run = run_with(tmp_path / "run", {"collar_hole": ring(), "stop_below": ring()[:3]})
+    rows = np.concatenate([ring(), ring()[:3]])
+    found = loadmat(gapbeam.export(run, tmp_path / "points.mat", table="points"))
+    assert [str(face[0]) for face in found["face"][:, 0]] == 36 * ["collar_hole"] + 3 * ["stop_below"]
+    np.testing.assert_array_equal(found["first_touch"][:, 0], rows[:, 7])
+    np.testing.assert_array_equal(found["deepest"][:, 0], rows[:, 5])
+    assert found["units"]["deepest"][0, 0][0] == "m"
+    text = gapbeam.export(run, tmp_path / "points.csv", table="points").read_text(encoding="utf-8").splitlines()
+    assert text[0].split(",")[:2] + text[0].split(",")[5:] == [
+        "face", "x (m)", "contact share", "deepest (m)", "impulse (N s)", "first touch (s)",
+    ]  # fmt: skip
+    assert text[1:] == (run / POINTS_FILE).read_text(encoding="utf-8").splitlines()[1:]
+
+
+@pytest.mark.parametrize(
+    ("options", "said"),
+    [
+        ({"table": "wear", "output": "a.mat"}, r"no wear\.csv with rows; it takes `\[wear\]`"),
+        ({"table": "point", "output": "a.mat"}, r"no table 'point'; expected one of history, points, wear, impacts"),
+        ({"table": "points"}, r"points\.csv is the table points as CSV already; name another file"),
+        (
+            {"table": "points", "output": "a.mat", "every": 2},
+            r"belong to the table history; the table points is written",
+        ),
+    ],
+)
+def test_tables_that_cannot_be_written_are_refused(options: dict[str, Any], said: str, tmp_path: Path) -> None:
+    """A table that the run did not write, a name that is none, no other file, and records of what has none."""
+    run = run_with(tmp_path / "run", {"collar_hole": ring()})
+    if "output" in options:
+        options = options | {"output": tmp_path / options["output"]}
+    with pytest.raises(gapbeam.OptionError, match=said):
+        gapbeam.export(run, **options)
+    assert [path.name for path in tmp_path.iterdir()] == ["run"]
+
+
 def test_parquet_without_its_library_is_refused(results: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The message says how to install it, and what goes without; nothing is written."""
     monkeypatch.setitem(sys.modules, "pyarrow.parquet", None)
@@ -79,6 +120,7 @@ def test_parquet_without_its_library_is_refused(results: Path, tmp_path: Path, m
         (("--record", "contact_forc"), "no record 'contact_forc'; expected one of: contact_force"),
         (("--from", "5"), "no record from 5 s to the end; the run has records from 0 to 0.004 s"),
         (("--every", "0"), "0 is not in the range"),
+        (("--table", "poin"), "'poin' is not one of 'history', 'points', 'wear', 'impacts'"),
         (("--output", "."), ". is a folder"),
     ],
 )

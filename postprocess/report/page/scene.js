@@ -62,12 +62,13 @@
     const soon = () => { if (!due) { due = true; requestAnimationFrame(() => { due = false; draw(false); }); } };
 
     function say() {
+      part("factor").textContent = `× ${digits(state.scale, 2)}`;
+      if (model.frames < 2) return;
       const time = model.times[state.frame], total = model.force(state.frame).reduce((a, b) => a + b, 0);
       part("now").textContent = `${time.toFixed(timeDigits)} s`;
       part("time").value = state.frame;
       part("time").setAttribute("aria-valuetext", `${digits(time, 5)} s`);
       part("force").textContent = model.strongest > 0 ? `contact ${digits(total, 3)} N` : "";
-      part("factor").textContent = `× ${digits(state.scale, 2)}`;
       const slower = (rate * part("speed").value * (model.times[model.frames - 1] - model.times[0])) / Math.max(1, model.frames - 1);
       part("pace").textContent = slower < 1 ? `slowed ${digits(1 / slower, 2)} times` : `sped up ${digits(slower, 2)} times`;
     }
@@ -77,10 +78,11 @@
     function goTo(frame, quiet) {
       state.frame = Math.min(model.frames - 1, Math.max(0, frame));
       soon();
-      if (!quiet) clock.set(model.times[state.frame], figure);
+      if (!quiet && model.frames > 1) clock.set(model.times[state.frame], figure);
     }
 
     function play(on, byReader) {
+      if (model.frames < 2) return;
       state.playing = on;
       state.byReader = byReader;
       state.last = 0;
@@ -163,7 +165,7 @@
     });
 
     clock.listen((now, from) => {
-      if (from === figure) return;
+      if (from === figure || model.frames < 2) return;
       play(false, true);
       let near = 0;
       for (let k = 0; k < model.frames; k += 1) if (Math.abs(model.times[k] - now) < Math.abs(model.times[near] - now)) near = k;
@@ -182,7 +184,7 @@
     }, { threshold: 0.35 });
     if (model.frames > 1) seen.observe(canvas);
 
-    clock.set(model.times[state.frame], figure);
+    if (model.frames > 1) clock.set(model.times[state.frame], figure);
     draw(false);
     window.gapbeam.scenes.push({
       figure, model, maps, state, draw, play, goTo,

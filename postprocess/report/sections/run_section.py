@@ -23,10 +23,12 @@ from gapbeam.postprocess.report.sections.impacts_section import impacts_section
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section
 from gapbeam.postprocess.report.sections.orbits_section import orbits_section
 from gapbeam.postprocess.report.sections.peak_rows import peak_rows
+from gapbeam.postprocess.report.sections.points_section import points_section
 from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
 from gapbeam.postprocess.report.sections.scene_section import scene_of
 from gapbeam.postprocess.report.sections.spectra_section import spectra_section
 from gapbeam.postprocess.report.sections.statistics_section import statistics_section
+from gapbeam.postprocess.report.sections.still_scene import still_scene_of
 from gapbeam.postprocess.report.sections.verdict_section import (
     computation_section,
     limits_section,
@@ -35,6 +37,7 @@ from gapbeam.postprocess.report.sections.verdict_section import (
 from gapbeam.postprocess.report.sections.wear_section import wear_section
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.impacts_of_run import impacts_of
+from gapbeam.postprocess.results.points_of_run import points_of
 from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.wear_of_run import wear_of
@@ -46,8 +49,8 @@ from gapbeam.solver.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
 
 PICTURES = "pictures"
 NO_SCENE = (
-    "There is no moving scene, since the run left fewer than two fields of the motion. A run in time with "
-    "`output.fields_interval` well below `time.end` writes them; `gapbeam view` draws the set-up without them."
+    "There is no scene, since the run left fewer than two fields of the motion and no case with a beam to draw. A run "
+    "in time with `output.fields_interval` well below `time.end` writes fields."
 )
 PICTURE_WORDS = {
     "largest_contact_force": "The beam in its support at the field with the largest contact force.",
@@ -86,9 +89,9 @@ def run_report(results: Results, command: str) -> Report:
 
 
 def _scene(results: Results, command: str) -> list[Block]:
-    """Return the moving scene; what stands in its way is said in its place."""
+    """Return the moving scene, a still one without fields; what stands in its way is said in its place."""
     try:
-        scene = scene_of(results, command)
+        scene = scene_of(results, command) or still_scene_of(results, command)
     except (ResultsError, SignalError) as fault:
         return [Verdict("warning", f"There is no moving scene: {fault}")]
     return [Words(NO_SCENE)] if scene is None else [scene]
@@ -128,6 +131,7 @@ def probe_analyses(results: Results) -> dict[str, Analysis]:
 def _of_history(results: Results, command: str) -> list[ReportSection]:
     history, periodic = results.history, results.summary.get("periodic")
     found = sections_of_records(results, command)
+    found += _made("Contact points", "contact-points", lambda: [points_section(points_of(results.folder), command)])
     if not periodic:
         span = float(history["time"][-1] - history["time"][0])
         found += _made("Impacts", "impacts", lambda: [impacts_section(impacts_of(results.folder), span)])

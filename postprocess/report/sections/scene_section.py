@@ -107,11 +107,11 @@ def magnification_of(beam: SceneBeam, gaps: Sequence[float] = ()) -> float:
         beam: What moves.
         gaps: Of the walls, m.
     """
-    if beam.farthest == 0.0:
-        return 1.0
-    wished = _SHARE * beam.thickness / beam.farthest
     gap = max(gaps, default=0.0)
-    if gap > 0.0:
+    if beam.farthest == 0.0 and gap <= 0.0:
+        return 1.0
+    wished = _SHARE * beam.thickness / beam.farthest if beam.farthest else _GAP * beam.thickness / gap
+    if beam.farthest and gap > 0.0:
         length = float(np.ptp(beam.stations))
         wished = max(wished, min(_GAP * beam.thickness / gap, _SWING * length / beam.farthest))
     decade = 10.0 ** np.floor(np.log10(wished))

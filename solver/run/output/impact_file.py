@@ -5,13 +5,12 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from gapbeam.solver.diagnostics.impact_list import COLUMNS, UNITS
 from gapbeam.solver.diagnostics.impacts import Impacts
-from gapbeam.solver.record_table import IMPACTS_FILE
+from gapbeam.solver.record_table import IMPACT_COLUMNS, IMPACTS_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import write_beside
 
-HEAD = ",".join(["face", *(f"{name} ({unit})" for name, unit in zip(COLUMNS, UNITS, strict=True)), "stands for"])
+HEAD = ",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in IMPACT_COLUMNS.items())])
 
 
 def write_impacts(folder: Path, faces: Sequence[str], impacts: Impacts) -> None:

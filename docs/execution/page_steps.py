@@ -8,6 +8,8 @@ A comment before a block, which no reader of the page sees, says how the block i
     <!-- first: gapbeam run cases/demo.toml -->  a command that the block needs, executed before it
     <!-- input: my-data.txt = 0 1 -->      a file that the block reads; `\n` ends a line
     <!-- ends with: 5 -->                  the exit status that is expected of the last command; otherwise 0
+    <!-- output within: 2 % -->            the block is what the last command or program of the block before prints; its
+                                           numbers may be off by so much, and "..." stands for anything
     <!-- not run: reason -->               the block is not executed
 """
 
@@ -24,17 +26,20 @@ from markdown_it import MarkdownIt
 
 from docs.site.code_blocks import Block, blocks
 
-NOTE = re.compile(r"<!-- (save as|[a-z]+ with|replace|first|input|ends with|not run): (.*?) -->", re.DOTALL)
+NOTE = re.compile(
+    r"<!-- (save as|[a-z]+ with|output within|replace|first|input|ends with|not run): (.*?) -->", re.DOTALL
+)
 
 
 class Step(NamedTuple):
     """One thing to do for a page: a command, a program, or a file to write."""
 
     line: int
-    kind: Literal["command", "python", "file"]
-    text: str  # the command, the program, or the content of the file
+    kind: Literal["command", "python", "file", "output"]
+    text: str  # the command, the program, the content of the file, or what the step before prints
     status: int = 0  # the exit status that is expected
     file: str = ""
+    within: float = 0.0  # by how much numbers of an output may be off, as a fraction
 
 
 def notes_of(page: Path) -> dict[int, list[tuple[str, str]]]:
@@ -85,6 +90,9 @@ def block_steps(block: Block, notes: list[tuple[str, str]]) -> Iterator[Step]:
             yield Step(block.line, "file", content.replace("\\n", "\n") + "\n", file=file)
         elif name == "ends with":
             status = int(value)
+        elif name == "output within":
+            yield Step(block.line, "output", text, within=0.01 * float(value.removesuffix("%")))
+            return
         elif name.endswith(" with"):
             more[name.removesuffix(" with")] = shlex.split(value)
         elif name == "save as" and block.kind == "toml":

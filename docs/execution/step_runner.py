@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shutil
 import subprocess
 import sys
@@ -17,8 +18,33 @@ LIMIT = 900.0
 """Seconds after which a step is taken to hang."""
 
 
+NUMBER = re.compile(r"(?<![\w.])[-+]?\d+(?:\.\d*)?(?:e[-+]?\d+)?(?![\w])")
+
+
 class StepError(AssertionError):
-    """A command or program of a page did not end as the page says."""
+    """A command or program of a page did not end, or print, as the page says."""
+
+
+def refuse_other_output(step: Step, printed: str) -> None:
+    """Compare what a page shows as output with what was printed: the same words, and numbers within a tolerance.
+
+    Raises:
+        StepError: Words that were not printed in this order, or a number that is off.
+    """
+    shown = [line for line in step.text.splitlines() if line.strip()]
+    numbers = [float(found) for line in shown for found in NUMBER.findall(line)]
+    lines = [r"\s+".join(map(_pattern, NUMBER.sub("\0", line).split())) for line in shown]
+    found = re.search(r"\s*(?:\n.*)*?\s*".join(lines), printed)
+    if found is None:
+        raise StepError(f"line {step.line}: the page shows\n{step.text}\nbut this was printed:\n{printed[-3000:]}")
+    for said, now in zip(numbers, map(float, found.groups()), strict=True):
+        if abs(now - said) > step.within * abs(said):
+            raise StepError(f"line {step.line}: the page shows {said:g}, {now:g} was printed (within {step.within:g})")
+
+
+def _pattern(word: str) -> str:
+    """Return the pattern of a word whose numbers are zero bytes."""
+    return re.escape(word).replace("\x00", f"({NUMBER.pattern})").replace(re.escape("..."), r".*?")
 
 
 def prepared(folder: Path) -> None:
@@ -47,6 +73,7 @@ def run_step(step: Step, folder: Path) -> str:
     if step.kind == "file":
         (folder / step.file).write_text(step.text, encoding="utf-8")
         return ""
+    assert step.kind != "output", "compared with what the step before printed"
     command = [sys.executable, "-c", step.text] if step.kind == "python" else ["sh", "-c", step.text]
     try:
         done = subprocess.run(
@@ -79,12 +106,15 @@ def run_page(page: Path, folder: Path, report: Callable[[Step, float], None] = l
         report: Called after each step with the seconds that it took.
 
     Raises:
-        StepError: The first step that did not end as the page says.
+        StepError: The first step that did not end, or print, as the page says.
     """
     prepared(folder)
-    steps = page_steps(page)
+    steps, printed = page_steps(page), ""
     for step in steps:
         begin = time.perf_counter()
-        run_step(step, folder)
+        if step.kind == "output":
+            refuse_other_output(step, printed)
+        else:
+            printed = run_step(step, folder)
         report(step, time.perf_counter() - begin)
     return len(steps)

@@ -25,6 +25,8 @@ from gapbeam.postprocess.results_errors import ResultsError
 SCRIPTS = ("numbers.js", "clock.js", "scene_model.js", "scene_painters.js", "contact_maps.js", "scene.js", "page.js")
 """In this order."""
 SENTENCE = 40  # letters
+NARROW = 4  # columns that fit a phone
+NAME = 18  # letters of a first column that leaves room for others
 LARGEST_PICTURE = 32 * 2**20  # bytes
 IMAGES = {
     ".png": "image/png",
@@ -66,6 +68,7 @@ def html_of(report: Report) -> str:
         "unknown": _unknown,
         "numeric": _is_numeric,
         "wordy": _is_wordy,
+        "flows": _flows,
         "text_alternative": _text_alternative,
         "map_alternative": _map_alternative,
         "twin": lambda block: _data("image/png", surface_picture(block)),
@@ -150,6 +153,14 @@ def _is_numeric(table: TableBlock, column: int) -> bool:
 def _is_wordy(table: TableBlock, column: int) -> bool:
     """Return whether a column holds sentences, which would become towers on a phone."""
     return any(isinstance(row[column], str) and len(str(row[column])) > SENTENCE for row in table.rows)
+
+
+def _flows(table: Block) -> bool:
+    """Return whether rows become paragraphs on a phone, for lack of room: many columns, and words in more than one."""
+    if not isinstance(table, TableBlock) or len(table.columns) <= NARROW:
+        return False
+    words = [column for column in range(len(table.columns)) if not _is_numeric(table, column)]
+    return len(words) > 1 or any(isinstance(row[0], str) and len(row[0]) > NAME for row in table.rows)
 
 
 def _scene_json(scene: MovingScene) -> Markup:

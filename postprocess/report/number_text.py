@@ -8,6 +8,7 @@ from gapbeam.postprocess.report.blocks import Cell
 
 MINUS = "\N{MINUS SIGN}"
 ABSENT = "\N{EN DASH}"
+TIMES = "\N{NO-BREAK SPACE}×\N{NO-BREAK SPACE}"
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 _PLAIN = range(-3, 6)  # powers of ten of numbers that are written without them
 
@@ -28,7 +29,7 @@ def number(value: float, digits: int = 4) -> str:
     mantissa, power = f"{value:.{digits - 1}e}".split("e")
     if int(power) in _PLAIN:
         return _grouped(f"{float(f'{mantissa}e{power}'):.{max(digits - 1 - int(power), 0)}f}")
-    return f"{mantissa} × 10{str(int(power)).translate(_RAISED)}".replace("-", MINUS)
+    return f"{mantissa}{TIMES}10{str(int(power)).translate(_RAISED)}".replace("-", MINUS)
 
 
 def cell(value: Cell, digits: int = 4) -> str:

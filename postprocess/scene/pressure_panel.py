@@ -126,7 +126,9 @@ class PressurePanel:
                 )
                 self._numbers[face] = numbers
             aside = _BETWEEN_TICKS * self._large if around else 0.0
-            panel.set_ylabel("angle (°)" if around else "y (mm)", labelpad=aside)
+            panel.set_ylabel(
+                "angle (°)" if around else "y (mm)", labelpad=aside, fontsize="small" if around else "medium"
+            )
             panel.set_yticks([-180.0, 0.0, 180.0] if around else [1e3 * support.front, 0.0, 1e3 * support.back])
             panel.set_title(
                 f"pressure on the {face} (MPa)" if face in BASE_AND_GLAND else f"{face} (MPa)",

@@ -16,7 +16,7 @@ from tests.unit.test_moving_scene import RADIUS, tube
 from tests.unit.test_postprocess_synthetic import plane_beam
 
 
-@pytest.mark.parametrize("size", [(9.6, 5.4), (16.0, 9.0), (19.2, 10.8)])
+@pytest.mark.parametrize("size", [(6.4, 3.6), (9.6, 5.4), (16.0, 9.0), (19.2, 10.8)])
 def test_name_of_the_angle_is_not_clipped(size: tuple[float, float]) -> None:
     """It begins right of the picture of the support, and neither it nor the labels of the ticks hide each other."""
     points = tube()

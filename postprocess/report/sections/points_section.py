@@ -8,6 +8,7 @@ import numpy as np
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
+from gapbeam.postprocess.report.sections.along_supports import chart_along
 from gapbeam.postprocess.results.points_of_run import PointMap
 
 HEADER = (
@@ -73,14 +74,10 @@ def _charts(name: str, unit: str, faces: Mapping[str, tuple[PointMap, np.ndarray
     """Return means of values along the beam, and around it where faces have several directions."""
     if not faces:
         return []
-    lines = [_line(face, *one.along(values), 1e3) for face, (one, values) in faces.items()]
-    found: list[Block] = [Chart(f"{name} along the beam, means by area", "x (mm)", unit, lines, command)]
-    around = [_line(face, *one.turned(values), 1.0) for face, (one, values) in faces.items() if one.around]
+    lines = {face: one.along(values) for face, (one, values) in faces.items()}
+    found: list[Block] = [chart_along(f"{name} along the beam, means by area", unit, lines, command)]
+    around = [ChartCurve(face, *one.turned(values)) for face, (one, values) in faces.items() if one.around]
     if around:
         angle = "angle from straight down (deg)"
         found.append(Chart(f"{name} around the beam, means by area", angle, unit, around, command))
     return found
-
-
-def _line(face: str, places: np.ndarray, values: np.ndarray, scale: float) -> ChartCurve:
-    return ChartCurve(face, scale * places, values, "lines+markers" if len(places) < 60 else "lines")

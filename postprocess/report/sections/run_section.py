@@ -16,6 +16,7 @@ from gapbeam.postprocess.report.blocks import (
     Words,
     warnings_of,
 )
+from gapbeam.postprocess.report.sections.alike_warnings import alike
 from gapbeam.postprocess.report.sections.contact_section import contact_section
 from gapbeam.postprocess.report.sections.curve_section import curve_section, periodic_section
 from gapbeam.postprocess.report.sections.energy_section import energy_section
@@ -49,8 +50,8 @@ from gapbeam.solver.record_table import CASE_FILE, CURVE_FILE, HISTORY_FILE
 
 PICTURES = "pictures"
 NO_SCENE = (
-    "There is no scene, since the run left fewer than two fields of the motion and no case with a beam to draw. A run "
-    "in time with `output.fields_interval` well below `time.end` writes fields."
+    "There is no scene, since the run left fewer than three fields of the motion and no case with a beam to draw. A "
+    "run in time with `output.fields_interval` well below `time.end` writes fields."
 )
 PICTURE_WORDS = {
     "largest_contact_force": "The beam in its support at the field with the largest contact force.",
@@ -174,18 +175,22 @@ def _of_probes(results: Results, command: str) -> list[ReportSection | None]:
         words = "The run recorded no motion of a probe: add `[[probe]]` to the case."
         return [ReportSection("Motion", "motion", [Verdict("note", words)])]
     message = [text for one in found.values() for text in one.warnings]
-    notes = dict.fromkeys(
-        text if message.count(text) == len(found) else f"{probe}: {text}"
-        for probe, one in found.items()
-        for text in one.warnings
+    notes = alike(
+        list(
+            dict.fromkeys(
+                text if message.count(text) == len(found) else f"{probe}: {text}"
+                for probe, one in found.items()
+                for text in one.warnings
+            )
+        )
     )
     analyses = {probe: one for probe, one in found.items() if one.displacement is not None}
     if not analyses:
-        return [ReportSection("Motion", "motion", warnings_of(list(notes)))]
+        return [ReportSection("Motion", "motion", warnings_of(notes))]
     repeats = is_periodic(results)
     motion = motion_section(analyses, command, repeats)
     opening = [Words("The run computed one period of the response; it is shown here as it repeats.")] if repeats else []
-    motion = ReportSection(motion.title, motion.anchor, [*opening, *warnings_of(list(notes)), *motion.blocks])
+    motion = ReportSection(motion.title, motion.anchor, [*opening, *warnings_of(notes), *motion.blocks])
     return [motion, spectra_section(analyses, command), periodicity_section(analyses, command)]
 
 

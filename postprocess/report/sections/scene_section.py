@@ -17,6 +17,7 @@ from gapbeam.postprocess.results.supports_of_run import RunSupport, supports_of,
 from gapbeam.solver.record_table import FIELDS_FILE
 
 MOST = 400  # frames
+LEAST = 3  # fields that show a motion
 FEWEST = 24  # of a large mesh
 POINTS = 2.0e7  # of the mesh, in all frames together: a few seconds to read
 SMOOTH = 12  # frames in a forcing period, that a motion looks as it is
@@ -29,7 +30,7 @@ _ROUND = (1.0, 2.0, 5.0, 10.0)
 def scene_of(
     results: Results, command: str, begin: float | None = None, end: float | None = None
 ) -> MovingScene | None:
-    """Return the scene of a run, or of a span of it; None where that has fewer than two fields.
+    """Return the scene of a run, or of a span of it; None where that has fewer than three fields, its ends at most.
 
     Args:
         results: Of a run.
@@ -44,7 +45,7 @@ def scene_of(
         return None
     with results.fields() as fields:
         there = range(len(fields)) if begin is None and end is None else within(fields.times, begin, end)
-        if len(there) < 2:
+        if len(there) < LEAST:
             return None
         history, frequency = results.history, results.forcing_frequency
         interval = fields.frame(there[1]).time - fields.frame(there[0]).time

@@ -17,7 +17,7 @@ from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 
 WORDS = (
-    "The structure in its supports, undeformed; gaps are magnified. The run left fewer than two fields of its motion, "
+    "The structure in its supports, undeformed; gaps are magnified. The run left fewer than three fields of motion, "
     "so that the scene does not move: a run in time with `output.fields_interval` well below `time.end` writes them."
 )
 _ROUND = ("round", "tube")

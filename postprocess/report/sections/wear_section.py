@@ -10,6 +10,7 @@ import numpy as np
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.number_text import number
+from gapbeam.postprocess.report.sections.along_supports import chart_along
 from gapbeam.postprocess.results.wear_of_run import WearMap
 
 HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
@@ -92,8 +93,9 @@ def _where(maps: Mapping[str, WearMap], command: str) -> list[Block]:
     note = "The depth rate is that of this point alone, with its own area. Angles are from straight down."
     found: list[Block] = [TableBlock("Where the faces wear most", WHERE_HEADER, rows, notes=(note,))]
     density = "work rate per area (W/m^2)"
-    lines = [ChartCurve(face, *one.along()) for face, one in worn.items()]
-    found.append(Chart("Wear along the beam", "x (m)", density, lines, command))
+    found.append(
+        chart_along("Wear along the beam", density, {face: one.along() for face, one in worn.items()}, command)
+    )
     if turned := [ChartCurve(face, *one.turned()) for face, one in worn.items() if one.around]:
         found.append(Chart("Wear around the beam", "angle from straight down (deg)", density, turned, command))
     return found

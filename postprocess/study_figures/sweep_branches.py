@@ -10,7 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import LENGTHS, shown
 from gapbeam.postprocess.figures.figure_style import (
     BLACK,
     BLUE,
@@ -61,8 +61,9 @@ def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence
     names = list(quantities) if quantities else _quantities(points)
     texts = list(dict.fromkeys(point.values[along] for point in points))
     numbers = [_number(text) for text in texts]
+    axis, factor = shown("m") if along.endswith(LENGTHS) and None not in numbers else ("", 1.0)
     places = {
-        text: float(place) if None in numbers else float(number or 0.0)
+        text: float(place) if None in numbers else factor * float(number or 0.0)
         for place, (text, number) in enumerate(zip(texts, numbers, strict=True))
     }
     words: set[str] = set()
@@ -74,7 +75,7 @@ def draw_branches(points: Sequence[SweepPoint], path: Path, quantities: Sequence
                     words |= _draw_point(panel, point, name, places[point.values[along]])
                 panel.set_xmargin(0.06)
             column[0].set_title(title.replace(", ", "\n"))
-            column[-1].set_xlabel(_axis_words(points, along))
+            column[-1].set_xlabel(_axis_words(points, along, axis))
             if None in numbers:
                 column[-1].set_xticks(list(places.values()), list(places))
         for name, row in zip(names, np.transpose(columns), strict=False):
@@ -103,13 +104,14 @@ def _columns(rows: int, count: int) -> tuple[Figure, np.ndarray]:
     return figure, columns
 
 
-def _axis_words(points: Sequence[SweepPoint], along: str) -> str:
-    """Return the name of the axis, and what varies with it: from the first point to the last."""
+def _axis_words(points: Sequence[SweepPoint], along: str, unit: str) -> str:
+    """Return the name of the axis with its unit, and what varies with it: from the first point to the last."""
+    name = f"{along} ({unit})" if unit else along
     if len(set(columns_of([point.values for point in points]))) > 1:
-        return along
+        return name
     first, last = points[0].values, points[-1].values
     beside = [f"{key} = {first[key]} to {last[key]}" for key in first if key != along and first[key] != last[key]]
-    return "\n".join([along, *(f"with {words}" for words in beside)])
+    return "\n".join([name, *(f"with {words}" for words in beside)])
 
 
 def _quantities(points: Sequence[SweepPoint]) -> list[str]:

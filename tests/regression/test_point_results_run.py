@@ -85,6 +85,17 @@ def test_the_points_of_a_run_in_python_are_those_of_its_faces(tmp_path: Path) ->
     refuse_misfit(tmp_path / "run")
 
 
+@pytest.mark.slow(minutes=0.1)
+def test_the_points_of_a_periodic_response_are_those_of_its_faces(tmp_path: Path) -> None:
+    """The records of a search are one period of the response that it has found."""
+    coarse = ("model.elements=12", "mesh.support_size=0.0125", "mesh.size=0.06")
+    outcome = gapbeam.run(DEMO.with_name("periodic.toml"), (*coarse, POINTS), tmp_path / "run")
+    assert outcome.exit_status == 0, outcome.message
+    assert outcome.summary["periodic"]["periods"] == 1
+    refuse_misfit(tmp_path / "run")
+    assert gapbeam.open_results(tmp_path / "run").history["time"].values[-1] == pytest.approx(0.05)
+
+
 def test_the_maps_of_the_holes_are_drawn(tube: Path) -> None:
     """One for each support."""
     gapbeam.plot(tube, formats=())
@@ -128,9 +139,10 @@ def test_a_resumed_run_has_the_same_points(rubs: bool, tmp_path: Path) -> None:
 
 @pytest.mark.slow(minutes=0.3)
 @alone
-def test_two_ranks(tmp_path: Path) -> None:
-    """A full model: the points agree on one rank and on two."""
-    case = slice_in(tmp_path, SMOOTH | {"model": {"type": "full"}, "time": {"end": 2.0e-3, "step": 1.0e-4}})
+@pytest.mark.parametrize("model", [{"type": "full"}, {"type": "beam", "elements": 51}], ids=["full", "beam"])
+def test_two_ranks(model: dict[str, Any], tmp_path: Path) -> None:
+    """A full model, whose points are shared out, and a compiled beam: they agree on one rank and on two."""
+    case = slice_in(tmp_path, SMOOTH | {"model": model, "time": {"end": 2.0e-3, "step": 1.0e-4}})
     assert gapbeam.run(case, (), tmp_path / "1").exit_status == 0
     done = on_ranks(2, "run", case, "--output", tmp_path / "2")
     assert done.returncode == 0, done.stderr

@@ -44,7 +44,7 @@ def test_keys_side_by_side_share_one_panel(tmp_path: Path, monkeypatch: pytest.M
     figure = drawn(tmp_path / "a.png", points, monkeypatch)
     [panel] = figure.axes
     assert len(panel.collections) >= 12
-    assert panel.get_xlabel().split("\n") == ["support.clearance", f"with {LONG} = 5 to 60"]
+    assert panel.get_xlabel().split("\n") == ["support.clearance (mm)", f"with {LONG} = 5 to 60"]
     assert overlapping(figure) == []
     assert axis_of(points).choices == ()
 

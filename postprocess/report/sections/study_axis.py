@@ -6,10 +6,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
-from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.display_units import LENGTHS, shown
 from gapbeam.postprocess.study_figures.sweep_columns import Values, columns_of, key_along, other_values
-
-LENGTHS = ("clearance",)  # names of keys whose values are lengths
 
 
 @dataclass(frozen=True)

@@ -19,24 +19,27 @@ from tests.shared.command import alone
 PROJECT = Path(__file__).parents[2]
 DOCS = PROJECT / "docs"
 DAMPED = "\n[damping]\nfrequencies = [40.0, 300.0]\nratios = [0.01, 0.01]\n"
-SHOWN = [
-    pytest.param("tutorials/first-case.md", "gapbeam run first.toml", "done: 5000 steps", DAMPED, id="first-case"),
-    pytest.param("how-to/predict-wear.md", "gapbeam run cases/random-vibration", "wear: base", "", id="wear"),
-    pytest.param("how-to/record-stresses.md", "gapbeam run cases/cantilever", "root axial stress", "", id="stresses"),
-]
 WITHIN = 0.02  # round-off of other machines; error estimates follow them
+CHAOTIC = 0.3  # of peaks behind impacts, and of their errors, which round-off changes
+SHOWN = [
+    pytest.param("tutorials/first-case.md", "gapbeam run first.toml", "done: 5000 steps", DAMPED, CHAOTIC, id="first"),
+    pytest.param("how-to/predict-wear.md", "gapbeam run cases/random-vibration", "wear: base", "", WITHIN, id="wear"),
+    pytest.param(
+        "how-to/record-stresses.md", "gapbeam run cases/cantilever", "root axial stress", "", WITHIN, id="stresses"
+    ),
+]
 
 
 @pytest.mark.slow(minutes=0.5)
 @alone
-@pytest.mark.parametrize(("page", "command", "shown", "more"), SHOWN)
-def test_shown_lines_are_printed(page: str, command: str, shown: str, more: str, tmp_path: Path) -> None:
+@pytest.mark.parametrize(("page", "command", "shown", "more", "within"), SHOWN)
+def test_shown_lines_are_printed(page: str, command: str, shown: str, more: str, within: float, tmp_path: Path) -> None:
     """The command as the page shows it, and not as it is shortened, prints the line."""
     prepared(tmp_path)
     for step in page_steps(DOCS / page):
         if step.kind == "file":
             (tmp_path / step.file).write_text(step.text + more, encoding="utf-8")
-    found = blocks(DOCS / page)
+    found = list(blocks(DOCS / page))
     line = next(line for block in found for line in block.text.splitlines() if line.strip().startswith(shown))
     words = next(
         words for block in found if block.kind == "sh" for words in block.commands() if command in shlex.join(words)
@@ -49,7 +52,7 @@ def test_shown_lines_are_printed(page: str, command: str, shown: str, more: str,
         cwd=tmp_path, env=estimated | {"PYTHONPATH": paths}, capture_output=True, text=True, timeout=600, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    refuse_other_output(Step(0, "output", line, within=WITHIN), done.stdout + done.stderr)
+    refuse_other_output(Step(0, "output", line, within=within), done.stdout + done.stderr)
 
 
 @pytest.mark.slow(minutes=0.3)

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import re
 import shlex
 import subprocess
 import sys
@@ -19,8 +20,8 @@ from tests.shared.command import alone
 PROJECT = Path(__file__).parents[2]
 DOCS = PROJECT / "docs"
 DAMPED = "\n[damping]\nfrequencies = [40.0, 300.0]\nratios = [0.01, 0.01]\n"
-WITHIN = 0.02  # round-off of other machines; error estimates follow them
-CHAOTIC = 0.3  # of peaks behind impacts, and of their errors, which round-off changes
+WITHIN = 0.02  # other releases, other machines
+CHAOTIC = 0.3  # of peaks behind impacts, which round-off changes
 SHOWN = [
     pytest.param("tutorials/first-case.md", "gapbeam run first.toml", "done: 5000 steps", DAMPED, CHAOTIC, id="first"),
     pytest.param("how-to/predict-wear.md", "gapbeam run cases/random-vibration", "wear: base", "", WITHIN, id="wear"),
@@ -52,7 +53,9 @@ def test_shown_lines_are_printed(page: str, command: str, shown: str, more: str,
         cwd=tmp_path, env=estimated | {"PYTHONPATH": paths}, capture_output=True, text=True, timeout=600, check=False,
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
-    refuse_other_output(Step(0, "output", line, within=within), done.stdout + done.stderr)
+    # how much is estimated depends on the time that it takes: errors, and the span that they are of, are left out
+    figures = re.sub(r"\+- \S+ %", "...", line).replace("horizon:", "horizon...")
+    refuse_other_output(Step(0, "output", figures, within=within), done.stdout + done.stderr)
 
 
 @pytest.mark.slow(minutes=0.3)

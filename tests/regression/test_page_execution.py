@@ -11,6 +11,8 @@ from docs.execution.pages_to_run import DOCS, pages_to_run
 from docs.execution.step_runner import StepError, run_page, run_step
 
 PAGES = pages_to_run()
+MINUTES = {"README": 0.5, "first-case": 0.5, "from-python": 0.5, "export-records": 0.5, "begin-a-case": 0.5}
+"""What newcomers copy first: short enough for CI, which leaves longer tests out."""
 PAGE = """# A page
 
 <!-- save as: mine.toml -->
@@ -76,8 +78,10 @@ def test_pages_with_commands_are_found() -> None:
     assert len(PAGES) > 30
 
 
-@pytest.mark.slow(minutes=2)
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize(
+    "page",
+    [pytest.param(page, id=page.stem, marks=pytest.mark.slow(minutes=MINUTES.get(page.stem, 2.0))) for page in PAGES],
+)
 def test_pages_run_as_they_stand(page: Path, tmp_path: Path) -> None:
     """Every command and program of the page ends with the status that the page says, 0 otherwise."""
     assert run_page(page, tmp_path) > 0

@@ -22,18 +22,19 @@ DOCS = PROJECT / "docs"
 DAMPED = "\n[damping]\nfrequencies = [40.0, 300.0]\nratios = [0.01, 0.01]\n"
 WITHIN = 0.02  # other releases, other machines
 CHAOTIC = 0.3  # of peaks behind impacts, which round-off changes
+LONG, SHORT = pytest.mark.slow(minutes=1.5), pytest.mark.slow(minutes=0.5)
 SHOWN = [
-    pytest.param("tutorials/first-case.md", "gapbeam run first.toml", "done: 5000 steps", DAMPED, CHAOTIC, id="first"),
-    pytest.param("how-to/predict-wear.md", "gapbeam run cases/random-vibration", "wear: base", "", WITHIN, id="wear"),
-    pytest.param(
-        "how-to/record-stresses.md", "gapbeam run cases/cantilever", "root axial stress", "", WITHIN, id="stresses"
-    ),
+    ("tutorials/first-case.md", "run first.toml", "done: 5000 steps", DAMPED, CHAOTIC, LONG),
+    ("how-to/predict-wear.md", "run cases/random-vibration", "wear: base", "", WITHIN, SHORT),
+    ("how-to/record-stresses.md", "run cases/cantilever", "root axial stress", "", WITHIN, SHORT),
 ]
 
 
-@pytest.mark.slow(minutes=0.5)
 @alone
-@pytest.mark.parametrize(("page", "command", "shown", "more", "within"), SHOWN)
+@pytest.mark.parametrize(
+    ("page", "command", "shown", "more", "within"),
+    [pytest.param(*one, id=Path(one[0]).stem, marks=mark) for *one, mark in SHOWN],
+)
 def test_shown_lines_are_printed(page: str, command: str, shown: str, more: str, within: float, tmp_path: Path) -> None:
     """The command as the page shows it, and not as it is shortened, prints the line."""
     prepared(tmp_path)

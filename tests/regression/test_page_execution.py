@@ -63,6 +63,21 @@ def test_notes_change_what_is_executed(tmp_path: Path) -> None:
         run_step(python._replace(text="assert False"), tmp_path)
 
 
+def test_what_a_page_shows_is_compared_with_what_was_printed(tmp_path: Path) -> None:
+    """The block after a program is its output, with numbers within the tolerance of the note; it is not executed."""
+    page = tmp_path / "page.md"
+    program, output = "```python\nprint('peak', 100.4, 'N')\n```", "```text\npeak {} N\n```"
+    for shown in (100, 102):
+        page.write_text(f"# P\n\n{program}\n\n<!-- output within: 1 % -->\n\n{output.format(shown)}\n", "utf-8")
+        folder = tmp_path / str(shown)
+        folder.mkdir()
+        if shown == 100:
+            assert run_page(page, folder) == 2
+        else:
+            with pytest.raises(StepError, match=r"the page shows 102, 100\.4 was printed"):
+                run_page(page, folder)
+
+
 @pytest.mark.parametrize("note", ["<!-- replace: CASE -> b -->\n\n    make demo", "<!-- ends with: 3 -->\n\nNo block."])
 def test_a_note_without_use_is_refused(note: str, tmp_path: Path) -> None:
     """A note that no longer fits its page would let a block be executed unchanged."""

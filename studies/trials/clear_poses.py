@@ -70,7 +70,7 @@ def moved_clear(model: Model, u: Array, time: float, allowed: Array) -> tuple[Ar
     unit = float(np.max(depth - allowed))
     shift, tangents, rooms = np.zeros(motions.shape[1]), list[Array](), list[Array]()
     for _ in range(MOST_CUTS):
-        deeper = np.asarray(-(contact.at(values + traces @ shift).gap_matrix @ traces))
+        deeper = np.asarray(-(contact.at(values + traces @ shift, time).gap_matrix @ traces))
         tangents.append(deeper)
         rooms.append((allowed - depth + deeper @ shift) / unit)
         found = _least(np.concatenate(tangents), np.concatenate(rooms))

@@ -21,6 +21,7 @@ from gapbeam.solver.march.compiled.point_motions import (
     set_place,
     turns,
 )
+from gapbeam.solver.march.compiled.turning_forces import aim_with_old_forces, turn_with_forces
 from gapbeam.solver.march.compiled.turning_points import END, START, aim, hole_growth, set_far
 from gapbeam.solver.march.python.turning_step import MOST_TURNS, settled
 from gapbeam.solver.system.operators import Array
@@ -101,14 +102,18 @@ def solve_points(
     """Solve the contact problem of a step; return the iterations, or -1 where that fails."""
     everything, total, turn, before = False, 0, 0, np.inf
     aim(around, found, True)
+    aim_with_old_forces(around, balance, step, found)
     while True:
-        _look_around(around, initial_gap, balance.held_depth, step, law, touch, found.compliance, everything)
-        iterations = solve_contact(balance, step, law, found, most)
+        if turn == 0:
+            _look_around(around, initial_gap, balance.held_depth, step, law, touch, found.compliance, everything)
+        else:
+            _hold_turned(around, balance.held_depth, step, len(initial_gap))
+        iterations = solve_contact(balance, step, law, found, most, turn > 0)
         if iterations < 0:
             return iterations
         total += iterations
         if not stay_in_bounds(balance.delassus, around, found.change, balance.scale):
-            everything = True
+            everything, turn = True, 0
             continue
         left = aim(around, found, False)
         if settled(left, before):
@@ -116,6 +121,18 @@ def solve_points(
         if turn == MOST_TURNS:
             return -1
         before, turn = left, turn + 1
+        total += turn_with_forces(around, balance, step, law, found, left)
+
+
+@compiled
+def _hold_turned(around: AroundPoints | None, held_depth: Array, step: StepPoints, size: int) -> None:
+    """Set the penetrations that stations would have with the forces held, in directions that have turned."""
+    if around is not None:
+        for number in range(count_in_play(around, size)):
+            i = in_play(around, number)
+            if turns(around, i):
+                step.guess_depth[i] = step.old_depth[i] - moved_by(around, around.guess, i)
+                held_depth[i] = step.guess_depth[i] - moved_by(around, around.free, i) - hole_growth(around, i)
 
 
 @compiled

@@ -59,23 +59,30 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
     largest = 0.0
     if around is not None:
         for point in around.turning:
-            a, b = around.pairs[point, 0], around.pairs[point, 1]
-            y, z = from_middle(around, around.place, point, START)
-            new_y, new_z = y + around.guess[a] + around.free[a], z + around.guess[b] + around.free[b]
-            new_y -= around.holes[point, END] - around.holes[point, START]
-            new_z -= around.holes[point, END + 1] - around.holes[point, START + 1]
-            if not first:
-                new_y, new_z = new_y + around.motions[a], new_z + around.motions[b]
-            lengths = np.sqrt(y * y + z * z) + np.sqrt(new_y * new_y + new_z * new_z)
-            scale = -1.0 / lengths if lengths > 0.0 else 0.0
-            aside, up = scale * (y + new_y), scale * (z + new_z)
+            change = turn(around, point, first)
             if not first and found.pressure[point] != 0.0:
-                largest = max(largest, abs(aside - around.directions[point, 0]))
-                largest = max(largest, abs(up - around.directions[point, 1]))
-            around.directions[point, 0], around.directions[point, 1] = aside, up
+                largest = max(largest, change)
         if len(around.turning) > 0:
             found.factor.filled[0] = 0
     return largest
+
+
+@compiled
+def turn(around: AroundPoints, point: int, first: bool) -> float:
+    """Set the direction of a station as `aim` does; return its change, no unit."""
+    a, b = around.pairs[point, 0], around.pairs[point, 1]
+    y, z = from_middle(around, around.place, point, START)
+    new_y, new_z = y + around.guess[a] + around.free[a], z + around.guess[b] + around.free[b]
+    new_y -= around.holes[point, END] - around.holes[point, START]
+    new_z -= around.holes[point, END + 1] - around.holes[point, START + 1]
+    if not first:
+        new_y, new_z = new_y + around.motions[a], new_z + around.motions[b]
+    lengths = np.sqrt(y * y + z * z) + np.sqrt(new_y * new_y + new_z * new_z)
+    scale = -1.0 / lengths if lengths > 0.0 else 0.0
+    aside, up = scale * (y + new_y), scale * (z + new_z)
+    change: float = max(abs(aside - around.directions[point, 0]), abs(up - around.directions[point, 1]))
+    around.directions[point, 0], around.directions[point, 1] = aside, up
+    return change
 
 
 @compiled

@@ -12,6 +12,8 @@ from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 _JOINTS = {"clamped": "s", "pinned": "^", "guided": "D", "elastic": "P"}
 _MASS = "o"
+ARM: dict[str, Any] = {"color": "black", "lw": 1.6, "zorder": 4}
+"""Style of the line from a mass beside the axis to the section that carries it."""
 
 
 @dataclass(frozen=True)
@@ -24,6 +26,7 @@ class Mark:
         symbol: Marker of matplotlib; empty for a fluid.
         end: Where a fluid ends, m; None for the others.
         away: How far beside and above the axis a mass is, m.
+        ahead: How far along the axis from the section that carries it a mass is, m.
     """
 
     name: str
@@ -31,6 +34,7 @@ class Mark:
     symbol: str
     end: float | None = None
     away: tuple[float, float] = (0.0, 0.0)
+    ahead: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -41,12 +45,14 @@ class PlacedMark:
         mark: The mark.
         at: The place on the axis of the undeformed beam, or beside it, or in the middle of a fluid.
         above: The upper side of the beam there.
+        root: The place on the axis whose section carries a mass beside it; None: it is on the axis.
         outline: Corners of the part of the picture that a fluid takes up, (4, 2); None for the others.
     """
 
     mark: Mark
     at: np.ndarray
     above: np.ndarray
+    root: np.ndarray | None = None
     outline: np.ndarray | None = None
 
 
@@ -70,10 +76,13 @@ def placed(
         place = np.add(support.inside(x, support.middle + height), (0.0, beside, 0.0))
         at, above = fractions(np.array([place, support.inside(x, support.top)]))
         if mark.end is None:
-            yield PlacedMark(mark, at, above)
+            root = None
+            if mark.away != (0.0, 0.0) or mark.ahead != 0.0:
+                [root] = fractions(np.array([support.inside(x - mark.ahead, support.middle)]))
+            yield PlacedMark(mark, at, above, root)
             continue
         corners = [(mark.x, heights[0]), (mark.end, heights[0]), (mark.end, heights[1]), (mark.x, heights[1])]
-        yield PlacedMark(mark, at, above, fractions(np.array([support.inside(*corner) for corner in corners])))
+        yield PlacedMark(mark, at, above, outline=fractions(np.array([support.inside(*corner) for corner in corners])))
 
 
 def marks_of(case: Mapping[str, Any], start: float) -> Iterator[Mark]:
@@ -88,6 +97,6 @@ def marks_of(case: Mapping[str, Any], start: float) -> Iterator[Mark]:
     for mass in case.get("mass", []):
         along, *across = mass.get("offset") or (0.0, 0.0)
         away = (across[0] if len(across) == 2 else 0.0, across[-1])
-        yield Mark(str(mass["name"]), start + float(mass["point"]) + along, _MASS, away=away)
+        yield Mark(str(mass["name"]), start + float(mass["point"]) + along, _MASS, away=away, ahead=along)
     for fluid in case.get("fluid", []):
         yield Mark(str(fluid["name"]), start + float(fluid["from"]), "", start + float(fluid["to"]))

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from gapbeam.postprocess.figures.figure_style import SKY
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.results.supports_of_run import RunSupport
-from gapbeam.postprocess.scene.attached_marks import marks_of, placed
+from gapbeam.postprocess.scene.attached_marks import ARM, marks_of, placed
 from gapbeam.postprocess.scene.beam_surface import body_of
 from gapbeam.postprocess.scene.camera_view import View
 from gapbeam.postprocess.scene.camera_window import Window, rounded_down, window_of_support, window_of_whole
@@ -133,7 +133,9 @@ class _Sheet:
                 panel.fill(*one.outline.T, color=SKY, alpha=0.2, lw=0.0)
             else:
                 style: dict[str, Any] = {"marker": one.mark.symbol, "ms": 11 * self._large, "mew": 1.6}
-                panel.plot(*one.at[:, None], mfc="white", mec="black", clip_on=False, **style)
+                if one.root is not None:
+                    panel.plot(*np.stack([one.root, one.at]).T, **ARM, clip_on=False)
+                panel.plot(*one.at[:, None], mfc="white", mec="black", zorder=5, clip_on=False, **style)
             labels.append((x, float(one.above[1]), one.mark.name, "black"))
 
     def _add_probes(self, panel: Axes, view: View, labels: list[tuple[float, float, str, str]]) -> None:

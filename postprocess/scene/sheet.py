@@ -17,7 +17,7 @@ from matplotlib.lines import Line2D
 
 from gapbeam.postprocess.figures.figure_style import GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.scene.attached_marks import PlacedMark
+from gapbeam.postprocess.scene.attached_marks import ARM, PlacedMark
 from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.caption import Caption
 from gapbeam.postprocess.scene.pressure_panel import PressurePanel
@@ -222,6 +222,9 @@ class Sheet:
                     "mec": "black",
                     "mew": 1.6,
                 }
+                if one.root is not None:
+                    arm = np.stack([one.root, one.at])
+                    self._moving += panel.plot(*arm.T, **ARM, transform=panel.transAxes, clip_on=False)
                 self._moving += panel.plot(
                     *one.at[:, None], transform=panel.transAxes, clip_on=False, zorder=5, **style
                 )

@@ -139,7 +139,9 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
     friction_loss = -float(load_work.pop()) if stage.traction is not None else 0.0
     weights, deeper = system.contact.weights, system.contact.closing(old, new, system.operators)
     works = stage.load_factors * np.array(load_work)
-    works = works + system.contact.walls.works(weights * stage.pressure, old.time, new.time, len(works))
+    if system.contact.walls.motions:
+        walls = system.contact.turned(stage.opening).walls
+        works = works + walls.works(weights * stage.pressure, old.time, new.time, len(works))
     driven = np.array([not load.static for load in system.loads], dtype=bool)
     measured = StepEnergies(
         kinetic=0.5 * float(kinetic),

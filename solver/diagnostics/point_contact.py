@@ -136,7 +136,7 @@ class PointContact:
         places, rates = self._traces(u), self._traces(v)
         if contact.turning is not None:
             pairs = list(zip(places, rates, times, strict=True))
-            speeds = np.array([contact.at(place).closing_speed(rate, time) for place, rate, time in pairs])
+            speeds = np.array([contact.at(place, time).closing_speed(rate, time) for place, rate, time in pairs])
             return np.array([contact.depth(place, time) for place, _, time in pairs]), speeds
         walls, matrix = contact.walls, contact.gap_matrix
         depths = -(contact.initial_gap + (matrix @ places.T).T) - walls.places(times) @ walls.growths

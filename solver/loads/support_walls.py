@@ -50,6 +50,26 @@ def walls_of(loads: Sequence[Load], layout: Layout, contact: ContactOperator, di
     return Walls(tuple(motions), np.array(growths)) if motions else NO_WALLS
 
 
+def hole_shifts(loads: Sequence[Load], layout: Layout, contact: ContactOperator, dimension: int) -> Array:
+    """Return what a unit of each motion adds to y, z and clearance of the hole of each station, (k, stations, 3).
+
+    Args:
+        loads: As in `walls_of`, in whose order the motions are.
+        layout: The supports.
+        contact: Operator with stations in round holes.
+        dimension: 2 or 3.
+    """
+    assert contact.turning is not None
+    faces, found = contact.faces[contact.turning.points], list[Array]()
+    for load in loads:
+        if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
+            unit = _unit(load, dimension)
+            moved = [contact.face_names.index(face.name) for face in support.faces]
+            shift = np.array([unit.lateral, unit.offset, unit.clearance])
+            found.append(np.where(np.isin(faces, moved)[:, None], shift, 0.0))
+    return np.array(found).reshape(-1, len(faces), 3)
+
+
 def interference(loads: Sequence[Load], layout: Layout) -> float:
     """Return the largest interference of supports at any time, at least 0, m."""
     least = {one.name: one.clearance for one in layout.supports}

@@ -6,10 +6,11 @@ from dataclasses import replace
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.contact.formulations.circle_contact import CircleOperator, circle_contact
+from gapbeam.solver.loads.support_walls import hole_shifts
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.joint_reactions import reactions_of
 from gapbeam.solver.system.reactions import Reactions
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 
 
 def met_as_circles(body: Body) -> Body:
@@ -20,6 +21,14 @@ def met_as_circles(body: Body) -> Body:
     """
     exact = [face.circle for face in body.contact.support.faces]
     return replace(body, contact=circle_contact(body.contact, exact)) if any(exact) else body
+
+
+def with_moving_holes(case: Case, contact: ContactOperator, dimension: int) -> ContactOperator:
+    """Return an operator whose stations know how loads of a case move and open their holes: itself without stations."""
+    if not isinstance(contact, CircleOperator) or not contact.walls.motions:
+        return contact
+    shifts = hole_shifts(case.load, case.layout, contact, dimension)
+    return replace(contact, circles=replace(contact.circles, shifts=shifts))
 
 
 def station_reactions(case: Case, body: Body, system: SemiDiscreteSystem) -> Reactions | None:

@@ -33,7 +33,7 @@ from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_larg
 from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.case_law import law_of_case
-from gapbeam.solver.models.circle_stations import met_as_circles, station_reactions
+from gapbeam.solver.models.circle_stations import met_as_circles, station_reactions, with_moving_holes
 from gapbeam.solver.models.contact_scales import contact_duration, impact_time
 from gapbeam.solver.models.contact_setting import contact_setting, friction_of
 from gapbeam.solver.models.explicit_step import with_stable_step
@@ -224,6 +224,7 @@ def model_of(case: Case, body: Body) -> Model:
     slides = case.wear is not None
     maps = slides and any(load.noise for load in case.load)
     contact = replace(contact, support=support, walls=walls, measures_sliding=slides, maps_sliding=maps)
+    contact = with_moving_holes(case, contact, dimension)
     asked, (case, computed) = case, with_time_step(case, support.stiffness_per_area)
     law = law_of_case(case, contact.faces, setting)
     if case.time.scheme.impulses:

@@ -30,7 +30,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.solve.contact_solve import solve_contact
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed, condensed_operator
 from gapbeam.solver.errors import NotConverged
-from gapbeam.solver.system.operators import Array, Operators
+from gapbeam.solver.system.operators import Array, Operators, Springs
 from gapbeam.solver.system.semi_discrete import (
     STIFFNESS,
     VALUE,
@@ -82,16 +82,15 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     """
     system = replace(system, contact=replace(system.contact, tangents=None))
     contact, operators = system.contact, system.operators
-    condensed = condensed_operator(system, 0.0, 1.0, springs=contact.springs(springs), seldom=True)
-    condensed.loosen(INNER_TOLERANCE)
+    held, condensed = contact.springs(springs), None
     force = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))
     u: Imaged = np.zeros((3, operators.size))
     depth = contact.depth(np.zeros(contact.interface.size))
     point_forces: Array = np.zeros(contact.size)
     updates, moves = list[float](), list[float]()
     for iteration in range(1, MAX_ITERATIONS + 1):
-        if contact.turning is not None:
-            contact, condensed = _turned(system, springs, u[VALUE], point_forces)
+        if condensed is None or contact.turning is not None:
+            contact, condensed = _held(system, held, u[VALUE], point_forces)
         unbalanced = force - u[STIFFNESS]
         contact.interface.add(unbalanced, contact.resultant(point_forces))
         free = condensed.solve_free(unbalanced)
@@ -133,15 +132,18 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
     )
 
 
-def _turned(system: SemiDiscreteSystem, springs: float, u: Array, forces: Array) -> tuple[ContactOperator, Condensed]:
-    """Return the contact with the directions of a pose, and an operator that holds these directions.
+def _held(system: SemiDiscreteSystem, held: Springs, u: Array, forces: Array) -> tuple[ContactOperator, Condensed]:
+    """Return the contact with the directions of a pose, and an operator with springs that holds these directions.
 
     The penetration along them is a lower bound of the penetration itself, which the next iteration sees.
     """
-    values = system.contact.interface.trace(u, system.operators)
-    contact, held = system.contact.at(values), system.contact.springs(springs)
-    held = replace(held, matrix=held.matrix + system.contact.holding(forces, values))
-    return contact, condensed_operator(replace(system, contact=contact), 0.0, 1.0, springs=held, seldom=True)
+    if system.contact.turning is not None:
+        values = system.contact.interface.trace(u, system.operators)
+        held = replace(held, matrix=held.matrix + system.contact.holding(forces, values))
+        system = replace(system, contact=system.contact.at(values))
+    condensed = condensed_operator(system, 0.0, 1.0, springs=held, seldom=True)
+    condensed.loosen(INNER_TOLERANCE)
+    return system.contact, condensed
 
 
 def _stand_still(contact: ContactOperator, moved: Array, operators: Operators) -> bool:

@@ -5,7 +5,7 @@ The equations are those of `gapbeam.solver.contact.formulations.circle_contact`.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -34,6 +34,7 @@ class Circles:
         radii: Outer radius of each section, (k,), m.
         middles: Where the middle of each hole is, y and z from the axis of the undeformed beam, (k, 2), m.
         clearances: c, (k,), m.
+        shifts: What a unit of each motion of walls adds to the middle and the clearance of each hole, (walls, k, 3).
     """
 
     points: Indices
@@ -43,6 +44,22 @@ class Circles:
     radii: Array
     middles: Array
     clearances: Array
+    shifts: Array = field(default_factory=lambda: np.zeros((0, 1, 3)))
+
+    def moved(self, walls: Array) -> Circles:
+        """Return the stations with their holes elsewhere.
+
+        Args:
+            walls: How far each motion of walls has gone, (walls,).
+        """
+        if len(self.shifts) == 0:
+            return self
+        change = np.einsum("w,wka->ka", walls, self.shifts)
+        return replace(self, middles=self.middles + change[:, :2], clearances=self.clearances + change[:, 2])
+
+    def growths(self, opening: Array) -> Array:
+        """Return by how much a unit of each motion of walls opens gaps along directions, (k, 2): (walls, k)."""
+        return np.asarray(self.shifts[:, :, 2] - np.einsum("wka,ka->wk", self.shifts[:, :, :2], opening))
 
     def places(self, interface_values: Array) -> Array:
         """Return r, (k, 2), m."""

@@ -102,7 +102,11 @@ class ContactOperator:
         """The stations in round holes whose directions turn as the section moves; None: there are none."""
         return None
 
-    def at(self, interface_values: Array) -> ContactOperator:  # noqa: ARG002
+    def turning_at(self, time: float) -> Circles | None:  # noqa: ARG002
+        """Return the stations with their holes where they are at a time; None: there are none."""
+        return None
+
+    def at(self, interface_values: Array, time: float = 0.0) -> ContactOperator:  # noqa: ARG002
         """Return the operator with the directions that it has in a state: itself where none turns."""
         return self
 

@@ -10,16 +10,14 @@ from dataclasses import dataclass, replace
 from math import ceil, floor, pi
 
 import numpy as np
-from scipy.optimize import linprog
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
+from gapbeam.studies.trials.clear_poses import moved_clear, rigid_motions, slack
 
-SOFT = 2.0 * pi  # rad/s: springs on the mass that leave a free body its rigid motions, far below bending
 LOOKS = 1000  # at the speeds of supports over a run
 KICK = 2.0  # times the energy of the forced motion that a kick has at most
 _WHOLE = 1.0e-6
@@ -58,7 +56,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
 
     A load that never repeats, such as a record, acts from its start.
 
-    The velocity is a random combination of the rigid motions in the bending plane and of the shapes in which the
+    The velocity is a random combination of the rigid motions that supports stop and of the shapes in which the
     loads bend the beam, (K + omega^2 M)^-1 f; its kinetic energy is uniform up to twice f^T (K + omega^2 M)^-1 f / 2
     of the loads that drive, and of the beam at the largest speeds of supports that move.
 
@@ -82,7 +80,7 @@ def kicked(model: Model, number: int, seed: int) -> Start:
     mass = case.profile.mass
     speeds = model.system.contact.walls.speeds(np.linspace(0.0, case.time.end, LOOKS, dtype=np.float64))
     energy += 0.5 * mass * float(np.sum(np.max(speeds**2, axis=0)))
-    shapes += list(_rigid(model).T)
+    shapes += list(rigid_motions(model).T)
     velocity = np.zeros(operators.size)
     for shape in shapes:
         size = float(model.system.dots([(shape, operators.apply_mass(shape))])[0])
@@ -104,9 +102,9 @@ def carried(model: Model, end: State, before: Case) -> Start:
 
     Displacement and velocity are those of the end. The time is the first, after the ramp, at which the forcing has
     the phase that it had there, to the nearest step; a load that never repeats acts from its start. Where the faces
-    have come closer, as with a smaller clearance, the beam is moved as a rigid body in the bending plane, by the least
-    that leaves no point deeper in its face than it was: the base stays where it is, the gland has come down, and no
-    energy is put into the contact.
+    have come closer, as with a smaller clearance, the beam is moved as a rigid body, by the least that leaves no point
+    deeper in its face than it was, in the bending plane and, in supports around it, across that plane, too: the base
+    stays where it is, the gland has come down, and no energy is put into the contact.
 
     Args:
         model: The model to start; its DOFs mean what they meant.
@@ -120,11 +118,11 @@ def carried(model: Model, end: State, before: Case) -> Start:
     u = end.u[VALUE]
     depth = contact.depth(contact.interface.trace(u, operators), time)
     allowed = np.maximum(end.depth, 0.0) if len(end.depth) == len(depth) else np.zeros(len(depth))
-    if np.any(depth > allowed + _slack(allowed)):
-        u, moved, left = _moved_clear(model, u, depth, allowed)
+    if np.any(depth > allowed + slack(allowed)):
+        u, moved, left = moved_clear(model, u, time, allowed)
         depth = contact.depth(contact.interface.trace(u, operators), time)
         notes.append(f"moved by up to {moved:.3g} m as a rigid body, as the faces are closer")
-        if left > _slack(allowed):
+        if left > slack(allowed):
             notes.append(f"in spite of that {left:.3g} m deeper in its faces than before")
     pressure = end.pressure if len(end.pressure) == contact.size else np.zeros(contact.size)
     state = State(time, imaged(operators, u), imaged(operators, end.v[VALUE]), depth, pressure)
@@ -149,39 +147,3 @@ def _time(model: Model, end: State, before: Case) -> tuple[float, list[str]]:
 def _repeats(case: Case) -> bool:
     """Return whether all loads are static or repeat."""
     return all(load.repeats for load in case.load)
-
-
-def _slack(allowed: Array) -> float:
-    return 1.0e-9 * float(np.max(allowed)) + 1.0e-12
-
-
-def _rigid(model: Model) -> Array:
-    """Return heave and pitch of the body, (n, 2): what soft springs on its mass let forces at the faces do."""
-    contact, operators = model.system.contact, model.system.operators
-    soft = operators.factor(SOFT**2, 1.0)
-    lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
-    upward = contact.weights * contact.across[:, 1]
-    motions = []
-    for forces in (upward, upward * lever):
-        right_side = np.zeros(operators.size)
-        contact.interface.add(right_side, contact.resultant(forces))
-        motions.append(soft.solve(right_side))
-    return np.stack(motions, axis=1)
-
-
-def _moved_clear(model: Model, u: Array, depth: Array, allowed: Array) -> tuple[Array, float, float]:
-    """Return u with the least rigid motion that clears the faces, its size at the faces, and what is left, m."""
-    contact, operators = model.system.contact, model.system.operators
-    motions = _rigid(model)
-    deeper = np.stack([contact.depth(contact.interface.trace(x, operators)) + contact.initial_gap for x in motions.T]).T
-    scale = np.abs(deeper).max(axis=0)
-    deeper, motions = deeper / scale, motions / scale
-    count, unit = motions.shape[1], float(np.max(depth - allowed))
-    # least sum |a_i| + 1000 t, with depth + deeper a <= allowed + t, a = a+ - a-, all in units of the excess
-    cost = np.concatenate([np.ones(2 * count), [1000.0]])
-    rows = np.hstack([deeper, -deeper, -np.ones((len(depth), 1))])
-    found = linprog(cost, rows, (allowed - depth) / unit, method="highs")
-    if found.x is None:
-        return u, 0.0, unit
-    shift = unit * (found.x[:count] - found.x[count : 2 * count])
-    return u + motions @ shift, float(np.abs(deeper @ shift).max()), unit * float(found.x[-1])

@@ -23,8 +23,8 @@ def test_marks_stand_where_joints_masses_and_fluids_are() -> None:
     assert list(marks_of({}, 0.0)) == []
     beside = {"name": "head", "point": 0.4, "mass": 1.0}
     solid, flat = ({"mass": [beside | {"offset": offset}]} for offset in ([0.1, 0.02, -0.03], [0.1, -0.03]))
-    assert list(marks_of(solid, 0.0)) == [Mark("head", 0.5, "o", away=(0.02, -0.03))]
-    assert list(marks_of(flat, 0.0)) == [Mark("head", 0.5, "o", away=(0.0, -0.03))]
+    assert list(marks_of(solid, 0.0)) == [Mark("head", 0.5, "o", away=(0.02, -0.03), ahead=0.1)]
+    assert list(marks_of(flat, 0.0)) == [Mark("head", 0.5, "o", away=(0.0, -0.03), ahead=0.1)]
 
 
 def test_every_kind_of_joint_has_a_mark_of_its_own() -> None:
@@ -47,6 +47,11 @@ def test_marks_are_placed_on_the_axis_and_names_above_the_beam() -> None:
     np.testing.assert_allclose(head.above, [0.4, 0.02])
     [low] = placed([Mark("low", 0.4, "o", away=(0.01, -0.03))], support, (-0.1, 0.1), lambda places: places[:, [1, 2]])
     np.testing.assert_allclose(low.at, [0.01, -0.03], atol=1e-15)
+    [far] = placed([Mark("far", 0.4, "o", ahead=0.1)], support, (-0.1, 0.1), lambda places: places[:, [0, 2]])
+    assert low.root is not None
+    assert far.root is not None
+    np.testing.assert_allclose([low.root, far.root], [[0.0, 0.0], [0.3, 0.0]], atol=1e-15)
+    assert head.root is None
     assert head.outline is None
     np.testing.assert_allclose(water.at, [0.25, 0.0], atol=1e-15)
     assert water.outline is not None

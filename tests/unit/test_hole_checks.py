@@ -63,11 +63,14 @@ BAD = {
     ),
     "a circle with a body": (
         circle().replace("clearance = 1e-4", "clearance = 1e-4\nbody = { mass = 1.0, stiffness = 1e6 }", 1),
-        ["circle, of a support with a body of its own", "stand still"],
+        ["circle, of a support with a body of its own", "holes that stand still or move as loads say"],
     ),
-    "a circle that moves": (
-        circle('[[load]]\ntype = "support_motion"\nname = "m"\nsupport = "a"\namplitude = 1e-5\nfrequency = 20.0\n'),
-        ["circle, of a support that moves"],
+    "a circle that closes": (
+        circle(
+            '[[load]]\ntype = "clearance_change"\nname = "m"\nsupport = "a"\n'
+            "times = [0.0, 0.1]\nchanges = [0.0, -1.5e-4]\n"
+        ),
+        ["changes", "-0.00015 m, which leaves no play in a, a hole that is met as a circle", "above -0.0001 m"],
     ),
     "a circle that wears by points": (
         circle('[wear]\ncoefficient = 2e-14\narea = 1e-3\ngrowth = "local"\n'),

@@ -99,25 +99,35 @@ def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fau
             )
 
 
-def circles_stand_still(support: AnySupports, load: Loads) -> Iterator[Fault]:
-    """Walls that move or give way are those of contact points whose directions stay."""
-    layout = Layout.of(support)
-    moved = {
-        one.name: ("load", number)
-        for number, entry in load.items()
-        if isinstance(entry.place, SupportWalls) and (one := moved_by(entry.place, layout)) is not None
-    }
+def circles_do_not_give_way(support: AnySupports) -> Iterator[Fault]:
+    """Walls with a mass are those of contact points whose directions stay."""
     for key, one in _circles(support):
-        if one.body is not None or moved:
-            why = "that moves" if one.name in moved else "beside a support that moves"
-            also = next(iter(moved.values()), ())
+        if one.body is not None:
             yield Fault(
                 key,
-                f"circle, of a support {'with a body of its own' if one.body is not None else why}",
-                "holes that stand still, beside others that do",
+                "circle, of a support with a body of its own",
+                "holes that stand still or move as loads say",
                 POINTS,
-                ((*key[:-2], "body") if one.body is not None else also,),
+                ((*key[:-2], "body"),),
             )
+
+
+def circles_stay_open(support: AnySupports, load: Loads) -> Iterator[Fault]:
+    """A hole that closes in time leaves play, as one that does not."""
+    layout = Layout.of(support)
+    keys = {one.name: key for key, one in _circles(support)}
+    for number, entry in load.items():
+        if isinstance(entry.place, SupportWalls) and entry.place.opens:
+            moved = moved_by(entry.place, layout)
+            if moved is not None and moved.name in keys and moved.clearance + entry.travel[0] <= 0.0 < moved.clearance:
+                yield Fault(
+                    ("load", number, "changes"),
+                    f"{entry.travel[0]:g} m, which leaves no play in {moved.name}, a hole that is met as a circle",
+                    f"changes above {-moved.clearance:g} m: a section that is squeezed all around has no direction of "
+                    "contact",
+                    POINTS,
+                    (keys[moved.name],),
+                )
 
 
 def circles_wear_evenly(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
@@ -167,7 +177,8 @@ CIRCLE_CHECKS = (
     circles_leave_play,
     circles_have_a_midpoint_rule,
     circles_do_not_yield,
-    circles_stand_still,
+    circles_do_not_give_way,
+    circles_stay_open,
     circles_wear_evenly,
     circles_are_shot_at,
     circles_rub_without_joints,

@@ -8,7 +8,8 @@ x = |r| - c the penetration, a step from r0 to r1 has the force
 P being the law of any other contact point. Since (r0 + r1) . (r1 - r0) = (|r1| - |r0|) s, the force does the work
 -N (x1 - x0): it keeps the energy that P keeps, and z x F = 0 keeps the angular momentum of the axis about the middle.
 For the directions o = -z / s of a step, the gap is linear, g1 = g0 + o . (r1 - r0), and the contact solve is that of
-points that do not turn; o is found by turns (`march.python.turning_step`).
+points that do not turn; o is found by turns (`march.python.turning_step`). Holes that move or open have the r and c of
+the time; over a step, walls then open the gap by c1 - c0 - o . (m1 - m0) with m the middle of the hole.
 
 The area of a station is the projected one, diameter times length. Points around the section come near a circle as
 their number grows; here it is one. What is left out is that a wall that gives way touches on a wider part of the
@@ -27,15 +28,13 @@ from math import pi
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.contact.formulations.circle_sections import section_motions, stations_of
 from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import DOWN, Circles, unit_vectors
 from gapbeam.solver.system.operators import Array, Indices, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
-
-SAME_PLACE = 1.0e-9  # of the length over which points stand: at one x
-RIGID = 1.0e-8  # of the largest entry: what points of one section may move apart by round-off
+from gapbeam.solver.system.wall_motion import Walls
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -101,11 +100,23 @@ class CircleOperator(ContactOperator):
         if tangents is not None and circles.surface is not None:
             tangents = self._tangents(opening)
         gaps = csr_matrix(stay @ self.around.gap_matrix + rows @ circles.plane, shape=(count, size))
-        return replace(self, gap_matrix=gaps, tangents=tangents, opening=everywhere)
+        return replace(self, gap_matrix=gaps, tangents=tangents, opening=everywhere, walls=self._walls(opening))
 
-    def at(self, interface_values: Array) -> CircleOperator:
+    def _walls(self, opening: Array) -> Walls:
+        """Return the motions of walls with what they open along directions of the stations, (k, 2)."""
+        if not self.walls.motions or len(self.circles.shifts) == 0:
+            return self.walls
+        growths = self.walls.growths.copy()
+        growths[:, self.circles.points] = self.circles.growths(opening)
+        return replace(self.walls, growths=growths)
+
+    def turning_at(self, time: float) -> Circles:
+        """Return the stations with their holes where they are at a time."""
+        return self.circles.moved(self.walls.places(np.array([time]))[0]) if self.walls.motions else self.circles
+
+    def at(self, interface_values: Array, time: float = 0.0) -> CircleOperator:
         """Return the operator in a state: stations open toward the middle of their holes."""
-        circles = self.circles
+        circles = self.turning_at(time)
         return self.turned(-circles.directions(circles.places(interface_values)))
 
     def _tangents(self, opening: Array) -> csr_matrix:
@@ -132,7 +143,8 @@ class CircleOperator(ContactOperator):
     def depth(self, interface_values: Array, time: float = 0.0) -> Array:
         """Return the penetration, |r| - c at stations, (m,), m."""
         found = super().depth(interface_values, time)
-        found[self.circles.points] = self.circles.penetrations(self.circles.places(interface_values))
+        circles = self.turning_at(time)
+        found[circles.points] = circles.penetrations(circles.places(interface_values))
         return found
 
     def penetration(self, interface_values: Array, time: float = 0.0) -> Array:
@@ -211,8 +223,8 @@ def circle_contact(points: ContactOperator, exact: Sequence[bool]) -> CircleOper
     """
     chosen = np.asarray(exact)[points.faces]
     kept = np.flatnonzero(~chosen)
-    members = tuple(_stations(points, np.flatnonzero(chosen)))
-    planes, surfaces = zip(*(_motions(points, one) for one in members), strict=True)
+    members = tuple(stations_of(points, np.flatnonzero(chosen)))
+    planes, surfaces = zip(*(section_motions(points, one) for one in members), strict=True)
     size = points.interface.size
     rings = np.array([int(points.faces[one[0]]) for one in members])
     radii = np.array([float(np.hypot(*points.positions[one, 1:].T).mean()) for one in members])
@@ -253,45 +265,6 @@ def circle_contact(points: ContactOperator, exact: Sequence[bool]) -> CircleOper
         opening=opening,
     )
     return contact.turned(opening[stations])
-
-
-def _stations(points: ContactOperator, chosen: Indices) -> list[Indices]:
-    """Return the points at one x of one face each."""
-    found, length = list[Indices](), max(float(np.ptp(points.positions[:, 0])), np.finfo(float).tiny)
-    for face in np.unique(points.faces[chosen]):
-        here = chosen[points.faces[chosen] == face]
-        here = here[np.argsort(points.positions[here, 0], kind="stable")]
-        breaks = np.flatnonzero(np.diff(points.positions[here, 0]) > SAME_PLACE * length) + 1
-        found += np.split(here, breaks)
-    return found
-
-
-def _motions(points: ContactOperator, members: Indices) -> tuple[Array, Array]:
-    """Return the rows of a section: of its axis, (2, size), and of its surface, (4, size), if there are tangents."""
-    across, gaps = points.across[members], points.gap_matrix[members].toarray()
-    plane = _fitted(across, gaps, points, members)
-    if points.tangents is None:
-        return plane, np.zeros((0, plane.shape[1]))
-    along, around = (points.tangents[2 * members + axis].toarray() for axis in (0, 1))
-    spots = points.positions[members, 1:]
-    axial = _fitted(np.column_stack([np.ones(len(members)), spots]), along, points, members)
-    sideways = np.stack([-across[:, 1], across[:, 0]], axis=1)
-    arms = sideways[:, 1] * spots[:, 0] - sideways[:, 0] * spots[:, 1]
-    turn = _fitted(arms[:, None], around - sideways @ plane, points, members, float(np.abs(around).max()))
-    return plane, np.concatenate([axial, turn])
-
-
-def _fitted(basis: Array, rows: Array, points: ContactOperator, members: Indices, largest: float = 0.0) -> Array:
-    """Return the rows, (b, size), of which all rows, (m, size), are combinations with `basis`, (m, b)."""
-    found = np.linalg.lstsq(basis, rows)[0]
-    if np.abs(basis @ found - rows).max() > RIGID * max(float(np.abs(rows).max()), largest):
-        name, x = points.face_names[points.faces[members[0]]], points.positions[members[0], 0]
-        raise UserError(
-            f"{name} at x = {x:.4g} m is met as a circle, and the section there does not keep its shape\n"
-            "  expected: a model whose sections keep it\n"
-            '  try:      contact = "points" in the region of the support'
-        )
-    return np.asarray(found)
 
 
 def _holes(support: Support, faces: Indices, positions: Array, stations: Indices) -> tuple[Array, Array]:

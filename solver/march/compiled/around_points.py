@@ -48,8 +48,8 @@ class AroundPoints(NamedTuple):
         bound: How far each section may move in the step, (k / 2,), m.
         pressed: 1 for sections with a point under pressure, else 0, (k / 2,).
         turning: Points that are stations in round holes, (t,).
-        holes: Middle m and clearance c of the hole of each station, and the radius of its section; NaN at points whose
-            directions are fixed, (m, 4), m.
+        holes: Middle m and clearance c of the hole of each station at the start of the step, the radius of its section,
+            and m and c at the end of the step; NaN at points whose directions are fixed, (m, 7), m.
     """
 
     pairs: Indices
@@ -86,7 +86,7 @@ def around_points(
         contact: Its points.
         planes: The motions of the axes of the stations, (t, 2, n); None: there are none.
     """
-    if contact.walls.motions or not contact.support.around:
+    if not contact.support.around or (contact.walls.motions and contact.turning is None):
         return gaps, None
     sections = _sections(gaps, contact, planes)
     if sections is None:
@@ -105,7 +105,7 @@ def around_points(
         columns=np.ascontiguousarray(rows.T),
         starts=starts.astype(np.int64),
         members=members.astype(np.int64),
-        least_gap=np.minimum.reduceat(contact.initial_gap[members], starts[:-1]),
+        least_gap=_least_gaps(contact, members, starts),
         faces=contact.faces[members[starts[:-1]]].astype(np.int64),
         near=np.zeros(points, dtype=np.int64),
         chosen=np.zeros(1, dtype=np.int64),
@@ -157,8 +157,17 @@ def _fitted(directions: Array, gaps: Array) -> Array:
 
 
 def _holes(contact: ContactOperator) -> Array:
-    """Return middle, clearance and radius of each station, NaN at other points, (m, 4), m."""
-    found, circles = np.full((contact.size, 4), np.nan), contact.turning
+    """Return middle, clearance and radius of each station, middle and clearance again, NaN at other points, (m, 7)."""
+    found, circles = np.full((contact.size, 7), np.nan), contact.turning
     if circles is not None:
-        found[circles.points] = np.column_stack([circles.middles, circles.clearances, circles.radii])
+        hole = np.column_stack([circles.middles, circles.clearances])
+        found[circles.points] = np.column_stack([hole, circles.radii, hole])
     return found
+
+
+def _least_gaps(contact: ContactOperator, members: Indices, starts: Indices) -> Array:
+    """Return the smallest g0 of each section, (k / 2,), m; of stations whose holes move -inf: they may always touch."""
+    gaps = contact.initial_gap.copy()
+    if contact.turning is not None and contact.walls.motions:
+        gaps[contact.turning.points] = -np.inf
+    return np.asarray(np.minimum.reduceat(gaps[members], starts[:-1]))

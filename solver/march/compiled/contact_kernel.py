@@ -110,16 +110,23 @@ def point_at(step: StepPoints, law: LawTable, point: int) -> Point:
 
 
 @compiled
-def solve_contact(balance: Balance, step: StepPoints, law: LawTable, found: Solution, most: int) -> int:
-    """Solve the contact problem of a step into `found`; return the iterations, or -1 where that fails."""
+def solve_contact(
+    balance: Balance, step: StepPoints, law: LawTable, found: Solution, most: int, again: bool = False
+) -> int:
+    """Solve the contact problem of a step into `found`; return the iterations, or -1 where that fails.
+
+    `again`: from the change that `found` has, of the same points in other directions.
+    """
     around, size = balance.around, len(balance.held)
     largest_depth, largest_held = 0.0, 0.0
     for number in range(count_in_play(around, size)):
         i = in_play(around, number)
         largest_depth = max(largest_depth, abs(balance.held_depth[i]))
         largest_held = max(largest_held, abs(balance.held[i]) / balance.weights[i])
-        found.change[i] = 0.0
+        found.change[i] = found.change[i] if again else 0.0
         found.depth[i] = balance.held_depth[i]
+    if again:
+        add_responses(balance.delassus, around, found.change, -balance.scale, found.depth)
     least = max(NOTHING, EPSILON * largest_held)
     before = np.inf
     for iteration in range(most + 1):

@@ -2,9 +2,12 @@
 
 from __future__ import annotations
 
+import numpy as np
+
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.dense_operators import DenseOperators
+from gapbeam.solver.system.semi_discrete import ContactOperator
 
 
 def why_not_compiled(plan: March) -> str | None:
@@ -32,6 +35,15 @@ def why_not_compiled(plan: March) -> str | None:
         return "impulses in the place of a contact stiffness"
     if system.contact.turning is not None and law.touch_product is not None:
         return "damping that follows from touch speeds, at holes that are met as circles"
+    if system.contact.turning is not None and _others_move(system.contact):
+        return "supports that move beside holes that are met as circles"
     if plan.resolution is not None:
         return "adaptive steps"
     return None
+
+
+def _others_move(contact: ContactOperator) -> bool:
+    """Return whether walls move at points that are no stations in round holes."""
+    if contact.turning is None or not contact.walls.motions:
+        return False
+    return bool(np.any(np.delete(contact.walls.growths, contact.turning.points, axis=1)))

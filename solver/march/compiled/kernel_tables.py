@@ -95,12 +95,16 @@ class WallRows(NamedTuple):
         growths: S, by how much a unit of each opens the gaps, (k, m).
         places: w - w(0) at the start of the first step and at the end of each, (steps + 1, k).
         speeds: w' at the same times, (steps + 1, k).
+        holes: Middle and clearance of the hole of each station at t = 0, (t, 3), m.
+        shifts: What a unit of each motion adds to these, (k, t, 3); S is 0 at stations.
     """
 
     loads: Indices
     growths: Array
     places: Array
     speeds: Array
+    holes: Array
+    shifts: Array
 
 
 class Room(NamedTuple):

@@ -25,7 +25,7 @@ from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play
 from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
 from gapbeam.solver.march.compiled.sliding_kernel import enter_sliding, record_sliding
-from gapbeam.solver.march.compiled.turning_points import point_outward, record_turning
+from gapbeam.solver.march.compiled.turning_points import point_outward, record_turning, stay_holes
 from gapbeam.solver.march.compiled.wall_kernels import move_walls, wall_work
 from gapbeam.solver.system.operators import Array
 
@@ -83,13 +83,15 @@ def _march_steps(
     recorded, listed, impacts = 0, 0, records.impacts
     begin_points(modal, motion, room)
     for step in range(len(factors)):
-        move_walls(walls, step, room)
+        move_walls(walls, step, room, modal.around)
         if scheme.form == ENDPOINT:
             iterations = alpha_step(modal, scheme, law, motion, room, factors[step], most)
         else:
             iterations = midpoint_step(modal, scheme, law, motion, room, factors[step], most)
         if iterations < 0:
+            stay_holes(modal.around)
             complete_points(modal, modal.around, law, motion, room)
+            move_walls(walls, step, room, modal.around)
             return FAILED, step, recorded
         if len(records.sliding.tangents) > 0:
             enter_sliding(modal, motion, room, records.sliding, scheme.dt)
@@ -173,7 +175,7 @@ def _enter(
         room.works[load] *= factors[load]
         driven += modal.driven[load] * room.works[load]
     for wall in range(len(walls.loads)):
-        work = wall_work(walls, step, wall, room)
+        work = wall_work(walls, step, wall, room, modal.around)
         room.works[walls.loads[wall]] += work
         driven += work
     accept(modal, scheme, motion, room)

@@ -20,17 +20,17 @@ from gapbeam.solver.march.compiled.point_motions import (
     set_responses,
     turns,
 )
-from gapbeam.solver.march.compiled.turning_points import far
+from gapbeam.solver.march.compiled.turning_points import END, START, far
 from gapbeam.solver.system.operators import Array
 
 SLACK = 0.01  # of the smallest gap, allowed for beyond twice the motion without a change of the forces
 
 
 @compiled
-def depth_at(around: AroundPoints, initial_gap: Array, place: Array, point: int) -> float:
-    """Return d of a point: -(g0 + c . s), or |s - m| - c of a station in a round hole."""
+def depth_at(around: AroundPoints, initial_gap: Array, place: Array, point: int, at: int) -> float:
+    """Return d of a point: -(g0 + c . s), or |s - m| - c of a station in a round hole; `at`: START or END."""
     if turns(around, point):
-        return far(around, place, point)
+        return far(around, place, point, at)
     depth: float = -initial_gap[point] - moved_by(around, place, point)
     return depth
 
@@ -72,7 +72,7 @@ def choose_near(around: AroundPoints, initial_gap: Array, pressure: Array, every
             continue
         for number in range(around.starts[section], around.starts[section + 1]):
             point = around.members[number]
-            if pressure[point] != 0.0 or depth_at(around, initial_gap, around.place, point) > -bound:
+            if pressure[point] != 0.0 or depth_at(around, initial_gap, around.place, point, START) > -bound:
                 around.near[count] = point
                 count += 1
     around.chosen[0] = count
@@ -105,7 +105,7 @@ def raise_closest(around: AroundPoints | None, initial_gap: Array, deepest: Arra
             highest = _length(around.after, section) - around.least_gap[section]
             if highest > deepest[face] and highest > so_far[face]:
                 for number in range(around.starts[section], around.starts[section + 1]):
-                    depth = depth_at(around, initial_gap, around.after, around.members[number])
+                    depth = depth_at(around, initial_gap, around.after, around.members[number], END)
                     deepest[face] = max(deepest[face], depth)
 
 

@@ -105,12 +105,20 @@ def factor_rows(plan: March, first: int, steps: int) -> Array:
 def wall_rows(plan: March, first: int, steps: int) -> WallRows:
     """Return the motion of walls in some steps."""
     times = _times(plan, first, steps)
-    walls, points = plan.system.contact.walls, plan.system.contact.size
+    walls, points, circles = plan.system.contact.walls, plan.system.contact.size, plan.system.contact.turning
+    growths = np.array(np.broadcast_to(walls.growths, (len(walls.motions), points)))
+    holes: Array = np.zeros((0, 3))
+    shifts: Array = np.zeros((len(walls.motions), 0, 3))
+    if circles is not None and walls.motions:
+        growths[:, circles.points] = 0.0
+        holes, shifts = np.column_stack([circles.middles, circles.clearances]), circles.shifts
     return WallRows(
         loads=np.array([motion.load for motion in walls.motions], dtype=np.int64),
-        growths=_packed(np.broadcast_to(walls.growths, (len(walls.motions), points))),
+        growths=_packed(growths),
         places=_packed(walls.places(times)),
         speeds=_packed(walls.speeds(times)),
+        holes=_packed(holes),
+        shifts=_packed(shifts),
     )
 
 

@@ -13,8 +13,16 @@ from gapbeam.solver.march.compiled.array_loops import copy_into, fill
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, solve_contact
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
 from gapbeam.solver.march.compiled.near_points import begin_near, choose_near, depth_at, stay_in_bounds
-from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play, moved_by, set_motions, set_place
-from gapbeam.solver.march.compiled.turning_points import aim, set_far
+from gapbeam.solver.march.compiled.point_motions import (
+    count_in_play,
+    in_play,
+    moved_by,
+    set_motions,
+    set_place,
+    turns,
+)
+from gapbeam.solver.march.compiled.turning_forces import aim_with_old_forces, turn_with_forces
+from gapbeam.solver.march.compiled.turning_points import END, START, aim, hole_growth, set_far
 from gapbeam.solver.march.python.turning_step import MOST_TURNS, settled
 from gapbeam.solver.system.operators import Array
 
@@ -94,14 +102,18 @@ def solve_points(
     """Solve the contact problem of a step; return the iterations, or -1 where that fails."""
     everything, total, turn, before = False, 0, 0, np.inf
     aim(around, found, True)
+    aim_with_old_forces(around, balance, step, found)
     while True:
-        _look_around(around, initial_gap, balance.held_depth, step, law, touch, found.compliance, everything)
-        iterations = solve_contact(balance, step, law, found, most)
+        if turn == 0:
+            _look_around(around, initial_gap, balance.held_depth, step, law, touch, found.compliance, everything)
+        else:
+            _hold_turned(around, balance.held_depth, step, len(initial_gap))
+        iterations = solve_contact(balance, step, law, found, most, turn > 0)
         if iterations < 0:
             return iterations
         total += iterations
         if not stay_in_bounds(balance.delassus, around, found.change, balance.scale):
-            everything = True
+            everything, turn = True, 0
             continue
         left = aim(around, found, False)
         if settled(left, before):
@@ -109,6 +121,18 @@ def solve_points(
         if turn == MOST_TURNS:
             return -1
         before, turn = left, turn + 1
+        total += turn_with_forces(around, balance, step, law, found, left)
+
+
+@compiled
+def _hold_turned(around: AroundPoints | None, held_depth: Array, step: StepPoints, size: int) -> None:
+    """Set the penetrations that stations would have with the forces held, in directions that have turned."""
+    if around is not None:
+        for number in range(count_in_play(around, size)):
+            i = in_play(around, number)
+            if turns(around, i):
+                step.guess_depth[i] = step.old_depth[i] - moved_by(around, around.guess, i)
+                held_depth[i] = step.guess_depth[i] - moved_by(around, around.free, i) - hole_growth(around, i)
 
 
 @compiled
@@ -124,10 +148,12 @@ def _look_around(
         choose_near(around, initial_gap, step.old_pressure, everything)
         for number in range(count_in_play(around, len(initial_gap))):
             i = in_play(around, number)
-            step.old_depth[i] = depth_at(around, initial_gap, around.place, i)
+            step.old_depth[i] = depth_at(around, initial_gap, around.place, i, START)
             step.guess_depth[i] = step.old_depth[i] - moved_by(around, around.guess, i)
             step.guess_rate[i] = -moved_by(around, around.rate, i)
             held_depth[i] = step.guess_depth[i] - moved_by(around, around.free, i)
+            if turns(around, i):
+                held_depth[i] -= hole_growth(around, i)
         if law.by_touch:
             set_place(around, touch.velocity, around.motions)
             for number in range(count_in_play(around, len(initial_gap))):
@@ -139,7 +165,7 @@ def _look_around(
 def open_gaps(around: AroundPoints | None, opened: Array, depth: Array) -> None:
     """Take what walls have opened, (m,), off penetrations or their rates, (m,): still walls change no digit of these.
 
-    Walls around sections that share their motions stand still.
+    Walls around sections that share their motions stand still, but for round holes (`wall_kernels.move_walls`).
     """
     if around is None:
         for i in range(len(depth)):
@@ -153,7 +179,7 @@ def end_points(around: AroundPoints | None, initial_gap: Array, room: Room) -> N
         set_place(around, room.new_q, around.after)
         for number in range(count_in_play(around, len(initial_gap))):
             i = in_play(around, number)
-            room.solution.depth[i] = depth_at(around, initial_gap, around.after, i)
+            room.solution.depth[i] = depth_at(around, initial_gap, around.after, i, END)
 
 
 @compiled

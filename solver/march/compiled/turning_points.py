@@ -13,13 +13,34 @@ from gapbeam.solver.march.compiled.contact_kernel import Solution
 from gapbeam.solver.march.compiled.point_motions import set_place
 from gapbeam.solver.system.operators import Array
 
+START, END = 0, 4  # where m and c of the start and of the end of a step begin in `AroundPoints.holes`
+
 
 @compiled
-def from_middle(around: AroundPoints, place: Array, point: int) -> tuple[float, float]:
-    """Return r = s - m of a station, y and z, m."""
-    y = place[around.pairs[point, 0]] - around.holes[point, 0]
-    z = place[around.pairs[point, 1]] - around.holes[point, 1]
+def from_middle(around: AroundPoints, place: Array, point: int, at: int) -> tuple[float, float]:
+    """Return r = s - m of a station, y and z, m; `at`: START or END."""
+    y = place[around.pairs[point, 0]] - around.holes[point, at]
+    z = place[around.pairs[point, 1]] - around.holes[point, at + 1]
     return y, z
+
+
+@compiled
+def hole_growth(around: AroundPoints, point: int) -> float:
+    """Return by how much the motion of its hole opens the gap of a station in a step, c1 - c0 - o . (m1 - m0), m."""
+    growth: float = around.holes[point, END + 2] - around.holes[point, START + 2]
+    for axis in range(2):
+        moved = around.holes[point, END + axis] - around.holes[point, START + axis]
+        growth -= around.directions[point, axis] * moved
+    return growth
+
+
+@compiled
+def stay_holes(around: AroundPoints | None) -> None:
+    """Put holes back to where they were at the start of a step."""
+    if around is not None:
+        for point in around.turning:
+            for axis in range(3):
+                around.holes[point, END + axis] = around.holes[point, START + axis]
 
 
 @compiled
@@ -38,28 +59,37 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
     largest = 0.0
     if around is not None:
         for point in around.turning:
-            a, b = around.pairs[point, 0], around.pairs[point, 1]
-            y, z = from_middle(around, around.place, point)
-            new_y, new_z = y + around.guess[a] + around.free[a], z + around.guess[b] + around.free[b]
-            if not first:
-                new_y, new_z = new_y + around.motions[a], new_z + around.motions[b]
-            lengths = np.sqrt(y * y + z * z) + np.sqrt(new_y * new_y + new_z * new_z)
-            scale = -1.0 / lengths if lengths > 0.0 else 0.0
-            aside, up = scale * (y + new_y), scale * (z + new_z)
+            change = turn(around, point, first)
             if not first and found.pressure[point] != 0.0:
-                largest = max(largest, abs(aside - around.directions[point, 0]))
-                largest = max(largest, abs(up - around.directions[point, 1]))
-            around.directions[point, 0], around.directions[point, 1] = aside, up
+                largest = max(largest, change)
         if len(around.turning) > 0:
             found.factor.filled[0] = 0
     return largest
 
 
 @compiled
-def far(around: AroundPoints, place: Array, point: int) -> float:
-    """Return |r| - c of a station at s, m."""
-    y, z = from_middle(around, place, point)
-    depth: float = np.sqrt(y * y + z * z) - around.holes[point, 2]
+def turn(around: AroundPoints, point: int, first: bool) -> float:
+    """Set the direction of a station as `aim` does; return its change, no unit."""
+    a, b = around.pairs[point, 0], around.pairs[point, 1]
+    y, z = from_middle(around, around.place, point, START)
+    new_y, new_z = y + around.guess[a] + around.free[a], z + around.guess[b] + around.free[b]
+    new_y -= around.holes[point, END] - around.holes[point, START]
+    new_z -= around.holes[point, END + 1] - around.holes[point, START + 1]
+    if not first:
+        new_y, new_z = new_y + around.motions[a], new_z + around.motions[b]
+    lengths = np.sqrt(y * y + z * z) + np.sqrt(new_y * new_y + new_z * new_z)
+    scale = -1.0 / lengths if lengths > 0.0 else 0.0
+    aside, up = scale * (y + new_y), scale * (z + new_z)
+    change: float = max(abs(aside - around.directions[point, 0]), abs(up - around.directions[point, 1]))
+    around.directions[point, 0], around.directions[point, 1] = aside, up
+    return change
+
+
+@compiled
+def far(around: AroundPoints, place: Array, point: int, at: int) -> float:
+    """Return |r| - c of a station at s, m; `at`: START or END."""
+    y, z = from_middle(around, place, point, at)
+    depth: float = np.sqrt(y * y + z * z) - around.holes[point, at + 2]
     return depth
 
 
@@ -68,7 +98,7 @@ def set_far(around: AroundPoints | None, depth: Array) -> None:
     """Set the penetrations of stations to |r| - c, at the s in `motions`, (m,), m."""
     if around is not None:
         for point in around.turning:
-            depth[point] = far(around, around.motions, point)
+            depth[point] = far(around, around.motions, point, END)
 
 
 @compiled
@@ -83,7 +113,7 @@ def point_outward(around: AroundPoints | None, q: Array, across: Array) -> None:
     if around is not None:
         set_place(around, q, around.motions)
         for point in around.turning:
-            y, z = from_middle(around, around.motions, point)
+            y, z = from_middle(around, around.motions, point, END)
             length = np.sqrt(y * y + z * z)
             across[point, 0] = -y / length if length > 0.0 else 0.0
             across[point, 1] = -z / length if length > 0.0 else 1.0

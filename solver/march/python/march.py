@@ -172,7 +172,7 @@ def with_touch_speed(plan: March, state: State, before: State | None = None) -> 
     if plan.law.touch_product is None:
         return state
     contact = plan.system.contact
-    contact = contact.at(contact.interface.trace(state.u[VALUE], plan.system.operators))
+    contact = contact.at(contact.interface.trace(state.u[VALUE], plan.system.operators), state.time)
     speed = contact.closing_speed(contact.interface.trace(state.v[VALUE], plan.system.operators), state.time)
     if before is not None and before.touch_speed is not None:
         speed = np.where(state.depth > 0.0, before.touch_speed, speed)

@@ -59,15 +59,17 @@ def turning_step(
     Raises:
         NotConverged: A contact solve failed, or the directions did not settle.
     """
-    circles, operators = system.contact.turning, system.operators
+    operators = system.operators
+    circles, ends = system.contact.turning_at(old.time), system.contact.turning_at(old.time + dt)
     assert circles is not None
+    assert ends is not None
     assert isinstance(condensed, CondensedOperator)  # stations are those of dense models
     interface = system.contact.interface
 
     def places(u: Array) -> Array:
-        return circles.places(interface.trace(u, operators))
+        return ends.places(interface.trace(u, operators))
 
-    before = places(old.u[VALUE])
+    before = circles.places(interface.trace(old.u[VALUE], operators))
     opening = circles.opening(before, places(old.u[VALUE] + dt * old.v[VALUE]))
     held = replace(old, pressure=_without(old.pressure, circles.points))
     left, iterations = [np.inf], 0

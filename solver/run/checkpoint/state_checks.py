@@ -121,7 +121,7 @@ def _of_parts(state: State, model: Model) -> Iterator[str]:
 def _of_images(state: State, model: Model) -> Iterator[str]:
     operators = model.system.operators
     contact, forces, rate = model.system.contact, np.zeros(operators.size), 2.0 / model.step
-    contact = contact.at(contact.interface.trace(state.u[VALUE], operators))
+    contact = contact.at(contact.interface.trace(state.u[VALUE], operators), state.time)
     contact.interface.add(forces, contact.resultant(contact.weights * state.pressure))
     # K x follows from the balance of a step: what hardly deforms has no more digits of it than its other terms leave
     left = OF_BALANCE * np.finfo(float).eps * (np.abs(forces) + rate * np.abs(state.v[MASS]))

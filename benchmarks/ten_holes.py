@@ -3,7 +3,8 @@
     environment/run python3 -m benchmarks.ten_holes [steps]
 
 The tube of `cases/tube-holes.toml`, reduced with 40 modes and rigid sections, turned about by forces of 100 N upward
-and aside. Every hole is touched. Energy gates judge every step. The least of five marches each, on one thread.
+and aside. The table says how many holes are touched. Energy gates judge every step. The least of five marches each, on
+one thread.
 """
 
 from __future__ import annotations

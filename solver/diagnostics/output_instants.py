@@ -84,7 +84,9 @@ class Instants(NamedTuple):
 def instant_of(state: State, accounts: Accounts) -> Instants:
     """Return a state with the accounts at its time; the iterations are reported once. Collective."""
     contact, ledger, peaks = accounts.system.contact, accounts.ledger, accounts.peaks
-    across = contact.at(contact.interface.trace(state.u[VALUE], accounts.system.operators), state.time).across
+    across = contact.across
+    if contact.turning is not None:
+        across = contact.at(contact.interface.trace(state.u[VALUE], accounts.system.operators), state.time).across
     forces = contact.weights * state.pressure
     pressed = state.pressure > 0.0
     iterations, peaks.iterations = peaks.iterations, 0

@@ -42,6 +42,14 @@ def anchors(page: Path) -> set[str]:
     return {re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-") for heading in headings}
 
 
+@pytest.mark.parametrize("page", PAGES, ids=name)
+def test_links_stay_on_the_site(page: Path) -> None:
+    """A page of the site links to no page above docs/, which the site does not have: its build would end."""
+    targets = [target.partition("#")[0] for target in LINK.findall(CODE.sub("", page.read_text(encoding="utf-8")))]
+    files = {path: (page.parent / path).resolve() for path in targets if path and not re.match(r"[a-z]+:", path)}
+    assert [path for path, file in files.items() if file.suffix == ".md" and not file.is_relative_to(DOCS)] == []
+
+
 @pytest.mark.parametrize("page", [*ROOT_PAGES, *PAGES], ids=name)
 def test_links_lead_somewhere(page: Path) -> None:
     """Every relative link names a file of the project, and its anchor a heading of that file."""

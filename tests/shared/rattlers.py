@@ -227,8 +227,10 @@ def _rows(times: np.ndarray, closed: np.ndarray, impulse: np.ndarray, closings: 
     """Return records as histories have them; components of the place stand as x, lateral, bending."""
     place = np.zeros((len(times), 1, 3))
     place[:, 0, -u.shape[1] :] = u
+    parts = None if sliding is None else np.stack([np.zeros_like(sliding), sliding, np.zeros_like(sliding)], axis=-1)
     return {
         "time": times, "contact_time": closed, "impulse": impulse, "closings": closings,
         "approach_speeds": approach, "force_square": square, "sliding_work": sliding,
+        "work_by_mode": parts,
         "displacement": place, "acceleration_absolute": np.zeros_like(place),
     }  # fmt: skip

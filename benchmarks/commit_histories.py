@@ -9,9 +9,6 @@ environment, and its history files have to be those of today.
 
 from __future__ import annotations
 
-import argparse
-import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -19,11 +16,11 @@ from pathlib import Path
 
 import numpy as np
 
-from benchmarks.table import RESULTS, Cell, Table, machine_words
+from benchmarks.other_checkout import HERE, options_with_other, run_by
+from benchmarks.table import Cell, Table, machine_words
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.system.operators import Array
 
-HERE = Path(__file__).parents[1]
 CASES = (
     "demo.toml",
     "demo.toml model.type=reduced time.end=0.1",
@@ -52,10 +49,11 @@ def table(other: Path, cases: Sequence[str]) -> Table:
     """
     rows: list[tuple[Cell, ...]] = []
     for words in cases:
+        file, *overrides = words.split()
         with tempfile.TemporaryDirectory() as folder:
             places = [Path(folder) / name for name in ("old", "new")]
             for checkout, place in zip((other.resolve(), HERE), places, strict=True):
-                _run(checkout, other.resolve(), words, place)
+                run_by(checkout, other.resolve() / "cases" / file, overrides, place)
             old, new = (open_results(place).history for place in places)
             apart = [_apart(old[name].values, new[name].values) for name in QUANTITIES]
         rows.append((words, len(old["time"].values), *apart))
@@ -69,24 +67,12 @@ def table(other: Path, cases: Sequence[str]) -> Table:
     )
 
 
-def _run(checkout: Path, cases: Path, words: str, place: Path) -> None:
-    file, *sets = words.split()
-    options = [word for key in sets for word in ("--set", key)]
-    command = [sys.executable, "-m", "gapbeam", "run", str(cases / "cases" / file), *options, "--output", str(place)]
-    there = os.environ | {"PYTHONPATH": str(checkout), "GAPBEAM_ERRORS": "none"}
-    done = subprocess.run(command, cwd=checkout, env=there, capture_output=True, text=True, check=False)
-    if done.returncode:
-        raise RuntimeError(f"{' '.join(command)}: status {done.returncode}\n{done.stderr}")
-
-
 def _apart(old: Array, new: Array) -> float:
     return float(np.max(np.abs(new - old)) / (np.max(np.abs(old)) or 1.0))
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--other", type=Path, required=True, help="folder of the other checkout")
+    parser = options_with_other(__doc__)
     parser.add_argument("--cases", nargs="+", default=CASES, metavar="'FILE KEY=VALUE ...'", help="cases to run")
-    parser.add_argument("--output", type=Path, default=RESULTS, help="folder of the table")
     chosen = parser.parse_args()
     table(chosen.other, chosen.cases).write(chosen.output)

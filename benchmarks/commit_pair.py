@@ -1,4 +1,4 @@
-"""Two checkouts in turns on the same cases: cost of a step and of the set-up, and whether the answers agree.
+"""Two checkouts in turns on the same cases: cost of a step, and whether the answers agree.
 
 Each run is a process of its own, old and new in turns, so that a clock that wanders does so for both. Figures are the
 least of the turns; the ratio is new / old. The other checkout has to run with the packages of this environment.
@@ -9,10 +9,7 @@ least of the turns; the ratio is new / old. The other checkout has to run with t
 
 from __future__ import annotations
 
-import argparse
 import json
-import os
-import subprocess
 import sys
 import tempfile
 from collections.abc import Sequence
@@ -20,9 +17,9 @@ from pathlib import Path
 from typing import Any
 
 from benchmarks.fidelity_levels import LEVELS, PERIODIC
-from benchmarks.table import RESULTS, Cell, Table, machine_words, seconds
+from benchmarks.other_checkout import HERE, options_with_other, run_by
+from benchmarks.table import Cell, Table, machine_words, seconds
 
-HERE = Path(__file__).parents[1]
 SPANS = {"full": "time.end=0.02", "2D, full": "time.end=0.2", "reduced, all contact DOFs": "time.end=0.1"}
 SPAN = "time.end=1.0"
 PARTS = {"per_step": "per step", "advance": "step alone"}
@@ -64,30 +61,20 @@ def table(other: Path, levels: Sequence[str], turns: int) -> Table:
 def _in_turns(level: str, other: Path, turns: int) -> tuple[list[dict[str, Any]], list[dict[str, Any]]]:
     runs: tuple[list[dict[str, Any]], list[dict[str, Any]]] = ([], [])
     for turn in range(turns + 1):
-        both = [_run(other, level, ()), _run(HERE, level, ("--error", "none"))]
+        both = [_summary(checkout, level) for checkout in (other, HERE)]
         if turn:
             for kept, summary in zip(runs, both, strict=True):
                 kept.append(summary)
     return runs
 
 
-def _run(checkout: Path, level: str, options: Sequence[str]) -> dict[str, Any]:
+def _summary(checkout: Path, level: str) -> dict[str, Any]:
     path, overrides = LEVELS[level]
-    sets = [word for key in (*PERIODIC, SPANS.get(level, SPAN), *overrides) for word in ("--set", key)]
     with tempfile.TemporaryDirectory() as folder:
-        case = str(checkout / path.relative_to(HERE))
-        words = [sys.executable, "-m", "gapbeam", "run", case, *sets, *options, "--output", folder, "--overwrite"]
-        done = subprocess.run(
-            words,
-            cwd=checkout,
-            env=os.environ | {"PYTHONPATH": str(checkout)},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        if done.returncode:
-            raise RuntimeError(f"{' '.join(words)}: status {done.returncode}\n{done.stderr}")
-        summary: dict[str, Any] = json.loads((Path(folder) / "summary.json").read_text(encoding="utf-8"))
+        results = Path(folder) / "results"
+        keys = (*PERIODIC, SPANS.get(level, SPAN), *overrides)
+        run_by(checkout, checkout / path.relative_to(HERE), keys, results)
+        summary: dict[str, Any] = json.loads((results / "summary.json").read_text(encoding="utf-8"))
     return summary
 
 
@@ -96,10 +83,8 @@ def _peak(summary: dict[str, Any]) -> float:
 
 
 if __name__ == "__main__":
-    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--other", type=Path, required=True, help="folder of the other checkout")
+    parser = options_with_other(__doc__)
     parser.add_argument("--levels", nargs="+", default=list(LEVELS), choices=list(LEVELS), help="levels of [model]")
     parser.add_argument("--turns", type=int, default=5, help="runs of each checkout")
-    parser.add_argument("--output", type=Path, default=RESULTS, help="folder of the table")
     chosen = parser.parse_args()
     table(chosen.other, chosen.levels, chosen.turns).write(chosen.output)

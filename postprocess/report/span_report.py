@@ -14,24 +14,26 @@ from gapbeam.postprocess.report.sections.scene_section import scene_of
 from gapbeam.postprocess.report.sections.statistics_section import statistics_section
 from gapbeam.postprocess.report.sections.verdict_section import FIGURE_HEADS, run_verdicts
 from gapbeam.postprocess.report.sections.wear_section import wear_section
-from gapbeam.postprocess.report.span_wear import wear_of_span
 from gapbeam.postprocess.results.span_of_run import SpanOfRun
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.signals.signal import SignalError
 
 NO_SCENE = (
-    "There is no moving scene: the run left fewer than two fields of the motion in this span. A longer span, or a run "
-    "with a smaller `output.fields_interval`, has them."
+    "There is no moving scene: the run left fewer than three fields of the motion in this span. A longer span, or a "
+    "run with a smaller `output.fields_interval`, has them."
 )
 
 
-def span_report(run: SpanOfRun, statistics: Mapping[str, Any] | None, command: str) -> Report:
+def span_report(
+    run: SpanOfRun, statistics: Mapping[str, Any] | None, command: str, wear: Mapping[str, Any] | None = None
+) -> Report:
     """Return the report on a span of a run: how the run ended, and what its records and fields show of the span.
 
     Args:
         run: The span.
         statistics: Of its records, as the summary of a run has them; None: the run has none.
         command: That makes the report.
+        wear: Of the span, as the summary of a run has that of the run; None: nothing wears.
 
     Raises:
         ResultsError: A file of the results cannot be read.
@@ -47,7 +49,6 @@ def span_report(run: SpanOfRun, statistics: Mapping[str, Any] | None, command: s
         opening.append(TableBlock(f"Results {span}", FIGURE_HEADS, rows))
     chance = statistics_section({"statistics": statistics}) if statistics else None
     impacts = impacts_section(run.impacts, last - first, span)
-    wear = wear_of_span(run, statistics)
     worn = None if wear is None else wear_section({"wear": wear}, {}, command, since=f"t = {first:.6g} s")
     records = sections_of_records(run, command)
     rest = [chance, worn, *records, impacts, *_energy(run, command), case_section(run)]

@@ -8,10 +8,10 @@ from pathlib import Path
 import numpy as np
 
 from gapbeam.postprocess.results.face_rows import rows_by_face
+from gapbeam.postprocess.results.place_means import means_by_place
 from gapbeam.solver.record_table import POINT_COLUMNS, POINTS_FILE
 
 _MAY_LACK = 2  # impulse and first touch
-_DIGITS = 9  # of places that count as one
 
 
 @dataclass(frozen=True)
@@ -48,15 +48,11 @@ class PointMap:
 
     def along(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return places along the beam, m, and the mean of values of the points at each of them, by area."""
-        return self._gathered(self.x, values)
+        return means_by_place(self.x, values * self.area, self.area)
 
     def turned(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return directions, degrees, and the mean of values of the points in each of them, by area."""
-        return self._gathered(self.angle, values)
-
-    def _gathered(self, places: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found, owners = np.unique(np.round(places, _DIGITS), return_inverse=True)
-        return found, np.bincount(owners, values * self.area) / np.bincount(owners, self.area)
+        return means_by_place(self.angle, values * self.area, self.area)
 
     @property
     def touched(self) -> bool:

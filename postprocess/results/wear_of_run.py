@@ -8,9 +8,8 @@ from pathlib import Path
 import numpy as np
 
 from gapbeam.postprocess.results.face_rows import rows_by_face
+from gapbeam.postprocess.results.place_means import means_by_place
 from gapbeam.solver.record_table import WEAR_COLUMNS, WEAR_FILE
-
-_DIGITS = 9  # of places that count as one
 
 
 @dataclass(frozen=True)
@@ -52,15 +51,11 @@ class WearMap:
 
     def along(self) -> tuple[np.ndarray, np.ndarray]:
         """Return places along the beam, m, and the work rate per area of all points there, W/m^2."""
-        return self._gathered(self.x)
+        return means_by_place(self.x, self.rate, self.area)
 
     def turned(self) -> tuple[np.ndarray, np.ndarray]:
         """Return directions, degrees, and the work rate per area of all points in each, W/m^2."""
-        return self._gathered(self.angle)
-
-    def _gathered(self, places: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        found, owners = np.unique(np.round(places, _DIGITS), return_inverse=True)
-        return found, np.bincount(owners, self.rate) / np.bincount(owners, self.area)
+        return means_by_place(self.angle, self.rate, self.area)
 
 
 def wear_of(folder: Path) -> dict[str, WearMap]:

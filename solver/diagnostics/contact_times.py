@@ -59,5 +59,4 @@ class ContactTimes:
 
     def _closed_in(self, state: State) -> Array:
         touching = (state.depth if self.by_depth else state.pressure) > 0.0
-        count = len(self.contact.face_names)
-        return np.asarray(np.bincount(self.contact.faces, weights=touching, minlength=count) > 0.0, dtype=float)
+        return self.contact.faces_with(touching).astype(float)

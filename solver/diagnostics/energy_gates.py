@@ -116,9 +116,8 @@ class EnergyGates:
 
     def _watch_impacts(self, pressure: Array, ledger: Ledger) -> None:
         created, energy = ledger.created, ledger.kinetic + ledger.strain
-        for face, points in enumerate(self.contact.points_of_faces):
-            closed = bool(np.any(pressure[points] > 0.0))
-            seen, ended, growth = after_look(self.watched(face), closed, created, energy, ledger.round_off)
+        for face, closed in enumerate(self.contact.faces_with(pressure > 0.0)):
+            seen, ended, growth = after_look(self.watched(face), bool(closed), created, energy, ledger.round_off)
             self.keep(face, seen)
             if ended:
                 self.impacts += 1

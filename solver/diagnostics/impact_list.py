@@ -12,10 +12,12 @@ from typing import Any
 
 import numpy as np
 
+from gapbeam.solver.record_table import IMPACT_COLUMNS
+
 Array = np.ndarray
 
 MOST = 4096  # impacts that are kept of a face
-COLUMNS = ("time", "approach_speed", "impulse", "duration")
+COLUMNS = tuple(IMPACT_COLUMNS)[:-1]  # how many one stands for is counted at the end
 
 
 class ImpactList:

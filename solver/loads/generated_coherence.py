@@ -74,9 +74,8 @@ def compared_coherence(
     if pairs < FEWEST_PAIRS:
         return found
     times = np.arange(count) / rate
-    forces = sum(np.outer(weight, signal.value(times)) for weight, signal in zip(weights, signals, strict=True))
-    products = np.asarray(forces) @ np.asarray(forces)[middle]
-    squares = np.sum(np.asarray(forces) ** 2, axis=1)
+    forces = weights.T @ np.stack([signal.value(times) for signal in signals])
+    products, squares = forces @ forces[middle], np.sum(forces**2, axis=1)
     reach = float(norm.ppf(0.5 + 0.5 * CONFIDENCE)) / sqrt(pairs - 3.0)
     for place in (int(one) for one in strong if one != middle):
         asked = float(covariance[place, middle] / (sizes[place] * sizes[middle]))

@@ -274,9 +274,5 @@ class RunConsumers:
 
     def _closed_faces(self, pressure: Array) -> list[str]:
         contact = self.model.system.contact
-        pressed = pressure > 0.0
-        return [
-            name
-            for name, points in zip(contact.face_names, contact.points_of_faces, strict=True)
-            if np.any(pressed[points])
-        ]
+        closed = contact.faces_with(pressure > 0.0)
+        return [name for name, touches in zip(contact.face_names, closed, strict=True) if touches]

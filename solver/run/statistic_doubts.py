@@ -7,6 +7,7 @@ from collections.abc import Iterator
 import numpy as np
 
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.diagnostics.impact_list import COLUMNS
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, Doubts, energy_bias
 from gapbeam.solver.diagnostics.statistics.missed_impacts import missed_share
@@ -14,7 +15,7 @@ from gapbeam.solver.integrators.noise_bias import bias_at
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import has_statistics
 
-DURATION = 3  # column of an impact
+DURATION = COLUMNS.index("duration")
 
 
 def doubts_of(model: Model, accounts: Accounts) -> Doubts:

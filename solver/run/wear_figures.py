@@ -52,14 +52,14 @@ def wear_figures(
         figure = intervals.get(f"face.{face}.{WORK_RATE}")
         by_mode: dict[str, Any] = {"work_by_mode": dict(zip(SLIP_MODES, of_face.tolist(), strict=True))}
         by_mode["work_rate_by_mode"] = {
-            mode: _work_rate(float(part), accounts.time, intervals.get(f"face.{face}.{name}"))
+            mode: work_rate(float(part), accounts.time, intervals.get(f"face.{face}.{name}"))
             for mode, name, part in zip(SLIP_MODES, PARTS_OF_WORK, of_face, strict=True)
         }
         faces[face] = (
             {"work": float(done), "coefficient": of_case.coefficient, "area": of_case.area}
             | by_mode
             | _of_map(maps.get(face), of_case.coefficient)
-            | _rates(_work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
+            | all_rates(work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
         )
     limits = model.system.contact.slip_modes._asdict()
     return {"area": wear.area, "seconds": accounts.time, **limits, "faces": faces}
@@ -101,20 +101,30 @@ def wear_words(found: Mapping[str, Any]) -> str:
     return "wear: " + "; ".join(f"{face} {_last_known(of_face)}{_shares(of_face)}" for face, of_face in rows)
 
 
-def _work_rate(work: float, time: float, figure: Mapping[str, Any] | None) -> dict[str, Any]:
-    """Return the work rate of a face, W: of the statistics, or the mean over the whole run."""
+def work_rate(work: float, time: float, figure: Mapping[str, Any] | None) -> dict[str, Any]:
+    """Return the work rate of a face, W, with its interval and verdict.
+
+    Args:
+        work: Of sliding, J.
+        time: In which it was done, s.
+        figure: That of the statistics; None: the rate is the mean, without an interval.
+    """
     if figure is None:
         return {"value": work / time if time > 0.0 else 0.0, "low": None, "high": None, "verdict": NO_INTERVAL}
     return {key: figure[key] for key in (*BOUNDS, "verdict")}
 
 
-def _rates(work_rate: Mapping[str, Any], coefficient: float | None, area: float | None) -> dict[str, Any]:
-    """Return all rates of a face; None for those that are not known."""
-    volume = None if coefficient is None else _times(work_rate, coefficient)
+def all_rates(rate: Mapping[str, Any], coefficient: float | None, area: float | None) -> dict[str, Any]:
+    """Return work, volume and depth rate of a face with their verdict; None for those that are not known.
+
+    Args:
+        rate: The work rate, of `work_rate`.
+        coefficient: Of wear, 1/Pa; None: not known.
+        area: Worn area, m^2; None: not known.
+    """
+    volume = None if coefficient is None else _times(rate, coefficient)
     depth = None if volume is None or area is None else _times(volume, 1.0 / area)
-    return {"verdict": work_rate["verdict"], "work_rate": _times(work_rate, 1.0), "volume_rate": volume} | {
-        "depth_rate": depth
-    }
+    return {"verdict": rate["verdict"], "work_rate": _times(rate, 1.0), "volume_rate": volume, "depth_rate": depth}
 
 
 def _times(rate: Mapping[str, Any], factor: float) -> dict[str, float | None]:

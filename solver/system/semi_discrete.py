@@ -18,6 +18,7 @@ from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.supports.support import Face, Support
@@ -131,6 +132,10 @@ class ContactOperator:
     def points_of_faces(self) -> tuple[Indices, ...]:
         """The contact points of each face."""
         return tuple(np.flatnonzero(self.faces == face) for face in range(len(self.face_names)))
+
+    def faces_with(self, chosen: NDArray[np.bool_]) -> NDArray[np.bool_]:
+        """Return which faces have one of the chosen contact points, (m,), among theirs, (faces,)."""
+        return np.asarray(np.bincount(self.faces, weights=chosen, minlength=len(self.face_names)) > 0.0)
 
     def with_gaps_of(self, faces: Sequence[Face]) -> ContactOperator:
         """Return the operator of the same faces with other gaps."""

@@ -18,6 +18,7 @@ from gapbeam.solver.record_table import HISTORY_FILE
 from gapbeam.solver.run.output.output_paths import check_name
 from gapbeam.solver.run.output.results_folder import check_folder
 from gapbeam.studies.report.span_statistics import statistics_of_span
+from gapbeam.studies.report.span_wear import wear_of_span
 from gapbeam.studies.stored_records import refuse_links
 
 LOG = logging.getLogger("gapbeam")
@@ -64,7 +65,8 @@ def write_report(
             span = _span(results, begin, end)
             words += [word for name, time in (("--from", begin), ("--to", end)) if time is not None
                       for word in (name, f"{time:g}")]  # fmt: skip
-            made = span_report(span, statistics_of_span(span), shell_command(*words))
+            statistics = statistics_of_span(span)
+            made = span_report(span, statistics, shell_command(*words), wear_of_span(span, statistics))
         write_html(made, page)
     return [page, *print_page(page, pdf)]
 

@@ -6,6 +6,7 @@ whose figures rise or fall, is "not settled": it cannot tell whether responses c
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import xarray as xr
@@ -73,21 +74,17 @@ def random_response(
         "windows": 1,
         "figures": as_data(quantities),
     }
-    return with_intervals(data, statistics, doubts)
+    return with_intervals(data, found)
 
 
-def with_intervals(
-    data: dict[str, Any], statistics: RunStatistics | None, doubts: Doubts | None = None
-) -> dict[str, Any]:
+def with_intervals(data: dict[str, Any], found: Mapping[str, Any]) -> dict[str, Any]:
     """Return the record of a response with its statistics, as far as they are judged good, among its figures.
 
     Args:
         data: With `figures`.
-        statistics: Of the response.
-        doubts: On its figures.
+        found: What the statistics of the response describe; empty: there are none.
     """
-    found = None if statistics is None else statistics.describe(doubts)
-    if found is None:
+    if not found:
         return data
     known = {
         one["name"]: {"unit": one["unit"], "mean": one["value"], "low": one["low"], "high": one["high"]}

@@ -172,7 +172,9 @@ def _classified(
         )
         return described(found) | {"response": NOT_SETTLED, "transient": found.start - begin.state.time}
     data = described(found) | {"transient": found.start - begin.state.time}
-    return with_intervals(data, response.statistics, response.doubts) if found.word == NO_CYCLE else data
+    if found.word != NO_CYCLE or response.statistics is None:
+        return data
+    return with_intervals(data, response.statistics.describe(response.doubts))
 
 
 def stays_linear(model: Model, history: xr.Dataset, after: float) -> bool:

@@ -11,6 +11,7 @@ from typing import Any
 from rich.table import Table
 
 from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE
 from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
 from gapbeam.solver.run.output.results_folder import write_beside
@@ -18,7 +19,6 @@ from gapbeam.solver.run.output.run_summary import finite
 from gapbeam.studies.sweep.seed_ensembles import Ensemble, ensembles_of
 
 PLAIN = ("direction", "start", "verdict", "response", "period", "repeats_within", "transient", "windows")
-ENSEMBLES_FILE = "ensembles.json"
 FIGURES = ("periods_in_a_window", "created", "residual", "penetration", "peak_force")
 
 

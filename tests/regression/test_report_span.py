@@ -17,6 +17,7 @@ from gapbeam.postprocess.results.impacts_of_run import impacts_of
 from gapbeam.postprocess.results.span_of_run import span_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.studies.report.span_statistics import statistics_of_span
+from gapbeam.studies.report.span_wear import wear_of_span
 from gapbeam.studies.report.write_report import write_report
 from tests.regression.test_random_statistics_run import CASE, KEYS
 from tests.regression.test_report_command import blocks_of, tables
@@ -97,7 +98,7 @@ def test_scene_energy_and_wear_are_those_of_the_span(tmp_path: Path) -> None:
     run = span_of(tmp_path / "run", 0.1, 0.25)
     statistics = statistics_of_span(run)
     assert statistics is not None
-    made = span_report(run, statistics, "c")
+    made = span_report(run, statistics, "c", wear_of_span(run, statistics))
     (scene,) = [one for one in blocks_of(made.sections) if isinstance(one, MovingScene)]
     assert scene.times == pytest.approx(np.arange(0.10, 0.251, 0.02), abs=1e-9)
     history = run.history
@@ -118,7 +119,7 @@ def test_scene_energy_and_wear_are_those_of_the_span(tmp_path: Path) -> None:
         assert rates[face, "depth rate"][2] == pytest.approx(2e-9 * rates[face, "work rate"][2], rel=1e-9)
         assert " to " in str(rates[face, "work rate"][4])
     brief = span_report(span_of(tmp_path / "run", 0.1, 0.115), None, "c")
-    assert any("fewer than two fields" in str(one) for one in blocks_of(brief.sections))
+    assert any("fewer than three fields" in str(one) for one in blocks_of(brief.sections))
 
 
 def test_spans_that_are_none_are_refused(changing: Path, tmp_path: Path) -> None:

@@ -49,8 +49,11 @@ def _coherence(load: dict[str, Any]) -> list[Block]:
 
 def _coherence_row(one: dict[str, Any]) -> tuple[float, float, float, float, float, str, str]:
     low, high = one["low"], one["high"]
-    within = "yes" if low <= one["generated"] <= high else "no"
-    return one["x"], one["distance"], one["curve"], one["asked"], one["generated"], f"{low:.3f} to {high:.3f}", within
+    found = one["generated"]
+    return (
+        one["x"], one["distance"], one["curve"], one["asked"], found, f"{low:.3f} to {high:.3f}",
+        _within(low, found, high),
+    )  # fmt: skip
 
 
 def _spectrum(load: dict[str, Any]) -> list[Block]:
@@ -78,5 +81,9 @@ def _row(band: dict[str, Any]) -> tuple[str, float, float, float, str, str]:
         band["generated"],
         ratio,
         f"{number(least)} to {number(most)}",
-        "yes" if least <= ratio <= most else "no",
+        _within(least, ratio, most),
     )
+
+
+def _within(low: float, value: float, high: float) -> str:
+    return "yes" if low <= value <= high else "no"

@@ -24,6 +24,7 @@ Array = np.ndarray
 BATCHES = 10
 CONFIDENCE = 0.95
 LARGEST_CORRELATION = 0.8  # beyond, the correction of an AR(1) process means nothing
+MOST_REACH = 700.0  # of an exponent
 STOPPING_BATCHES = (8, BATCHES, 16, 32)
 
 
@@ -100,9 +101,19 @@ def interval_of_mean(
     """
     means = batch_means(series, batches)
     value = float(means.mean())
-    reach = quantile(confidence, batches) * standard_error(means)
+    return interval_about(value, quantile(confidence, batches) * standard_error(means), positive)
+
+
+def interval_about(value: float, reach: float, positive: bool = False) -> Interval:
+    """Return the interval that reaches so far to both sides of a mean.
+
+    Args:
+        value: The mean.
+        reach: A quantile times its standard error.
+        positive: Whether the interval is even about the logarithm, by reach / value, where the mean is positive.
+    """
     if positive and value > 0.0:
-        factor = exp(min(reach / value, 700.0))
+        factor = exp(min(reach / value, MOST_REACH))
         return Interval(value, value / factor, value * factor)
     return Interval(value, value - reach, value + reach)
 

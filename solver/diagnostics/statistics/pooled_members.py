@@ -17,20 +17,19 @@ Sources: Law, Simulation Modeling and Analysis (2015), section 9.5, for independ
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from math import exp, log
+from math import log
 from typing import Any
 
 import numpy as np
 from scipy.stats import f as fisher
 from scipy.stats import t as student
 
-from gapbeam.solver.diagnostics.statistics.batch_interval import BATCHES, CONFIDENCE, Interval, quantile
+from gapbeam.solver.diagnostics.statistics.batch_interval import BATCHES, CONFIDENCE, Interval, interval_about, quantile
 from gapbeam.solver.diagnostics.statistics.run_statistics import ORDER
 from gapbeam.solver.diagnostics.statistics.statistic_figures import ASKED, PERCENTILES
 
 DISAGREE = "members disagree"
 BY_CHANCE = 0.01  # of ensembles disagree by chance
-MOST_REACH = 700.0  # of an exponent
 FEWEST = 2  # members
 
 Described = Mapping[str, Any]
@@ -64,7 +63,8 @@ def _pooled(members: Sequence[Described], spans: np.ndarray) -> dict[str, Any]:
         interval, kappa = Interval(mean, mean - error, mean + error), None
     else:
         freedom = error**4 / float(np.sum((shares * errors) ** 4)) * (BATCHES - 1)
-        interval = _interval(mean, error * float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom)), name)
+        reach = error * float(student.ppf(0.5 + 0.5 * CONFIDENCE, freedom))
+        interval = interval_about(mean, reach, positive=not name.endswith("mean"))
         kappa = (error / mean / power) ** 2 * float(spans.sum())
     interval = interval.root() if power > 1.0 else interval
     relative = interval.relative if kappa is not None else None
@@ -80,13 +80,6 @@ def _pooled(members: Sequence[Described], spans: np.ndarray) -> dict[str, Any]:
         "verdict": verdict,
         f"time_for_{100 * ASKED:g}_percent": None if relative is None else float(spans.sum()) * (relative / ASKED) ** 2,
     }
-
-
-def _interval(mean: float, reach: float, name: str) -> Interval:
-    if mean > 0.0 and not name.endswith("mean"):
-        factor = exp(min(reach / mean, MOST_REACH))
-        return Interval(mean, mean / factor, mean * factor)
-    return Interval(mean, mean - reach, mean + reach)
 
 
 def _mean_and_error(one: Described, power: float, positive: bool) -> tuple[float, float]:

@@ -8,9 +8,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.results.span_of_run import SpanOfRun
-
-BOUNDS = ("value", "low", "high")
-NO_INTERVAL = "no interval"
+from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
+from gapbeam.solver.run.wear_figures import all_rates, work_rate
 
 
 def wear_of_span(run: SpanOfRun, statistics: Mapping[str, Any] | None) -> dict[str, Any] | None:
@@ -31,33 +30,19 @@ def wear_of_span(run: SpanOfRun, statistics: Mapping[str, Any] | None) -> dict[s
     for name, of_run in whole["faces"].items():
         work = _change(history["sliding_work"].sel(worn_face=name).values)
         found = {"work": work, "coefficient": of_run.get("coefficient"), "area": of_run.get("area")}
-        rate = _rate(work, seconds, known.get(f"face.{name}.work_rate"))
+        rate = work_rate(work, seconds, known.get(f"face.{name}.{WORK_RATE}"))
         if "work_by_mode" in history:
             parts = history["work_by_mode"].sel(worn_face=name)
             modes = {str(mode): _change(parts.sel(slip_mode=mode).values) for mode in parts["slip_mode"].values}
             found["work_by_mode"] = modes
             found["work_rate_by_mode"] = {
-                mode: _rate(part, seconds, known.get(f"face.{name}.{mode}_work_rate")) for mode, part in modes.items()
+                mode: work_rate(part, seconds, known.get(f"face.{name}.{mode}_{WORK_RATE}"))
+                for mode, part in modes.items()
             }
-        volume = _times(rate, found["coefficient"])
-        depth = None if volume is None or not found["area"] else _times(volume, 1.0 / found["area"])
-        rates = {"work_rate": _times(rate, 1.0), "volume_rate": volume, "depth_rate": depth}
-        faces[name] = found | {"verdict": rate["verdict"]} | rates
+        faces[name] = found | all_rates(rate, found["coefficient"], found["area"])
     kept = {key: whole.get(key) for key in ("area", "impact_time", "sticking_speed")}
     return kept | {"seconds": seconds, "faces": faces}
 
 
 def _change(values: np.ndarray) -> float:
     return float(values[-1] - values[0])
-
-
-def _rate(work: float, seconds: float, figure: Mapping[str, Any] | None) -> dict[str, Any]:
-    if figure is None:
-        return {"value": work / seconds, "low": None, "high": None, "verdict": NO_INTERVAL}
-    return {key: figure[key] for key in (*BOUNDS, "verdict")}
-
-
-def _times(rate: Mapping[str, Any], factor: float | None) -> dict[str, float | None] | None:
-    if factor is None:
-        return None
-    return {key: None if rate[key] is None else factor * rate[key] for key in BOUNDS}

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pyvista as pv
+from PIL import Image
 from vtkmodules.vtkRenderingCore import vtkMapper
 
 from gapbeam.postprocess.results.field_reader import Frame
@@ -111,10 +112,7 @@ class View:
         for part in (self._body.skin, self._body.faces):
             part.color(self._color.values(frame))
         self._plotter.render()
-        fine = np.asarray(self._plotter.screenshot(return_img=True))
-        places = [(row, column) for row in range(_FINER) for column in range(_FINER)]
-        summed = sum(fine[row::_FINER, column::_FINER].astype(np.uint16) for row, column in places)
-        return np.asarray((summed + len(places) // 2) // len(places)).astype(np.uint8)
+        return np.asarray(Image.fromarray(self._plotter.screenshot(return_img=True)).reduce(_FINER))
 
     def hurry(self) -> None:
         """Draw from now on as films are drawn: nobody sees the edges of a picture that moves."""

@@ -10,7 +10,7 @@ from typing import Any
 
 import gapbeam
 from benchmarks.drawn_schema.cases import drawn
-from benchmarks.drawn_schema.comparison import compared
+from benchmarks.drawn_schema.comparison import compared, curve_of
 from benchmarks.drawn_schema.earlier import before, earlier_folder
 from benchmarks.drawn_schema.references import NoReferenceError
 from benchmarks.drawn_schema.ways import IN_MEMORY, Way, ways_of
@@ -22,11 +22,13 @@ from gapbeam.solver.case.placed_support import own_law
 from gapbeam.solver.errors import RunError, UserError
 from gapbeam.solver.faults import CaseError
 
+PART_OF_A_CURVE = 5  # status of a curve that misses a part of its range; what it has is compared
 DOCUMENTED = (124,)  # beside those that the sandbox knows: the wall-time limit
 
 LIMITS = Limits(seconds=100.0, memory=4 * 2**30)
 LONGEST = "25s"  # of a run, with which it ends by itself
 EXACT = 0.4  # share of the cases, at least, that are computed by a way with the same answer
+NO_WAY = Way("none", {}, exact=0.0)
 LAST_WORDS = 1200  # characters of what a run said that are kept
 
 
@@ -48,9 +50,10 @@ def attempted(seed: int, folder: Path) -> dict[str, Any]:
     outcome = attempt(command("run", file, "--output", out, *asked), folder / "said.txt", LIMITS)
     kind = "stopped" if _documented(outcome) else outcome.kind
     line |= {"kind": kind, "status": outcome.status, "run_seconds": round(outcome.seconds, 2)}
-    if outcome.status != 0 or outcome.is_finding:
+    partial = outcome.status == PART_OF_A_CURVE and curve_of(case) is not None
+    if outcome.is_finding or (outcome.status != 0 and not partial):
         line |= {"said": outcome.printed[-LAST_WORDS:]}
-    else:
+    elif way is not NO_WAY:
         line |= _other_way(way, case, out, folder)
     line |= _reported(out)
     line["findings"] = list(findings(line, outcome))
@@ -75,7 +78,7 @@ def _way(chance: random.Random, case: Case, whole: bool) -> Way:
     """
     ways = [way for way in ways_of(case) if whole or way.name != IN_MEMORY]
     exact = [way for way in ways if way.exact is not None]
-    return chance.choice(exact if exact and chance.random() < EXACT else ways)
+    return chance.choice(exact if exact and chance.random() < EXACT else ways or [NO_WAY])
 
 
 def _reported(out: Path) -> dict[str, Any]:
@@ -150,4 +153,4 @@ def taken(case: Case) -> dict[str, str]:
 
 
 def _curve(case: Case) -> str:
-    return ", curve" if getattr(case.analysis, "continuation", None) is not None else ""
+    return "" if curve_of(case) is None else ", curve"

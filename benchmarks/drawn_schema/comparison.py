@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 from typing import Any
 
 import numpy as np
@@ -9,8 +10,10 @@ import numpy as np
 from benchmarks.drawn_schema.references import long_march, motion_by
 from benchmarks.drawn_schema.ways import Way
 from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.record_table import CURVE_FILE
 from gapbeam.studies.error_estimate.horizon import spans_of
 from gapbeam.studies.error_estimate.key_figures import key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
@@ -22,7 +25,9 @@ SETTLED = 1.0e-4  # change over a period, relative
 CLOSED = 1.0e-4  # of its range: what a period may miss its start by, times the multiplier of disturbances
 PERIODIC = 0.01  # difference from a settled march, relative
 NOT_ASKED = {"status": "not asked for", "reason": "no errors were asked for"}
-UNSTABLE = 0.97  # multipliers closer to 1 take longer than a long march to settle
+ENDS = 1.0e-6  # of a period: how near to its end the last record is
+CURVE_POINTS = 3  # that are compared
+UNSTABLE = 0.995  # multipliers closer to 1 take longer than a long march to settle
 
 
 def compared(way: Way, case: Case, folder: Any) -> dict[str, Any]:
@@ -32,7 +37,8 @@ def compared(way: Way, case: Case, folder: Any) -> dict[str, Any]:
     computed = {one["key"]: one["value"] for one in summary["defaults"]}
     step = float(computed.get("time.step", case.time.step))
     if way.name == "long march":
-        return _periodic(way, case, results, step, computed)
+        found = _periodic(way, case, results, step, computed)
+        return found if curve_of(case) is None else _added(found, _curve(way, case, results, step, computed))
     run = MotionRecord.of_history(results.history, bends_in_two_planes(case))
     other = motion_by(way, case, run, step, computed)
     if way.exact is not None:
@@ -90,13 +96,15 @@ def _periodic(way: Way, case: Case, results: Results, step: float, computed: dic
     run = MotionRecord.of_history(results.history, bends_in_two_planes(case))
     if not run.probes:
         return {"figures": 0, "above": 0, "worst": None, "what": "no probe"}
+    if abs(run.times[-1] - run.times[0] - found["period"]) > ENDS * found["period"]:
+        return {"figures": 0, "above": 0, "worst": None, "what": "no record at the end of the period"}
     closes = np.abs(run.displacement[-1] - run.displacement[0]) / np.maximum(np.ptp(run.displacement, axis=0), 1e-30)
     multiplier = found["largest_multiplier"] or 1.0
     worst = float(closes.max()) / (CLOSED * max(1.0, multiplier))
     report = {"figures": 1, "above": int(worst > 1.0), "worst": worst, "what": "the marched period closes"}
     if not found["stable"] or multiplier > UNSTABLE:
         return report
-    last, change = long_march(way, case, step, computed)
+    last, change = long_march(way, case, step, computed, multiplier)
     if change > SETTLED:
         return report
     mine, theirs = (np.ptp(motion.displacement, axis=0) for motion in (run, last))
@@ -104,3 +112,48 @@ def _periodic(way: Way, case: Case, results: Results, step: float, computed: dic
     if apart <= PERIODIC:
         return report | {"figures": 2, "worst": max(worst, apart / PERIODIC)}
     return {"figures": 2, "above": 1, "worst": apart / PERIODIC, "what": "range beside a long march"}
+
+
+def _curve(way: Way, case: Case, results: Results, step: float, computed: dict[str, float]) -> dict[str, Any]:
+    """Compare stable points of a curve, spread along it, with the ends of marches that settle there."""
+    asked = curve_of(case)
+    assert asked is not None
+    rows = json.loads((results.folder / CURVE_FILE).read_text("utf-8"))["points"]
+    stable = [row for row in rows if row["stable"] and row["largest_multiplier"] < UNSTABLE]
+    chosen = [stable[number] for number in np.linspace(0, len(stable) - 1, CURVE_POINTS).astype(int)] if stable else []
+    found: dict[str, Any] = {"figures": 0, "above": 0, "worst": None, "what": "no stable point of a curve"}
+    for row in chosen:
+        varied = keys_at(case, asked.key, row["value"])
+        frequency = next((load.forcing_frequency for load in case.load if load.forcing_frequency is not None), 1.0)
+        slower = frequency / row["value"] if asked.key.endswith(".frequency") else 1.0
+        last, change = long_march(way, case, step * slower, computed, row["largest_multiplier"], varied)
+        if change > SETTLED:
+            continue
+        ranges = {name: row.get(f"{name}.peak_to_peak") for name in last.probes}  # lateral motion is no column
+        pairs = [
+            pair for pair in zip(ranges.values(), np.ptp(last.displacement, axis=0), strict=True) if None not in pair
+        ]
+        apart = max((abs(mine / theirs - 1.0) for mine, theirs in pairs if theirs > 0.0), default=0.0)
+        if not pairs:
+            continue
+        words = f"point of a curve, {asked.key} = {row['value']:.6g}"
+        found = _added(found, {"figures": 1, "above": int(apart > PERIODIC), "worst": apart / PERIODIC, "what": words})
+    return found
+
+
+def _added(one: dict[str, Any], other: dict[str, Any]) -> dict[str, Any]:
+    """Return two comparisons as one, with the words of the worse."""
+    worse = max(one, other, key=lambda found: found["worst"] or 0.0)
+    return worse | {key: one[key] + other[key] for key in ("figures", "above")}
+
+
+def curve_of(case: Case) -> Continuation | None:
+    """Return what is asked of a curve, for a case that asks for one."""
+    return case.analysis.continuation if isinstance(case.analysis, Periodic) else None
+
+
+def keys_at(case: Case, key: str, value: float) -> dict[str, float]:
+    """Return the keys of a case at a point of a curve; a frequency is that of all loads that have one."""
+    if not key.endswith(".frequency"):
+        return {key: value}
+    return {f"load.{load.name}.frequency": value for load in case.load if "frequency" in load.curve_units}

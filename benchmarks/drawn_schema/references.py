@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from contextlib import contextmanager
-from math import ceil
+from math import ceil, log
 from typing import Any
 from unittest.mock import patch
 
@@ -15,12 +15,14 @@ from benchmarks.drawn_schema.earlier import begun
 from benchmarks.drawn_schema.ways import FINER, Way
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.response import TrialResponse, respond
 from gapbeam.studies.trials.starts import seated
 
-PERIODS = 60  # of the forcing: a march that has settled, or does not settle
+PERIODS, MOST_PERIODS = 60, 3000  # of the forcing: a march that has settled, or does not settle; of a mesh the fewer
+SETTLES = 1.0e-6  # share of a disturbance that is left
 SLOWER = 0.5  # of the step, for meshes
 FIRST_PART, FEWEST = 0.25, 20  # of a motion that is the same but for round-off, before chaos multiplies that; records
 
@@ -64,15 +66,32 @@ def motion_by(way: Way, case: Case, run: MotionRecord, step: float, computed: di
     return MotionRecord.of_history(as_history(_passed(response).history, response.labels), bends_in_two_planes(case))
 
 
-def long_march(way: Way, case: Case, step: float, computed: dict[str, float]) -> tuple[MotionRecord, float]:
+def long_march(
+    way: Way,
+    case: Case,
+    step: float,
+    computed: dict[str, float],
+    multiplier: float,
+    varied: dict[str, float] | None = None,
+) -> tuple[MotionRecord, float]:
     """March a case for many forcing periods, and return the last period of the response and how periodic it is.
 
     The change of the displacements over this period, relative to their range, goes with it.
 
+    Args:
+        way: The other way.
+        case: The case.
+        step: Of the run, s; here the nearest to it that divides the forcing period.
+        computed: Values that the run computed, by key; the contact stiffness stays as it was.
+        multiplier: The largest one of the response, from which follows how long a march takes to settle.
+        varied: Keys of the case with other values, such as those of a point of a curve.
+
     Raises:
         NoReferenceError: The march does not pass.
     """
+    varied = varied or {}
     frequency = next(load.forcing_frequency for load in case.load if load.forcing_frequency is not None)
+    frequency = next((value for key, value in varied.items() if key.endswith(".frequency")), frequency)
     periods = getattr(case.analysis, "periods", 1)
     whole = ceil(1.0 / (frequency * step) - 1.0e-6)
     step = 1.0 / (frequency * whole)
@@ -82,11 +101,14 @@ def long_march(way: Way, case: Case, step: float, computed: dict[str, float]) ->
         "output.fields_interval": None,
         "output.stress": False,
     }
-    if case.contact.formulation.takes_stiffness and "contact.stiffness" in computed:
+    changes |= varied
+    if case.contact.formulation.takes_stiffness and "contact.stiffness" in computed.keys() - varied.keys():
         changes["contact.stiffness"] = computed["contact.stiffness"]
     model = gapbeam.model(case, changes).model
     rises = ceil(frequency * max((load.rise_time for load in case.load), default=0.0))
-    response = respond(model, seated(model).state, (PERIODS + rises) * whole, step)
+    needed = ceil(log(SETTLES) / log(multiplier)) * periods if 0.0 < multiplier < 1.0 else PERIODS
+    most = PERIODS if isinstance(case.model, FullModel) else MOST_PERIODS
+    response = respond(model, seated(model).state, (min(max(PERIODS, needed), most) + rises) * whole, step)
     motion = MotionRecord.of_history(as_history(_passed(response).history, response.labels), bends_in_two_planes(case))
     length = periods / frequency
     last = motion.between(motion.end - length, motion.end)

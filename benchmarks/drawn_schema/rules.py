@@ -330,7 +330,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Continuation", "high"): lambda *_: 1.0,
     ("Continuation", "first_step"): seldom(between(0.005, 0.05)),
     ("Continuation", "longest_step"): seldom(between(0.05, 0.3)),
-    ("Continuation", "max_points"): one_of(3, 6),
+    ("Continuation", "max_points"): one_of(6, 60),
     ("SolverTable", "tolerance"): seldom(powers(-11.0, -8.0)),
     ("SolverTable", "memory"): seldom(one_of(0.5, 2.0), 0.1),
     ("Gates", "impact_loss"): seldom(powers(-4.0, -1.0), 0.1),

@@ -15,6 +15,7 @@ from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, DOUBLE, GRAY, 
 
 COLORS = (BLACK, BLUE, GREEN, PURPLE)
 MARKS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^"}
+STYLES = {True: "-", False: "--", None: ":"}  # of lines, by whether a response is stable; None: not known
 SUFFIX = ".peak_to_peak"
 
 
@@ -26,7 +27,7 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     """
     points: list[dict[str, Any]] = curve["points"]
     values = np.array([point["value"] for point in points])
-    stable = np.array([point["stable"] for point in points])
+    stable = np.array([STYLES[point["stable"]] for point in points])
     branch = np.array([point.get("branch", 1) for point in points])
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
     figure, axes = panels(2, 1, width=DOUBLE, height=2.2, sharex=True)
@@ -52,7 +53,7 @@ def _draw(
     panel: Axes, values: np.ndarray, heights: np.ndarray, stable: np.ndarray, branch: np.ndarray, color: str
 ) -> None:
     for part in _runs(stable, branch):
-        style = "-" if stable[part.start] else "--"
+        style = str(stable[part.start])
         goes_on = part.stop < len(values) and branch[part.stop] == branch[part.start]
         end = part.stop + 1 if goes_on else part.stop  # up to where the next part of the branch begins
         panel.plot(values[part.start : end], heights[part.start : end], style, color=color)
@@ -60,7 +61,7 @@ def _draw(
 
 def _runs(stable: np.ndarray, branch: np.ndarray) -> Iterator[slice]:
     """Yield the parts of one stability and one branch."""
-    changes = (np.diff(stable.astype(int)) != 0) | (np.diff(branch) != 0)
+    changes = (stable[1:] != stable[:-1]) | (np.diff(branch) != 0)
     edges = [0, *(np.flatnonzero(changes) + 1), len(stable)]
     yield from (slice(start, stop) for start, stop in pairwise(edges))
 
@@ -74,7 +75,8 @@ def _mark(panel: Axes, points: Sequence[Mapping[str, Any]], heights: np.ndarray)
 def _keys(points: Sequence[Mapping[str, Any]], probes: Sequence[str]) -> Iterator[Line2D]:
     for number, probe in enumerate(probes):
         yield Line2D([], [], color=COLORS[number % len(COLORS)], label=probe)
-    if not all(point["stable"] for point in points):
-        yield Line2D([], [], color=GRAY, linestyle="--", label="unstable")
+    for stable, name in ((False, "unstable"), (None, "stability not known")):
+        if any(point["stable"] is stable for point in points):
+            yield Line2D([], [], color=GRAY, linestyle=STYLES[stable], label=name)
     for event in dict.fromkeys(point["event"] for point in points if point["event"]):
         yield Line2D([], [], color=VERMILION, marker=MARKS[event], linestyle="", fillstyle="none", label=event)

@@ -44,7 +44,17 @@ def _mp4(program: str, path: Path, frames: Iterable[np.ndarray], frames_per_seco
                 command += ["-s", f"{width}x{height}", "-r", f"{frames_per_second:g}", "-i", "-"]
                 # H.264 in yuv420p wants even sizes
                 command += ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"]
-                command += ["-c:v", "libx264", "-preset", "veryfast", "-crf", "18", "-movflags", "+faststart", str(path)]
+                command += [
+                    "-c:v",
+                    "libx264",
+                    "-preset",
+                    "veryfast",
+                    "-crf",
+                    "18",
+                    "-movflags",
+                    "+faststart",
+                    str(path),
+                ]
                 process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=log, stderr=log)
             assert process.stdin is not None
             try:

@@ -3,7 +3,8 @@
 They are the eigenvalues of the monodromy matrix, the derivative of the state after a period by the state at its start.
 The response is stable if all lie inside the unit circle. As a parameter moves, a real one leaves through +1 (fold: two
 responses meet and vanish), a real one through -1 (period doubling) or a pair elsewhere (Neimark-Sacker: a second
-frequency appears).
+frequency appears). The multipliers of a motion that nothing damps lie on the circle, where round-off decides at which
+side a computed one is: whether such a response is stable is not known.
 """
 
 from __future__ import annotations
@@ -18,7 +19,10 @@ from gapbeam.solver.system.operators import Array
 Multipliers = NDArray[np.complex128]
 REAL = 1.0e-6  # a multiplier with a smaller imaginary part, relative to it, is real
 
+NEAR_ONE = 1.0e-8  # a multiplier as near to the unit circle may lie at either side of it
+
 STABLE = "stable"
+UNKNOWN = "not known"
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
 NEIMARK_SACKER = "Neimark-Sacker"
@@ -40,13 +44,15 @@ class Stability:
         return float(np.abs(self.multipliers[0])) if len(self.multipliers) else 0.0
 
     @property
-    def stable(self) -> bool:
-        """Whether all multipliers lie inside the unit circle."""
-        return self.largest < 1.0
+    def stable(self) -> bool | None:
+        """Whether all multipliers lie inside the unit circle; None where the largest is too near to it to say."""
+        return None if abs(self.largest - 1.0) <= NEAR_ONE else self.largest < 1.0
 
     @property
     def kind(self) -> str:
-        """`STABLE`, or through where the largest multiplier has left: fold, period doubling, Neimark-Sacker."""
+        """`STABLE`, `UNKNOWN`, or where the largest multiplier has left: fold, period doubling, Neimark-Sacker."""
+        if self.stable is None:
+            return UNKNOWN
         if self.stable:
             return STABLE
         leading = self.multipliers[0]
@@ -62,7 +68,7 @@ class Stability:
     @property
     def unstable_pairs(self) -> int:
         """Number of complex pairs outside of the unit circle."""
-        return sum(abs(one) > 1.0 and one.imag > 0.0 and not _is_real(one) for one in self.multipliers)
+        return sum(abs(one) > 1.0 + NEAR_ONE and one.imag > 0.0 and not _is_real(one) for one in self.multipliers)
 
 
 def stability_of(monodromy: Array) -> Stability:

@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gapbeam.solver.periodic.floquet import Stability
+from gapbeam.solver.periodic.floquet import NEAR_ONE, Stability
 
-UNKNOWN = "not known"
 MOST_APART = 0.1  # between two ways, relative to the larger of 1 and the largest multiplier
 
 
@@ -69,6 +68,8 @@ def with_error(stability: Stability, error: float) -> Judgment:
 
 def doubts_near_one(largest: float, error: float) -> tuple[str, ...]:
     """Return the doubt about a multiplier that may lie at either side of the unit circle; none where it cannot."""
-    if error <= 0.0 or abs(largest - 1.0) > error:
+    if abs(largest - 1.0) <= NEAR_ONE:
+        return ("the largest multiplier is 1 but for round-off, as that of a motion that nothing damps",)
+    if abs(largest - 1.0) > error:
         return ()
     return (f"the largest multiplier, {largest:.4g}, may be off by {error:.2g}: at either side of 1",)

@@ -18,12 +18,12 @@ from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.periodic.floquet import stability_of
+from gapbeam.solver.periodic.floquet import UNKNOWN, stability_of
 from gapbeam.solver.periodic.fourier_series import Fourier
 from gapbeam.solver.periodic.harmonic_continuation import Climb, climb
 from gapbeam.solver.periodic.harmonic_multipliers import NOTABLE_TRUNCATION, balanced_multipliers
 from gapbeam.solver.periodic.harmonic_steps import series_steps
-from gapbeam.solver.periodic.known_multipliers import UNKNOWN, Judgment, with_error
+from gapbeam.solver.periodic.known_multipliers import Judgment, with_error
 from gapbeam.solver.periodic.marched_period_map import MarchedMap
 from gapbeam.solver.periodic.modal_period_map import ModalMap
 from gapbeam.solver.periodic.newton_krylov import shoot_marched
@@ -155,13 +155,14 @@ def _shot(
 ) -> PeriodicResponse:
     orbit = shoot(period_map, period_map.coordinates(begin), analysis.tolerance, analysis.max_iterations, pause)
     start = period_map.state(orbit.x)
+    judgment = with_error(orbit.stability, 0.0)
     figures = {
         "residual": orbit.residual,
         "iterations": orbit.iterations,
         "residuals": list(orbit.residuals),
-        **stability_figures(Judgment(orbit.stability, 0.0)),
+        **stability_figures(judgment),
     }
-    remarks = _stability_remarks(Judgment(orbit.stability, 0.0))
+    remarks = _stability_remarks(judgment, "some damping")
     return PeriodicResponse(held, start, march(held.plan, start), figures, remarks, orbit.x)
 
 

@@ -162,7 +162,8 @@ def _follow_curve(
         "points": len(rows),
         **coverage(branches),
         "events": [{"value": point.value, "event": point.event} for point in events],
-        "unstable_points": sum(not row["stable"] for row in rows),
+        "unstable_points": sum(row["stable"] is False for row in rows),
+        "points_of_unknown_stability": sum(row["stable"] is None for row in rows),
         "seconds": time.perf_counter() - started,
     }
     for curve in branches.curves:

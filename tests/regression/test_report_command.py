@@ -242,6 +242,7 @@ def test_studies(tmp_path: Path) -> None:
         place | {"value": 20.0},
         place | {"value": 21.0, "stable": False, "event": "fold"},
         place | {"value": 20.5},
+        place | {"value": 20.2, "stable": None, "kind": "not known"},
     ]
     files: dict[str, Any] = {
         "stability.json": trials,
@@ -270,9 +271,11 @@ def test_studies(tmp_path: Path) -> None:
     found = {chart.y: chart for chart in charts(made)}
     assert list(found["energy created / exchanged"].curves[0].y) == [1e-6, 1e-2]
     assert [curve.name for curve in found["largest error (%)"].curves][:2] == ["beam", "full 2D"]
-    stable, unstable = found["peak to peak (mm)"].curves[:2]
-    assert np.array_equal(np.isnan(stable.y), [False, False, False])
-    assert np.array_equal(np.isnan(unstable.y), [True, False, False])
+    stable, unstable, unknown = found["peak to peak (mm)"].curves[:3]
+    assert np.array_equal(np.isnan(stable.y), [False, False, False, False])
+    assert np.array_equal(np.isnan(unstable.y), [True, False, False, True])
+    assert np.array_equal(np.isnan(unknown.y), [True, True, True, False])
+    assert unknown.name.endswith("stability not known")
     assert tables(made)["Events along the curve"].rows[0][:2] == ("fold", 21.0)
     page = html_of(made)
     assert page.count('id="part-') == sum(1 for _ in _sections(made.sections))

@@ -10,7 +10,7 @@ import pytest
 
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.periodic.continuation import CurveSettings, ResponseCurve, follow
-from gapbeam.solver.periodic.floquet import FOLD, PERIOD_DOUBLING
+from gapbeam.solver.periodic.floquet import FOLD, PERIOD_DOUBLING, UNKNOWN
 from gapbeam.solver.periodic.modal_period_map import ModalMap
 from gapbeam.solver.periodic.response_branches import follow_branches
 from gapbeam.solver.periodic.shooting import shoot
@@ -68,6 +68,20 @@ def test_resonance_curve_of_a_linear_oscillator() -> None:
         found = peak(oscillator_map(400, omega, 0.05, gap=100.0), point.x)
         assert found == pytest.approx(2.0 * amplitude, rel=2e-3)
         assert point.stability.stable
+
+
+def test_stability_without_damping_is_not_known() -> None:
+    """The multipliers of an oscillator that nothing damps are exp(+-2 pi i / w): which side of 1 is round-off."""
+    settings = CurveSettings(0.75, 0.85, first_step=0.05)
+    curve = follow(lambda omega: oscillator_map(100, omega, 0.0, gap=100.0), 0.8, np.zeros(2), settings)
+    assert len(curve.points) > 5
+    assert curve.events == []
+    for point in curve.points:
+        assert point.stability.largest == pytest.approx(1.0, abs=1e-12)
+        assert point.stability.stable is None
+        assert point.stability.kind == UNKNOWN
+    orbit = shoot(oscillator_map(100, 0.8, 1.0e-7, gap=100.0), np.zeros(2))
+    assert orbit.stability.stable is True
 
 
 @pytest.mark.slow(minutes=0.3)

@@ -48,7 +48,7 @@ def periodic_section(found: Mapping[str, Any], command: str, anchor: str = "peri
 
 
 def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "response-curve") -> ReportSection:
-    """Return a curve of periodic responses, stable parts drawn through, unstable ones dashed, events marked.
+    """Return a curve of periodic responses, stable parts drawn through, all others dashed, events marked.
 
     Args:
         curve: Contents of curve.json.
@@ -83,7 +83,7 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     blocks: list[Block] = [
         *missing,
         Chart(
-            "Peak to peak of the displacement along the curve of periodic responses; dashed where they are unstable.",
+            "Peak to peak along the curve of periodic responses; dashed where they are unstable or not known to be stable.",
             axis, f"peak to peak ({length})", motion, command,
         ),
         Chart("Largest multiplier along the curve.", axis, "largest |multiplier|", multiplier, command),
@@ -105,11 +105,10 @@ def _branch(
 ) -> list[ChartCurve]:
     """Return the stable and the unstable parts of a curve, and its events."""
     values = np.array([float(point["value"]) for point in points])
-    stable = np.array([bool(point["stable"]) for point in points])
     curves = []
-    for wanted, words in ((True, name), (False, f"{name}, unstable")):
+    for wanted, words in ((True, name), (False, f"{name}, unstable"), (None, f"{name}, stability not known")):
         # A part reaches to the first point of the next one, so that the curve does not break.
-        part = stable == wanted
+        part = np.array([point["stable"] is wanted for point in points])
         reached = part.copy()
         for place, (now, after) in enumerate(pairwise(part)):
             reached[place + 1] |= now and not after

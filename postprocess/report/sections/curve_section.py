@@ -83,7 +83,7 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     blocks: list[Block] = [
         *missing,
         Chart(
-            "Peak to peak along the curve of periodic responses; dashed where they are unstable or not known to be stable.",
+            "Peak to peak along the curve of periodic responses; dashed where they are not known to be stable.",
             axis, f"peak to peak ({length})", motion, command,
         ),
         Chart("Largest multiplier along the curve.", axis, "largest |multiplier|", multiplier, command),

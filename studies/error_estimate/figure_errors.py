@@ -5,7 +5,7 @@
 
 The last two terms belong to full models, and to a contact stiffness that was computed. Where plane companions stand for
 a solid, differences are taken relative to the figures of the plane and enlarged by a tenth, and the second line falls
-away. A span that the horizon ends is where motions are about to part: E is 1.5 times as large there. Beyond the
+away. A span that the horizon ends is where motions are about to part: E is twice as large there. Beyond the
 horizon figures are means over windows; the terms are draws of the same statistics there, so that the
 largest of them stands for their sum, and the error is the larger of 2 E and of 2.83 standard errors, those of the
 difference of two means of which each has 2 standard errors.
@@ -28,7 +28,7 @@ FACTORS = {FINEST: 2.0, COARSER: 1.0, HALF_STEP: 4.0 / 3.0}
 RIGID_FACTOR = 2.0  # the distance from rigid contact goes as 1 / stiffness: twice that from twice the stiffness
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 STANDARD_ERRORS = 2.83
-PARTING, BEYOND = 1.5, 2.0  # E is so much larger where motions are about to part, and where they have
+PARTED = 2.0  # E is so much larger where motions are about to part, and where they have
 
 
 @dataclass(frozen=True)
@@ -96,10 +96,10 @@ def _error(parts: Mapping[str, float], figure: KeyFigure, span: Span) -> float |
     error = max(factor * parts[name] for name, factor in FACTORS.items() if name in parts)
     beside = parts.get("model", 0.0), RIGID_FACTOR * parts.get(STIFFER, 0.0)
     if span.predictable:
-        return (PARTING if span.name == UP_TO_HORIZON else 1.0) * (error + sum(beside))
+        return (PARTED if span.name == UP_TO_HORIZON else 1.0) * (error + sum(beside))
     if figure.values.size < FEWEST_WINDOWS:
         return None
-    return max(BEYOND * max(error, *beside), STANDARD_ERRORS * figure.uncertainty)
+    return max(PARTED * max(error, *beside), STANDARD_ERRORS * figure.uncertainty)
 
 
 def _scales(figures: Mapping[str, KeyFigure]) -> dict[str, float]:

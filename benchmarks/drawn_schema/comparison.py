@@ -19,6 +19,7 @@ from gapbeam.studies.error_estimate.key_figures import key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 CHANGES = 10  # of contact: before, motions that are the same are the same
+PRESSED = 1.0e-9  # N s: less is round-off
 NEGLIGIBLE = 1.0e-6  # of the scale
 FACTOR = 2.0  # times its stated error: beyond, a figure is a finding
 SETTLED = 1.0e-4  # change over a period, relative
@@ -26,6 +27,7 @@ CLOSED = 1.0e-4  # of its range: what a period may miss its start by, times the 
 PERIODIC = 0.01  # difference from a settled march, relative
 NOT_ASKED = {"status": "not asked for", "reason": "no errors were asked for"}
 ENDS = 1.0e-6  # of a period: how near to its end the last record is
+ANOTHER = 0.2  # difference from which a march has settled on another response, which says nothing of the curve
 CURVE_POINTS = 3  # that are compared
 UNSTABLE = 0.995  # multipliers closer to 1 take longer than a long march to settle
 
@@ -50,6 +52,8 @@ def _exactly(run: MotionRecord, other: MotionRecord, limit: float, forces: float
     mine, theirs = _waves(run), _waves(other, forces)
     count = min(len(mine), len(theirs), _calm(run))
     sizes = np.abs(mine).max(axis=0)
+    if not run.probes and max(float(sizes.max(initial=0.0)), float(np.abs(theirs).max(initial=0.0))) < PRESSED:
+        return {"figures": 0, "above": 0, "worst": None, "what": "no probe, and no face presses but for round-off"}
     if run.in_space and run.probes:  # what does not move aside but for round-off is the same
         sizes = np.tile(sizes.reshape(2, -1).max(axis=0), 2)
     apart = np.abs(mine[:count] - theirs[:count]) / np.maximum(sizes, 1.0e-30)
@@ -115,7 +119,7 @@ def _periodic(way: Way, case: Case, results: Results, step: float, computed: dic
 
 
 def _curve(way: Way, case: Case, results: Results, step: float, computed: dict[str, float]) -> dict[str, Any]:
-    """Compare stable points of a curve, spread along it, with the ends of marches that settle there."""
+    """Compare stable points of a curve, spread along it, with marches that settle there, unless on another response."""
     asked = curve_of(case)
     assert asked is not None
     rows = json.loads((results.folder / CURVE_FILE).read_text("utf-8"))["points"]
@@ -134,7 +138,7 @@ def _curve(way: Way, case: Case, results: Results, step: float, computed: dict[s
             pair for pair in zip(ranges.values(), np.ptp(last.displacement, axis=0), strict=True) if None not in pair
         ]
         apart = max((abs(mine / theirs - 1.0) for mine, theirs in pairs if theirs > 0.0), default=0.0)
-        if not pairs:
+        if not pairs or apart > ANOTHER:
             continue
         words = f"point of a curve, {asked.key} = {row['value']:.6g}"
         found = _added(found, {"figures": 1, "above": int(apart > PERIODIC), "worst": apart / PERIODIC, "what": words})

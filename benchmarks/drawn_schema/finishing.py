@@ -357,7 +357,7 @@ def _time(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
     scene = draw.scene
     scheme = time.get("scheme", {}).get("type")
     if scheme == "central-difference":
-        return time | {"step": "auto", "end": 60.0 * scene.step}
+        return time | {"step": "auto", "end": 15.0 * scene.step}
     slow = whole.get("model", {"type": "full"})["type"] == "full" or "friction" in whole["contact"]
     most = SLOW_STEPS if slow else 4 * SLOW_STEPS
     steps = round(time["end"] / scene.step)

@@ -41,7 +41,7 @@ class Episodes:
         """Take in an accepted step."""
         pressure, weights = step.stage.pressure, self.contact.weights
         for face, mine in enumerate(self.contact.points_of_faces):
-            pressed = bool(np.any(pressure[mine] > 0.0))
+            pressed = bool((pressure[mine] > 0.0).any())
             added = step.size * float(weights[mine] @ pressure[mine]) if pressed else 0.0
             steps, impulse = self.running.pop(face, (0, 0.0))
             now, running, ended, short = after_contact(steps, impulse, pressed, added)

@@ -61,7 +61,7 @@ class EnergyGates:
             NotFinite: The energy is not a number.
             EnergyCreated: More energy was created than `total_growth` allows, unless the case accepts it.
         """
-        finite = bool(np.isfinite(ledger.total) and np.all(np.isfinite(step.new.pressure)))
+        finite = bool(np.isfinite(ledger.total) and np.isfinite(step.new.pressure).all())
         if finite:
             self._watch_impacts(step.new.pressure, ledger)
         self.let_pass(step.new.time, finite, ledger)

@@ -11,6 +11,7 @@ solve and of the bookkeeping. The algorithmic dissipation is what the scheme its
 from __future__ import annotations
 
 from dataclasses import dataclass, replace
+from operator import attrgetter
 
 import numpy as np
 
@@ -29,6 +30,9 @@ from gapbeam.solver.diagnostics.ledger_update import (
 from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
+
+
+_ENERGIES = attrgetter(*Energies._fields)
 
 
 @dataclass(frozen=True)
@@ -69,7 +73,7 @@ class Ledger:
     @property
     def energies(self) -> Energies:
         """The ledger without the work of each load."""
-        return Energies(*(getattr(self, name) for name in Energies._fields))
+        return Energies._make(_ENERGIES(self))
 
     def with_energies(self, energies: Energies, load_work: Array) -> Ledger:
         """Return the ledger with other energies, and the work of each load with them."""
@@ -98,12 +102,12 @@ class Ledger:
     @property
     def residual(self) -> float:
         """What is left of the balance."""
-        return energy_residual(self.energies, float(np.sum(self.load_work)))
+        return energy_residual(self.energies, float(self.load_work.sum()))
 
     @property
     def created(self) -> float:
         """Energy that came from nowhere: algorithmic growth, residual, and what contact damping and friction gave."""
-        return created_energy(self.energies, float(np.sum(self.load_work)))
+        return created_energy(self.energies, float(self.load_work.sum()))
 
 
 def open_ledger(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> Ledger:
@@ -142,7 +146,6 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
     if system.contact.walls.motions:
         walls = system.contact.turned(stage.opening).walls
         works = works + walls.works(weights * stage.pressure, old.time, new.time, len(works))
-    driven = np.array([not load.static for load in system.loads], dtype=bool)
     measured = StepEnergies(
         kinetic=0.5 * float(kinetic),
         strain=0.5 * float(strain),
@@ -152,7 +155,7 @@ def enter_step(system: SemiDiscreteSystem, law: ContactLaw, ledger: Ledger, step
         elastic_work=float(weights @ (stage.elastic_pressure * deeper)),
         contact_loss=float(weights @ ((stage.pressure - stage.elastic_pressure) * deeper)),
         friction_loss=friction_loss,
-        driven_work=float(np.sum(works[driven])) if len(works) else 0.0,
+        driven_work=float(works[system.driven].sum()) if len(works) else 0.0,
         unresolved=stage.unresolved,
     )
     return ledger.with_energies(after_step(ledger.energies, measured), ledger.load_work + works)

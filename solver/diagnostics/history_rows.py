@@ -137,8 +137,8 @@ class Recorder:
         if self.model.system.reactions is not None:
             found |= self._joint_rows(instants, self.model.system.reactions)
         total = instants.kinetic + instants.strain + instants.contact
-        self.largest_restraint_energy = max(self.largest_restraint_energy, float(np.max(instants.restraint)))
-        self.largest_energy = max(self.largest_energy, float(np.max(total)))
+        self.largest_restraint_energy = max(self.largest_restraint_energy, float(instants.restraint.max()))
+        self.largest_energy = max(self.largest_energy, float(total.max()))
         self._last_time = float(instants.times[-1])
         if self.watch is not None:
             self.watch.see(instants.times, instants.u, instants.strain)
@@ -253,7 +253,9 @@ class Recorder:
 
 def _rates(values: Array, before: Array | None, intervals: Array) -> Array:
     """Return the change of values from record to record over the intervals; none where an interval is none."""
-    change = np.diff(values, axis=0, prepend=values[:1] if before is None else before)
+    change = np.empty_like(values)
+    np.subtract(values[0], values[0] if before is None else before[0], out=change[0])
+    np.subtract(values[1:], values[:-1], out=change[1:])
     return np.asarray(np.divide(change, intervals, out=np.zeros_like(change), where=intervals > 0.0))
 
 

@@ -17,7 +17,7 @@ def hold(system: SemiDiscreteSystem, right_side: Array, pressure: Array) -> Arra
     large cancels (`gapbeam.solver.contact.solve.contact_solve`).
     """
     held = np.asarray(system.contact.weights * pressure)
-    if np.any(held):
+    if held.any():
         system.contact.interface.add(right_side, system.contact.resultant(held))
     return held
 

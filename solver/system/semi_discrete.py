@@ -220,6 +220,11 @@ class SemiDiscreteSystem:
         massless = self.operators.massless[self.contact.interface.owned]
         return bool(self.operators.sum(np.array([float(np.sum(massless))]))[0] > 0.0)
 
+    @cached_property
+    def driven(self) -> Array:
+        """Which loads are not static, (loads,): what created energy is measured against is their work."""
+        return np.array([not load.static for load in self.loads], dtype=bool)
+
     def load_factors(self, time: float) -> Array:
         """Return s_k(t) of all loads."""
         return np.array([load.factor(time) for load in self.loads])

@@ -16,7 +16,8 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from scipy.linalg import LinAlgError, cho_factor, cho_solve, lu_factor, lu_solve, solve
+from scipy.linalg import LinAlgError, lu_factor, lu_solve, solve
+from scipy.linalg.lapack import dposv
 from scipy.sparse import csr_matrix, hstack, identity
 
 from gapbeam.solver.system.operators import Array, Factor, Indices, Springs
@@ -196,7 +197,7 @@ class CondensedOperator:
         Returns:
             All forces, (m,), and their response.
         """
-        if np.any(change):
+        if change.any():
             target -= scale * self.respond(change).gaps[active]
         if len(active) > 0:
             change[active] = self._solve_active(scale, active, compliance, target, detour)
@@ -209,17 +210,21 @@ class CondensedOperator:
             return detoured
         matrix = self.among(active)
         matrix *= scale
-        matrix[np.diag_indices_from(matrix)] += compliance
-        try:
-            if self.symmetric:
-                # transposed it is column-major, and factored in place
-                return np.asarray(cho_solve(cho_factor(matrix.T, overwrite_a=True, check_finite=False), target))
-            return np.asarray(solve(matrix, target, check_finite=False))
-        except LinAlgError:
-            # Compliances of nearly rigid laws vanish against round-off in D: take the smallest solution.
-            matrix = scale * self.among(active)
-            matrix[np.diag_indices_from(matrix)] += compliance
-            return np.asarray(np.linalg.lstsq(matrix, target, rcond=1.0e-14)[0])
+        _add_on_diagonal(matrix, compliance)
+        if self.symmetric:
+            # transposed it is column-major, and factored in place
+            _, solution, failed = dposv(matrix.T, target, overwrite_a=True)
+            if not failed:
+                return np.asarray(solution)
+        else:
+            try:
+                return np.asarray(solve(matrix, target, check_finite=False))
+            except LinAlgError:
+                pass
+        # Compliances of nearly rigid laws vanish against round-off in D: take the smallest solution.
+        matrix = scale * self.among(active)
+        _add_on_diagonal(matrix, compliance)
+        return np.asarray(np.linalg.lstsq(matrix, target, rcond=1.0e-14)[0])
 
     def solve_by_interface(self, scale: float, points: Indices, compliance: Array, target: Array) -> Array | None:
         """Solve (diag(c) + s D) x = t on some of the points by way of the interface DOFs, where these are fewer.
@@ -248,7 +253,7 @@ class CondensedOperator:
         block = scale * self._block[np.ix_(touched, touched)]
         shared = csr_matrix(gaps.T @ gaps.multiply((1.0 / compliance)[:, None]))
         small = np.asarray(shared @ block)
-        small[np.diag_indices_from(small)] += 1.0
+        _add_on_diagonal(small, 1.0)
         factor = lu_factor(small, overwrite_a=True, check_finite=False)
 
         def solved(right: Array) -> Array:
@@ -280,6 +285,10 @@ _STIFF = 1.0e5  # ratio of compliances above which a detour costs more digits th
 _SMALL = 20_000  # entries of a matrix that is read faster than loads are sorted
 
 
+def _add_on_diagonal(matrix: Array, values: Array | float) -> None:
+    matrix.flat[:: len(matrix) + 1] += values
+
+
 def _product(columns: Array, loads: Array) -> Array:
     """Return columns @ loads, (rows,), for a column-major matrix.
 
@@ -288,7 +297,7 @@ def _product(columns: Array, loads: Array) -> Array:
     """
     if columns.size <= _SMALL:
         return np.asarray(columns @ loads)
-    loaded = np.flatnonzero(loads)
+    (loaded,) = loads.nonzero()
     if len(loaded) == 0:
         return np.zeros(len(columns))
     runs = np.split(loaded, np.flatnonzero(np.diff(loaded) > _RUN_BREAK) + 1)

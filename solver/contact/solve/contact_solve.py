@@ -164,19 +164,19 @@ def _solve(
     change = start - held
     response = condensed.respond(change) if start is not held else None
     depth = held_depth if response is None else held_depth - scale * response.gaps
-    size = float(np.max(np.abs(held_depth), initial=0.0))
-    least = max(NOTHING, EPSILON * float(np.max(np.abs(held / weights), initial=0.0)))
+    size = _largest(held_depth)
+    least = max(NOTHING, EPSILON * _largest(held / weights))
     residuals: list[float] = []
     for iteration in range(max_iterations + 1):
         stage, forces = law(depth), held + change
         mismatch = forces / weights - stage.pressure
-        residual = float(np.max(np.abs(mismatch), initial=0.0))
+        residual = _largest(mismatch)
         if not np.isfinite(residual):
             break
         residuals.append(residual)
-        wanted = max(RELATIVE_TOLERANCE * float(np.max(np.abs(stage.pressure), initial=0.0)), least)
-        cancelled = scale * condensed.largest_compliance * float(np.sum(np.abs(change)))
-        floor = ROUND_OFF * float(np.max(stage.slope, initial=0.0)) * max(size, cancelled)
+        wanted = max(RELATIVE_TOLERANCE * _largest(stage.pressure), least)
+        cancelled = scale * condensed.largest_compliance * float(np.abs(change).sum())
+        floor = ROUND_OFF * float(stage.slope.max(initial=0.0)) * max(size, cancelled)
         stalled = len(residuals) > 1 and residual >= 0.5 * residuals[-2]
         if residual <= wanted:
             return _settled(held, change, depth, stage, iteration, size, response)
@@ -185,10 +185,10 @@ def _solve(
         )
         update = newton - change
         # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
-        if stalled and residual <= floor and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces)):
+        if stalled and residual <= floor and _largest(update) <= SETTLED * _largest(forces):
             return _settled(held, change, depth, stage, iteration, size, response)
         # iterations leave an error in depths that a search would take for a slope
-        exhausted = condensed.iterative and np.max(np.abs(update)) <= SETTLED * np.max(np.abs(forces))
+        exhausted = condensed.iterative and _largest(update) <= SETTLED * _largest(forces)
         if not exhausted and iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):
             # a product with D is a solve there, and both responses are known as well as it would be
             known = response if condensed.iterative else None
@@ -210,6 +210,11 @@ def _solve(
     )
 
 
+def _largest(values: Array) -> float:
+    """Return the largest absolute value; 0 where there is none."""
+    return float(np.abs(values).max()) if values.size else 0.0
+
+
 def _settled(
     held: Array,
     change: Array,
@@ -224,7 +229,7 @@ def _settled(
     The change keeps it: the penetration is that of the change, and nearly free bodies move far under round-off.
     """
     forces = np.where(stage.pressure == 0.0, 0.0, held + change)
-    unresolved = UNRESOLVED * size * float(np.sum(np.abs(forces)))
+    unresolved = UNRESOLVED * size * float(np.abs(forces).sum())
     return ContactSolution(forces, change, depth, stage, iterations, unresolved, response=response)
 
 
@@ -244,7 +249,7 @@ def _newton_change(
     Where the law has no slope f is known. The detour by the interface DOFs is quicker and costs digits: without it
     where they are missing. Iterations start from the response so far.
     """
-    active = np.flatnonzero(stage.slope > 0.0)
+    (active,) = (stage.slope > 0.0).nonzero()
     change = np.asarray(weights * stage.pressure - held)
     compliance: Array = np.asarray(1.0 / (weights[active] * stage.slope[active]), dtype=float)
     target = held_depth[active] - depth[active] + compliance * change[active]

@@ -36,6 +36,11 @@ class Mark:
     away: tuple[float, float] = (0.0, 0.0)
     ahead: float = 0.0
 
+    @property
+    def moves(self) -> bool:
+        """Whether the beam carries it: masses; joints stand where they are, and fluids around it."""
+        return self.symbol == _MASS
+
 
 @dataclass(frozen=True)
 class PlacedMark:
@@ -43,8 +48,8 @@ class PlacedMark:
 
     Attributes:
         mark: The mark.
-        at: The place on the axis of the undeformed beam, or beside it, or in the middle of a fluid.
-        above: The upper side of the beam there.
+        at: The place on the axis of the beam, or beside it, or in the middle of a fluid.
+        above: The upper side of the beam there, or the place of a mass that is higher.
         root: The place on the axis whose section carries a mass beside it; None: it is on the axis.
         outline: Corners of the part of the picture that a fluid takes up, (4, 2); None for the others.
     """
@@ -61,6 +66,7 @@ def placed(
     support: SupportBoxes,
     heights: tuple[float, float],
     fractions: Callable[[np.ndarray], np.ndarray],
+    motion: Callable[[Mark, np.ndarray], np.ndarray] | None = None,
 ) -> Iterator[PlacedMark]:
     """Yield marks with their places.
 
@@ -69,20 +75,31 @@ def placed(
         support: Beam and supports.
         heights: Limits of what the picture shows in the bending direction, m: a fluid is shaded from one to the other.
         fractions: From points (k, 3), m, to places in the picture (k, 2).
+        motion: From a mark and undeformed points (k, 3), m, to where they are drawn, (k, 3), m; None: there.
     """
     for mark in marks:
         x = mark.x if mark.end is None else 0.5 * (mark.x + mark.end)
         beside, height = mark.away
         place = np.add(support.inside(x, support.middle + height), (0.0, beside, 0.0))
-        at, above = fractions(np.array([place, support.inside(x, support.top)]))
+        root = support.inside(x - mark.ahead, support.middle)
+        points = np.array([place, support.inside(x, max(support.top, support.middle + height)), root])
+        at, above, root_at = fractions(points if motion is None else motion(mark, points))
         if mark.end is None:
-            root = None
-            if mark.away != (0.0, 0.0) or mark.ahead != 0.0:
-                [root] = fractions(np.array([support.inside(x - mark.ahead, support.middle)]))
-            yield PlacedMark(mark, at, above, root)
+            beside_axis = mark.away != (0.0, 0.0) or mark.ahead != 0.0
+            yield PlacedMark(mark, at, above, root_at if beside_axis else None)
             continue
         corners = [(mark.x, heights[0]), (mark.end, heights[0]), (mark.end, heights[1]), (mark.x, heights[1])]
         yield PlacedMark(mark, at, above, outline=fractions(np.array([support.inside(*corner) for corner in corners])))
+
+
+def carried_by(marks: Iterable[Mark], middle: float) -> list[tuple[float, float]]:
+    """Return x and height of the masses, m.
+
+    Args:
+        marks: Joints, masses and fluids.
+        middle: Height of the axis, m.
+    """
+    return [(mark.x, middle + mark.away[1]) for mark in marks if mark.moves]
 
 
 def marks_of(case: Mapping[str, Any], start: float) -> Iterator[Mark]:

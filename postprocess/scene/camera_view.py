@@ -106,7 +106,7 @@ class View:
             here = replace(piece, met=piece.met.moved(motions or {}))
             for mesh, moved in zip(meshes, _drawn(self._support, here, self._scale), strict=True):
                 mesh.copy_from(moved)
-        shown = frame.displacement - [(1.0 - 1.0 / self._scale) * slide_of(frame), 0.0, 0.0]
+        shown = shown_displacement(frame, self._scale)
         for part in self._body.parts:
             part.move(shown, self._scale)
         for part in (self._body.skin, self._body.faces):
@@ -135,6 +135,11 @@ class View:
     def close(self) -> None:
         """Let the graphics memory go."""
         self._plotter.close()
+
+
+def shown_displacement(frame: Frame, scale: float) -> np.ndarray:
+    """Return displacements that are drawn times a scale, m, (n, 3): the mean along the beam as large as it is."""
+    return np.asarray(frame.displacement - [(1.0 - 1.0 / scale) * slide_of(frame), 0.0, 0.0])
 
 
 def _add(plotter: Any, mesh: pv.PolyData, **style: Any) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -64,11 +65,28 @@ def scale_of_support(motion: MotionRange, support: SupportBoxes) -> float:
     return rounded_down(min(limits)) if limits else 1.0
 
 
-def window_of_whole(motion: MotionRange, support: SupportBoxes, scale: float, size: tuple[int, int]) -> Window:
-    """The whole beam at all times, with the aspect of its picture."""
+def window_of_whole(
+    motion: MotionRange,
+    support: SupportBoxes,
+    scale: float,
+    size: tuple[int, int],
+    carried: Sequence[tuple[float, float]] = (),
+) -> Window:
+    """The whole beam at all times, with the aspect of its picture.
+
+    Args:
+        motion: Of all times.
+        support: Beam and support.
+        scale: Factor of displacements.
+        size: Of the picture in pixels.
+        carried: x and height of masses on the undeformed beam, which may be beside it, m.
+    """
     low, high = support.heights(support.blocks, scale)
-    low, high = min(support.bottom + scale * motion.lowest, low), max(support.top + scale * motion.highest, high)
-    return _fitted((support.start, support.end), (low, high), size, 0.02, 0.04)
+    bottom = min([support.bottom, *(height for _, height in carried)])
+    top = max([support.top, *(height for _, height in carried)])
+    low, high = min(bottom + scale * motion.lowest, low), max(top + scale * motion.highest, high)
+    first, last = min([support.start, *(x for x, _ in carried)]), max([support.end, *(x for x, _ in carried)])
+    return _fitted((first, last), (low, high), size, 0.02, 0.04)
 
 
 def window_of_support(support: SupportBoxes, scale: float, size: tuple[int, int]) -> Window:

@@ -2,17 +2,19 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
+from functools import partial
 from typing import Literal
 
 import numpy as np
 
-from gapbeam.postprocess.results.field_reader import Fields
+from gapbeam.postprocess.results.field_reader import Fields, Frame
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.scene.attached_marks import marks_of, placed
+from gapbeam.postprocess.scene.attached_marks import Mark, carried_by, marks_of, placed
 from gapbeam.postprocess.scene.beam_surface import body_of
-from gapbeam.postprocess.scene.camera_view import View
+from gapbeam.postprocess.scene.camera_view import View, shown_displacement
 from gapbeam.postprocess.scene.camera_window import (
     scale_of_support,
     scale_of_whole,
@@ -21,6 +23,7 @@ from gapbeam.postprocess.scene.camera_window import (
 )
 from gapbeam.postprocess.scene.caption import caption_of
 from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of
+from gapbeam.postprocess.scene.section_motion import section_motion
 from gapbeam.postprocess.scene.sheet import ZOOM, Sheet, pixels, whole_place
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
@@ -77,8 +80,9 @@ class Studio:
             if scale == "auto"
             else (float(scale), float(scale))
         )
+        marks = tuple(marks_of(results.case, support.start))
         windows = (
-            window_of_whole(motion, support, factors[0], sizes[0]),
+            window_of_whole(motion, support, factors[0], sizes[0], carried_by(marks, support.middle)),
             window_of_support(support, factors[1], sizes[1]),
         )
         body = body_of(fields, support)
@@ -98,8 +102,10 @@ class Studio:
             slides=motion.slide * max(factors) > _SEEN * (support.end - support.start),
         )
         pressures = fields.points, close, motion.largest_pressure
-        marks = placed(marks_of(results.case, support.start), support, windows[0].height, self._views[0].fractions)
-        self._sheet = Sheet(size, support, pressures, self._traces, caption, windows, tuple(marks), color)
+        self._marks = partial(placed, support=support, heights=windows[0].height, fractions=self._views[0].fractions)
+        self._scale, self._masses = factors[0], tuple(mark for mark in marks if mark.moves)
+        self._sections = {mark.name: section_motion(fields.points, mark.x - mark.ahead) for mark in self._masses}
+        self._sheet = Sheet(size, support, pressures, self._traces, caption, windows, tuple(self._marks(marks)), color)
 
     def moments(self) -> dict[str, tuple[int, str]]:
         """The frames worth a picture: number and remark by name."""
@@ -124,7 +130,18 @@ class Studio:
         frame = self._fields.frame(index)
         motions = wall_motions(self._history, frame.time)
         whole, near = (view.picture(frame, motions) for view in self._views)
+        self._sheet.move(self._marks(self._masses, motion=self._carried(frame)))
         return self._sheet.fill(frame, whole, near, remark)
+
+    def _carried(self, frame: Frame) -> Callable[[Mark, np.ndarray], np.ndarray]:
+        """Return where the points of a mass are drawn in a frame."""
+        shown = shown_displacement(frame, self._scale)
+
+        def drawn(mark: Mark, points: np.ndarray) -> np.ndarray:
+            section = self._sections[mark.name]
+            return np.array([point + self._scale * section.of(shown, point) for point in points])
+
+        return drawn
 
     def hurry(self) -> None:
         """Draw from now on as films are drawn, with less care for edges and in less time."""

@@ -15,7 +15,7 @@ from matplotlib.figure import Figure
 from gapbeam.postprocess.figures.figure_style import SKY
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.results.supports_of_run import RunSupport
-from gapbeam.postprocess.scene.attached_marks import ARM, marks_of, placed
+from gapbeam.postprocess.scene.attached_marks import ARM, carried_by, marks_of, placed
 from gapbeam.postprocess.scene.beam_surface import body_of
 from gapbeam.postprocess.scene.camera_view import View
 from gapbeam.postprocess.scene.camera_window import Window, rounded_down, window_of_support, window_of_whole
@@ -106,7 +106,8 @@ class _Sheet:
 
     def _draw_whole(self) -> None:
         nothing = MotionRange(np.zeros(1), np.zeros(1), 0.0, 0.0, 0.0, 0.0, 0)
-        window = window_of_whole(nothing, self._whole, self._scale, pixels(_WHOLE, self._size))
+        carried = carried_by(marks_of(self._set_up.case, self._whole.start), self._whole.middle)
+        window = window_of_whole(nothing, self._whole, self._scale, pixels(_WHOLE, self._size), carried)
         with closing(self._picture(self._whole, window, _WHOLE, _FROM)) as view:
             panel = self._figure.axes[-1]
             labels = list[tuple[float, float, str, str]]()  # place, words and color of what stands above the beam

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from typing import Any
 
 import matplotlib as mpl
@@ -14,6 +14,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Annotation
 
 from gapbeam.postprocess.figures.figure_style import GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
@@ -112,7 +113,7 @@ class Sheet:
             traces: Time signals.
             caption: Texts.
             windows: What the pictures of the whole beam and of the support show.
-            marks: Joints, masses and fluids, drawn on the undeformed beam.
+            marks: Joints, masses and fluids on the undeformed beam.
             color: What the surface is colored by; None: contact pressure.
         """
         self._size, self._caption, self._traces = size, caption, traces
@@ -122,6 +123,7 @@ class Sheet:
             self._canvas = FigureCanvasAgg(self.figure)
             color = color or SurfaceColor.of_pressure(pressures[2])
             self._moving: list[Artist] = []
+            self._carried: dict[str, tuple[Line2D, Line2D | None, Annotation]] = {}
             self._ground: Any = None  # all that no frame changes, once it is drawn
             self._whole = self._ruled(whole_place(color), windows[0], support, 11)
             if color.everywhere:
@@ -165,6 +167,15 @@ class Sheet:
         for artist in self._moving:
             self.figure.draw_artist(artist)
         return sheet[..., :3].copy()
+
+    def move(self, marks: Iterable[PlacedMark]) -> None:
+        """Put marks of masses where the beam carries them in the next frame."""
+        for one in marks:
+            symbol, arm, name = self._carried[one.mark.name]
+            symbol.set_data(one.at[:1], one.at[1:])
+            if arm is not None and one.root is not None:
+                arm.set_data(*np.stack([one.root, one.at]).T)
+            name.xy = (float(one.above[0]), float(one.above[1]))
 
     def _begun(self) -> np.ndarray:
         """Put on the sheet what no frame changes, drawn at the first; return its pixels, (height, width, 4)."""
@@ -211,6 +222,7 @@ class Sheet:
         panel, large = self._whole, self._large
         for one in marks:
             where, offset = one.above, 4.0
+            symbol, arm = None, None
             if one.outline is not None:
                 self._moving += panel.fill(*one.outline.T, transform=panel.transAxes, color=SKY, alpha=0.2, lw=0.0)
                 where, offset = np.array([one.at[0], 0.0]), 6.0
@@ -223,16 +235,19 @@ class Sheet:
                     "mew": 1.6,
                 }
                 if one.root is not None:
-                    arm = np.stack([one.root, one.at])
-                    self._moving += panel.plot(*arm.T, **ARM, transform=panel.transAxes, clip_on=False)
-                self._moving += panel.plot(
-                    *one.at[:, None], transform=panel.transAxes, clip_on=False, zorder=5, **style
-                )
+                    offset = 9.0
+                    ends = np.stack([one.root, one.at])
+                    [arm] = panel.plot(*ends.T, **ARM, transform=panel.transAxes, clip_on=False)
+                    self._moving.append(arm)
+                [symbol] = panel.plot(*one.at[:, None], transform=panel.transAxes, clip_on=False, zorder=5, **style)
+                self._moving.append(symbol)
             name = panel.annotate(
                 one.mark.name, (float(where[0]), float(where[1])), (0.0, offset * large), xycoords="axes fraction",
                 textcoords="offset points", ha="center", va="bottom", annotation_clip=False, fontsize=14 * large,
             )  # fmt: skip
             self._moving.append(name)
+            if symbol is not None and one.mark.moves:
+                self._carried[one.mark.name] = symbol, arm, name
 
     def _trace(
         self, place: Place, label: str, time: np.ndarray, curves: dict[str, np.ndarray], close: Sequence[str] = ("",)

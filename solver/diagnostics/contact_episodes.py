@@ -10,8 +10,6 @@ from __future__ import annotations
 from dataclasses import dataclass, field
 from typing import Any
 
-import numpy as np
-
 from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS, after_contact
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import ContactOperator

@@ -31,8 +31,7 @@ from gapbeam.solver.system.accepted_step import Stage, Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import MASS, STIFFNESS, VALUE, SemiDiscreteSystem, State
 
-
-_ENERGIES = attrgetter(*Energies._fields)
+ENERGIES_IN = attrgetter(*Energies._fields)  # a ledger
 
 
 @dataclass(frozen=True)
@@ -73,7 +72,7 @@ class Ledger:
     @property
     def energies(self) -> Energies:
         """The ledger without the work of each load."""
-        return Energies._make(_ENERGIES(self))
+        return Energies._make(ENERGIES_IN(self))
 
     def with_energies(self, energies: Energies, load_work: Array) -> Ledger:
         """Return the ledger with other energies, and the work of each load with them."""

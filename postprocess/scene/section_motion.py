@@ -1,0 +1,54 @@
+"""How a cross-section moves: the rigid motion that fits the displacements of its mesh points best."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+
+_BESIDE = 1.0e-6  # of the length of the beam: points so near to each other along it are of one cross-section
+
+
+@dataclass(frozen=True)
+class SectionMotion:
+    """A rigid motion u = a + w x (X - c) by least squares.
+
+    Attributes:
+        points: Numbers of the mesh points of the section, (p,).
+        center: c, their mean place, m, (3,).
+        fit: From their displacements, (3 p,), to a and w, (6, 3 p).
+    """
+
+    points: np.ndarray
+    center: np.ndarray
+    fit: np.ndarray
+
+    def of(self, displacement: np.ndarray, place: np.ndarray) -> np.ndarray:
+        """Return the displacement of a place that the section carries, m, (3,).
+
+        Args:
+            displacement: Of all points of the mesh, m, (n, 3).
+            place: X, m, (3,).
+        """
+        motion = self.fit @ displacement[self.points].reshape(-1)
+        return np.asarray(motion[:3] + np.cross(motion[3:], place - self.center))
+
+
+def section_motion(points: np.ndarray, x: float) -> SectionMotion:
+    """Return what fits the motion of the cross-section of mesh points that is nearest to x.
+
+    What the points do not show, such as a twist of those of a line, is none.
+
+    Args:
+        points: Of the mesh, m, (n, 3).
+        x: Along the beam, m.
+    """
+    away = np.abs(points[:, 0] - x)
+    nearest = points[np.argmin(away), 0]
+    (chosen,) = (np.abs(points[:, 0] - nearest) <= _BESIDE * np.ptp(points[:, 0])).nonzero()
+    center = points[chosen].mean(axis=0)
+    rows = []
+    for a, b, c in points[chosen] - center:
+        turn = np.array([[0.0, c, -b], [-c, 0.0, a], [b, -a, 0.0]])  # w x r
+        rows.append(np.hstack([np.eye(3), turn]))
+    return SectionMotion(chosen, center, np.linalg.pinv(np.vstack(rows)))

@@ -21,9 +21,10 @@ from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.body import Body
-from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
+from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.run_summary import write_summary
+from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import SAME, STIFFER, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
@@ -39,6 +40,8 @@ SHARE, LEAST = 0.15, 5.0  # of the wall time of a full run, s: what its estimate
 MARCHES, SET_UP = 5.0, 2.0  # marches of any other run, s
 FEWEST_RECORDS = 8
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
+RESOLVING = [one.name for one in (ON_MESH, IN_BASIS, SLENDER, RIGID)]
+MOST_EATEN = 0.2  # of the energy under noise
 ACCELERATION = " smoothed acceleration"
 VARIABLE = "GAPBEAM_ERRORS"
 IN_THE_MESSAGE = (" displacement", " stress", " peak force")
@@ -111,10 +114,10 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
             raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
         errors["force_peaks"] = force_peaks(run, case)
         warnings += doubtful_peaks(errors["force_peaks"])
-        found, beyond = estimate(case, run, summary, outcome.body), beyond_resolution(summary)
-        found = without_accelerations(found) if beyond else found
+        found, beyond, noisy = estimate(case, run, summary, outcome.body), beyond_resolution(summary), eaten(summary)
+        found = without_errors(found, "" if noisy else ACCELERATION) if beyond or noisy else found
         errors |= describe(found)
-        warnings += [*doubts(found, run.end), *beyond]
+        warnings += [*doubts(found, run.end), *beyond, *noisy]
         summary["message"] += f"; {last_line(found)}"
     except (EstimateError, ResultsError) as failed:
         errors |= {"status": "not estimated", "reason": str(failed)}
@@ -129,7 +132,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
 
 
 def beyond_resolution(summary: Mapping[str, Any]) -> list[str]:
-    """Return a sentence where the energy lies far beyond what mesh and basis resolve; companions do not see it, either.
+    """Return a sentence where the energy lies far beyond what model, mesh and basis resolve, and companions as little.
 
     Args:
         summary: Of the run, with its assumptions.
@@ -137,16 +140,31 @@ def beyond_resolution(summary: Mapping[str, Any]) -> list[str]:
     passed = [
         one
         for one in summary.get("assumptions", [])
-        if one["name"] in (ON_MESH.name, IN_BASIS.name) and not one["closest"] <= FAR * one["limit"]
+        if one["name"] in RESOLVING and not one["closest"] <= FAR * one["limit"]
     ]
     words = [f"{one['name']} {one['closest']:.3g}, limit {one['limit']:g}" for one in passed]
     together = f"the errors of accelerations are not known, as the companions resolve as little: {'; '.join(words)}"
     return [together] if words else []
 
 
-def without_accelerations(found: RunErrors) -> RunErrors:
-    """Return errors of which those of accelerations are not known."""
-    figures = tuple(replace(one, error=None) if one.name.endswith(ACCELERATION) else one for one in found.figures)
+def eaten(summary: Mapping[str, Any]) -> list[str]:
+    """Return a sentence where the scheme took or created much of the energy under noise: half of the step does, too.
+
+    Args:
+        summary: Of the run, with its assumptions.
+    """
+    shares = [one["closest"] for one in summary.get("assumptions", []) if one["name"] == UNDER_NOISE[0]]
+    return [
+        f"the errors are not known: under noise the scheme took or created {share:.0%} of the energy, and does so with "
+        "half of the step as well; try a much smaller time.step, or the scheme discrete-gradient"
+        for share in shares
+        if not share <= MOST_EATEN
+    ]
+
+
+def without_errors(found: RunErrors, ending: str) -> RunErrors:
+    """Return errors of which those of the figures whose names end in some words are not known."""
+    figures = tuple(replace(one, error=None) if one.name.endswith(ending) else one for one in found.figures)
     return replace(found, figures=figures)
 
 

@@ -11,6 +11,7 @@ import xarray as xr
 import gapbeam
 from gapbeam.solver.models.model import build_body
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH
+from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, companion_motions
 from gapbeam.studies.error_estimate.companions import (
     COARSER,
@@ -30,9 +31,10 @@ from gapbeam.studies.error_estimate.run_errors import (
     RunErrors,
     beyond_resolution,
     doubts,
+    eaten,
     errors_of,
     last_line,
-    without_accelerations,
+    without_errors,
 )
 from gapbeam.studies.trials import kept_body
 from tests.shared.command import DEMO
@@ -230,10 +232,24 @@ def test_accelerations_beyond_the_resolution_are_not_known() -> None:
     run = sine()
     moved = {HALF_STEP: sine(1.01e-3), FINEST: sine(1.02e-3), COARSER: sine(1.03e-3)}
     figures = tuple(figure_errors(run, moved, Span("settled part", 0.5, 0.25, 2, FREQUENCY), in_plane=False))
-    found = without_accelerations(RunErrors(figures, None, 1.0, CompanionPlan((), False, ()), {}))
+    found = without_errors(RunErrors(figures, None, 1.0, CompanionPlan((), False, ()), {}), " smoothed acceleration")
     errors = {one.name: one.error for one in found.figures}
     assert errors["tip smoothed acceleration"] is None
     assert all(error is not None for name, error in errors.items() if name != "tip smoothed acceleration")
+
+
+def test_errors_are_not_known_where_the_scheme_takes_the_energy_of_noise() -> None:
+    """A scheme that takes nearly all of it does so with half of the step, too (drawn case 3355: 15 E off)."""
+    few, most = ({"assumptions": [{"name": UNDER_NOISE[0], "closest": share, "limit": 0.02}]} for share in (0.1, 0.997))
+    assert eaten({}) == eaten(few) == []
+    (words,) = eaten(most)
+    assert "100% of the energy" in words
+    assert "discrete-gradient" in words
+    run = sine()
+    figures = tuple(figure_errors(run, {HALF_STEP: run}, Span("settled part", 0.5, 0.25, 2, FREQUENCY), in_plane=False))
+    found = without_errors(RunErrors(figures, None, 1.0, CompanionPlan((), False, ()), {}), "")
+    assert {one.error for one in found.figures} == {None}
+    assert last_line(found) == "no figure could be estimated"
 
 
 def test_companions_that_end_early_say_nothing_of_what_comes_later() -> None:

@@ -17,6 +17,7 @@ APART = 0.03  # of the range of the motion: beyond, two motions have parted
 PERIODS = 12  # of the forcing, in a window: whole cycles of 1, 2, 3, 4, 6 and 12 periods
 FEWEST_PERIODS = 4  # in a run, or there is no settled part
 FEWEST_WINDOWS = 4  # of which a standard error is taken
+FEWEST, FEWEST_RECORDS = 2, 8  # records in a span: at all, and up to the horizon, where some steps say nothing
 ALL = 0.999  # of the time of a run: what ends earlier is a part of it
 _WHOLE = 1.0e-6
 
@@ -53,7 +54,8 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None) -> 
     after the smooth start of the loads and in the middle of the run at the earliest; windows of the settled part are
     12 forcing periods long, or a quarter of it where it is shorter. Other runs are taken as a whole; where the records
     end before the case does, as those of slow companions, they are the first part. What lies beyond
-    the horizon is a span of its own; so few windows lie there at times that its figures have no error.
+    the horizon is a span of its own; so few windows lie there at times that its figures have no error. What lies before
+    it is none where there are fewer than eight records.
 
     Args:
         case: The case.
@@ -63,10 +65,11 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None) -> 
     """
     frequencies = forcing_frequencies(case.load)
     known = end if horizon is None else horizon
+    least = FEWEST if horizon is None else FEWEST_RECORDS
     if len(frequencies) != 1 or end * frequencies[0] < FEWEST_PERIODS:
         everything = "whole run" if end > ALL * case.time.end - interval else "first part"
         whole = everything if horizon is None else UP_TO_HORIZON
-        return [Span(whole, 0.0, known, 1)] if known > 2.0 * interval else []
+        return [Span(whole, 0.0, known, 1)] if known > least * interval else []
     frequency = frequencies[0]
     rise = max((load.rise_time for load in case.load), default=0.0)
     settled = floor((end - max(rise, 0.5 * end)) * frequency + _WHOLE) or 1
@@ -75,7 +78,7 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None) -> 
     begin = end - count * width
     spans = []
     first = min(begin, known)
-    if first > 2.0 * interval:
+    if first > (FEWEST if known >= begin else FEWEST_RECORDS) * interval:
         spans.append(Span("start-up" if known >= begin else UP_TO_HORIZON, 0.0, first, 1))
     predictable = max(0, min(count, floor((known - begin) / width + _WHOLE)))
     if predictable:

@@ -29,7 +29,7 @@ from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, Es
 from gapbeam.studies.error_estimate.companions import SAME, STIFFER, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
 from gapbeam.studies.error_estimate.force_peaks import doubtful_peaks, force_peaks
-from gapbeam.studies.error_estimate.horizon import ALL, horizon_of, spans_of
+from gapbeam.studies.error_estimate.horizon import ALL, FEWEST_RECORDS, horizon_of, spans_of
 from gapbeam.studies.error_estimate.key_figures import BEYOND_HORIZON, UP_TO_HORIZON, peak_forces
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
@@ -38,7 +38,6 @@ LOG = logging.getLogger("gapbeam")
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 SHARE, LEAST = 0.15, 5.0  # of the wall time of a full run, s: what its estimate may take
 MARCHES, SET_UP = 5.0, 2.0  # marches of any other run, s
-FEWEST_RECORDS = 8
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
 RESOLVING = [one.name for one in (ON_MESH, IN_BASIS, SLENDER, RIGID)]
 MOST_EATEN = 0.2  # of the energy under noise

@@ -105,6 +105,9 @@ def test_spans_are_whole_periods_and_respect_the_horizon() -> None:
     gravity = gapbeam.read_case(DEMO, {"time.end": 0.1})
     assert [span.name for span in spans_of(gravity, 0.1 - INTERVAL, INTERVAL, None)] == ["whole run"]
     assert [span.name for span in spans_of(gravity, 0.09, INTERVAL, None)] == ["first part"]
+    for records, names in ((7, []), (9, ["up to the horizon"])):
+        assert [span.name for span in spans_of(gravity, 0.1 - INTERVAL, INTERVAL, records * INTERVAL)] == names
+        assert spans_of(case, 4.8, INTERVAL, records * INTERVAL)[0].name == (*names, "beyond the horizon")[0]
 
 
 def test_errors_are_the_stated_combination() -> None:

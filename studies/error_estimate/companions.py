@@ -108,7 +108,10 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
                 else "the section has no slice"
             )
             left_out.append(f"a finer mesh: {why}, and finer solids are expensive")
-            if isinstance(case.model, BeamModel | RigidModel):  # what they leave out of the solid is an error of theirs
+            simpler = isinstance(case.model, BeamModel | RigidModel)
+            if simpler and _contact_of_basis(case):
+                left_out.append("what the model leaves out of the solid, whose basis would hold every interface DOF")
+            elif simpler:  # what they leave out of the solid is an error of theirs
                 found.append(Companion(FINEST, shared | {"model": _finest(case), "time.step": 0.5 * step}))
     return CompanionPlan(tuple(found), plane, tuple(left_out))
 

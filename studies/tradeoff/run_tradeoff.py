@@ -11,6 +11,8 @@ from typing import Any
 from rich.table import Table
 
 from gapbeam.postprocess.shell_command import shell_command
+from gapbeam.solver.case.case import Output
+from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.printed_results import PrintedResult
@@ -128,4 +130,27 @@ def level_for(case: Path, fixed: Mapping[str, Any], tolerance: float, alone: boo
         found = stored_choice(folder, read, tolerance)
         assert found is not None
     LOG.info("tolerance %g %%: %s, as measured in %s", 100.0 * tolerance, found.name, folder)
-    return replace(found, changes={**fixed, **found.changes})
+    changes = {**fixed, **found.changes}
+    return replace(found, changes=changes | whole_intervals(read.output, changes))
+
+
+def whole_intervals(output: Output, changes: Mapping[str, Any]) -> dict[str, float]:
+    """Return the intervals of records and fields that are no whole number of the steps of a level, made so.
+
+    Args:
+        output: That of the case.
+        changes: Keys that the level replaces.
+    """
+    step, found = changes.get("time.step"), dict[str, float]()
+    if not isinstance(step, float):
+        return found
+    for name in ("history_interval", "fields_interval"):
+        key = f"output.{name}"
+        interval = changes.get(key, getattr(output, name))
+        if not isinstance(interval, float):
+            continue
+        steps = max(1, round(interval / step))
+        if abs(interval / step - steps) > MULTIPLE_TOLERANCE:
+            found[key] = float(f"{steps * step:.12g}")
+            LOG.info("%s = %g: %d steps of %g s, in the place of %g s", key, found[key], steps, step, interval)
+    return found

@@ -223,6 +223,16 @@ def test_a_solid_in_its_plane_has_plane_companions() -> None:
         assert gapbeam.read_case(across, dict(one.changes)).mesh.dimension == 3
 
 
+def test_no_solid_with_every_interface_dof_is_a_companion_of_beam_elements() -> None:
+    """Friction needs such a basis, whose set-up took minutes where the run took a second (drawn case 3483)."""
+    tube = {"model": "beam", "mesh.dimension": 3, "beam.width": 0.012, "beam.section": {"type": "tube", "wall": 0.002}}
+    rubbing = {"contact.friction.coefficient": 0.3, "contact.friction.slip_velocity": 1.0e-3}
+    for keys, solid in (({}, True), (rubbing, False)):
+        plan = companions_of(gapbeam.read_case(DEMO, tube | keys), 1.0e-4, 2.1e14, computed=True)
+        assert (FINEST in [one.name for one in plan.companions]) == solid
+        assert any("what the model leaves out" in words for words in plan.left_out) != solid
+
+
 def test_accelerations_beyond_the_resolution_are_not_known() -> None:
     """Energy at five times the highest mode of a basis: a sentence, and no error of accelerations; all others stay."""
     within = {"assumptions": [{"name": IN_BASIS.name, "closest": 1.9, "limit": 1.0}]}

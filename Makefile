@@ -4,7 +4,7 @@ run := environment/run
 side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo paper test test-slow test-timing test-parallel test-sid test-sid-all bench bench-large docs joss docs-run gallery lint format image clean
+.PHONY: help demo paper test test-slow test-pages test-timing test-parallel test-sid test-sid-all bench bench-large docs joss docs-run gallery lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -23,6 +23,9 @@ test: ## the tests but the slow ones, on up to four cores
 
 test-slow: ## the slow tests: half an hour; minutes=10: what ends in 10 minutes; longest=0.5: each test at most half a minute
 	$(run) pytest $(side_by_side) -m "slow and not timing" $(if $(minutes),--within $(minutes)) $(if $(longest),--longest $(longest))
+
+test-pages: ## every command and program of README, tutorials and how-to pages, as it stands: a quarter of an hour
+	$(run) pytest $(side_by_side) --dist load -m slow -k test_pages_run_as_they_stand tests/regression/test_page_execution.py
 
 test-timing: ## tests that compare wall times; for a machine that does nothing else
 	$(run) pytest -m timing

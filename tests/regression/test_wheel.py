@@ -107,7 +107,7 @@ def test_the_wheel_runs_the_demo_from_an_empty_folder(python: Path, tmp_path: Pa
     said = done([python, "-c", PROGRAM, *FOLDERS], tmp_path)
     place, found, status, figures, version = json.loads(said.stdout.splitlines()[-1])
     assert Path(place).is_relative_to(python.parents[1])
-    assert (found, status, version) == ([], 0, "0.1.0")
+    assert (found, status, version) == ([], 0, "1.0.0")
     assert figures > 1
     assert (tmp_path / "results" / "demo" / "summary.json").is_file()
     schema = json.loads(done([python.with_name("gapbeam"), "schema"], tmp_path).stdout)

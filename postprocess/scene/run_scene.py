@@ -22,8 +22,8 @@ from gapbeam.postprocess.scene.camera_window import (
     window_of_whole,
 )
 from gapbeam.postprocess.scene.caption import caption_of
+from gapbeam.postprocess.scene.carrying_section import carrying_section
 from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of
-from gapbeam.postprocess.scene.section_motion import section_motion
 from gapbeam.postprocess.scene.sheet import ZOOM, Sheet, pixels, whole_place
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
@@ -104,7 +104,7 @@ class Studio:
         pressures = fields.points, close, motion.largest_pressure
         self._marks = partial(placed, support=support, heights=windows[0].height, fractions=self._views[0].fractions)
         self._scale, self._masses = factors[0], tuple(mark for mark in marks if mark.moves)
-        self._sections = {mark.name: section_motion(fields.points, mark.x - mark.ahead) for mark in self._masses}
+        self._sections = {mark.name: carrying_section(fields.points, mark.x - mark.ahead) for mark in self._masses}
         self._sheet = Sheet(size, support, pressures, self._traces, caption, windows, tuple(self._marks(marks)), color)
 
     def moments(self) -> dict[str, tuple[int, str]]:

@@ -8,8 +8,8 @@ import pytest
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene.attached_marks import carried_by, marks_of, placed
 from gapbeam.postprocess.scene.camera_window import window_of_whole
+from gapbeam.postprocess.scene.carrying_section import carrying_section
 from gapbeam.postprocess.scene.motion_range import MotionRange
-from gapbeam.postprocess.scene.section_motion import section_motion
 from gapbeam.postprocess.scene.support_surface import support_of
 
 
@@ -19,7 +19,7 @@ def test_a_rigid_motion_is_found_and_carries_places_beside_the_section() -> None
     points = np.stack([x, y, z], axis=-1).reshape(-1, 3)
     shift, turn = np.array([1e-3, -2e-3, 3e-3]), np.array([0.01, -0.02, 0.03])
     displacement = shift + np.cross(turn, points)
-    section = section_motion(points, 0.31)
+    section = carrying_section(points, 0.31)
     assert np.unique(points[section.points, 0]) == pytest.approx([0.3])
     place = np.array([0.6, 0.1, -0.2])
     assert section.of(displacement, place) == pytest.approx(shift + np.cross(turn, place), abs=1e-15)
@@ -29,7 +29,7 @@ def test_a_line_of_points_shows_its_turn_in_the_plane_alone() -> None:
     """The section of a slice is a line: it turns in the plane, and nothing is made up of other turns."""
     points = np.array([[x, z, 0.0] for x in (0.0, 0.1, 0.2) for z in (-0.01, 0.0, 0.01)])
     turn = np.array([0.0, 0.0, 0.02])
-    section = section_motion(points, 0.2)
+    section = carrying_section(points, 0.2)
     moved = section.of(np.cross(turn, points), np.array([0.25, 0.1, 0.0]))
     assert moved == pytest.approx(np.cross(turn, [0.25, 0.1, 0.0]), abs=1e-15)
 

@@ -10,7 +10,7 @@ _BESIDE = 1.0e-6  # of the length of the beam: points so near to each other alon
 
 
 @dataclass(frozen=True)
-class SectionMotion:
+class CarryingSection:
     """A rigid motion u = a + w x (X - c) by least squares.
 
     Attributes:
@@ -34,7 +34,7 @@ class SectionMotion:
         return np.asarray(motion[:3] + np.cross(motion[3:], place - self.center))
 
 
-def section_motion(points: np.ndarray, x: float) -> SectionMotion:
+def carrying_section(points: np.ndarray, x: float) -> CarryingSection:
     """Return what fits the motion of the cross-section of mesh points that is nearest to x.
 
     What the points do not show, such as a twist of those of a line, is none.
@@ -51,4 +51,4 @@ def section_motion(points: np.ndarray, x: float) -> SectionMotion:
     for a, b, c in points[chosen] - center:
         turn = np.array([[0.0, c, -b], [-c, 0.0, a], [b, -a, 0.0]])  # w x r
         rows.append(np.hstack([np.eye(3), turn]))
-    return SectionMotion(chosen, center, np.linalg.pinv(np.vstack(rows)))
+    return CarryingSection(chosen, center, np.linalg.pinv(np.vstack(rows)))

@@ -52,7 +52,8 @@ def gauss_rule(y: Array, weights: Array, count: int) -> GaussRule:
     total = float(weights.sum())
     polynomials = [np.full(len(y), 1.0 / np.sqrt(total))]
     alphas, betas = [float(weights @ (y * polynomials[0] ** 2))], list[float]()
-    span = max(float(np.ptp(y)), np.finfo(float).tiny)
+    # points at one place are apart by the round-off of their coordinate
+    span = max(float(np.ptp(y)), SAME_PLACE * float(np.abs(y).max()), np.finfo(float).tiny)
     for _ in range(1, count):
         following = (y - alphas[-1]) * polynomials[-1]
         if betas:

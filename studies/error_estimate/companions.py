@@ -169,7 +169,10 @@ def _finest(case: Case) -> dict[str, Any]:
     if isinstance(case.model, ReducedModel):
         own = _model(case, None)
         return own | {"modes": max(own["modes"], FINEST_MODES), "shapes": max(own["shapes"], FINEST_SHAPES)}
-    return {"type": "reduced", "modes": FINEST_MODES, "shapes": FINEST_SHAPES} | _contact_of_basis(case)
+    richest = {"type": "reduced", "modes": FINEST_MODES, "shapes": FINEST_SHAPES}
+    if any(face.circle for face in case.layout.faces):
+        richest["sections"] = "rigid"
+    return richest | _contact_of_basis(case)
 
 
 def _contact_of_basis(case: Case) -> dict[str, Any]:

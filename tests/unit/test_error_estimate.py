@@ -234,6 +234,15 @@ def test_no_solid_with_every_interface_dof_is_a_companion_of_beam_elements() -> 
         assert any("what the model leaves out" in words for words in plan.left_out) != solid
 
 
+def test_companions_of_a_tube_that_meets_circles_keep_its_sections() -> None:
+    """A basis of deforming sections is refused there, and the whole estimate was (drawn case 3478)."""
+    circles = {f"support.{name}.region": {"type": "hole", "contact": "circle"} for name in ("left", "right")}
+    case = gapbeam.read_case(DEMO.parent / "tube-holes.toml", {"model": {"type": "rigid"}} | circles)
+    companions = {one.name: one for one in companions_of(case, 1.0e-5, 2.1e14, computed=True).companions}
+    assert companions[FINEST].changes["model"]["sections"] == "rigid"
+    gapbeam.read_case(case, dict(companions[FINEST].changes))
+
+
 def test_accelerations_beyond_the_resolution_are_not_known() -> None:
     """Energy at five times the highest mode of a basis: a sentence, and no error of accelerations; all others stay."""
     within = {"assumptions": [{"name": IN_BASIS.name, "closest": 1.9, "limit": 1.0}]}

@@ -78,6 +78,8 @@ def sample() -> Report:
             ]),
             ReportSection("Roots", "roots", [
                 Surface("Root", "k1 (N/m)", "k2 (N m)", "root", stiffness, stiffness, heights, log_x=True, log_y=True),
+                TableBlock("Values", ["key", "value", "unit", "reason"],
+                           [["contact.stiffness", 2.1e14, "Pa/m", "5 E/h: stiff beside the body, and stiffer than needed"]]),
                 Listing("The case", "[beam]\nlength = 0.51 # </pre><b>\n" + "x = 1\n" * 150),
             ]),
         ],
@@ -191,6 +193,8 @@ def test_phone(browser: Browser, page_file: Path) -> None:
     assert page.evaluate("document.documentElement.scrollWidth") == PHONE["width"]
     table = page.locator("#table-2 .scrolls")
     assert table.evaluate("(one) => one.scrollWidth > one.clientWidth && getComputedStyle(one).overflowX === 'auto'")
+    few_columns = page.locator("#table-3 .scrolls")
+    assert few_columns.evaluate("(one) => one.scrollWidth <= one.clientWidth")
     width = page.locator("#figure-1 svg.main-svg").first.bounding_box()
     assert width is not None
     assert 280 < width["width"] <= PHONE["width"]

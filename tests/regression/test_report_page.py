@@ -79,7 +79,7 @@ def sample() -> Report:
             ReportSection("Roots", "roots", [
                 Surface("Root", "k1 (N/m)", "k2 (N m)", "root", stiffness, stiffness, heights, log_x=True, log_y=True),
                 TableBlock("Values", ["key", "value", "unit", "reason"],
-                           [["contact.stiffness", 2.1e14, "Pa/m", "5 E/h: stiff beside the body, and stiffer than needed"]]),
+                           [["contact.stiffness", 2.1e14, "Pa/m", "5 E/h: stiff beside the body, more than needed"]]),
                 Listing("The case", "[beam]\nlength = 0.51 # </pre><b>\n" + "x = 1\n" * 150),
             ]),
         ],

@@ -127,6 +127,7 @@ class Recorder:
         if self.model.probes:
             found |= self._probe_rows(instants)
         if self.labels["across"]:
+            assert instants.contact_resultant is not None
             found["contact_resultant"] = instants.contact_resultant
         if self.labels["moving"]:
             found["wall_motion"] = self.model.system.contact.walls.places(instants.times)
@@ -220,7 +221,8 @@ class Recorder:
             mean = _rates(place, self._last_place, intervals)
             velocity = np.where(self._massless & (intervals > 0.0), mean, velocity)
         relative = _rates(velocity, self._last_velocity, intervals)
-        motion = sum((_frame_means(load, starts, ends) for load in self.model.system.loads), np.zeros((len(ends), 3)))
+        moving = [load for load in self.model.system.loads if load.frame_direction is not None]
+        motion = sum((_frame_means(load, starts, ends) for load in moving), np.zeros((len(ends), 3)))
         self._last_place, self._last_velocity = place[-1:], velocity[-1:]
         found = {
             "displacement": place,

@@ -10,7 +10,7 @@ from gapbeam.solver.diagnostics.contact_peaks import by_face, deepest_by_face, f
 from gapbeam.solver.diagnostics.energy_ledger import restraint_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, State
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State
 
 
 class Instants(NamedTuple):
@@ -22,7 +22,7 @@ class Instants(NamedTuple):
         v: Their velocities, (times, n).
         contact_force: By face, (times, faces), N.
         contact_moment: (times, faces), N m.
-        contact_resultant: Across the beam, y and z, (times, faces, 2), N.
+        contact_resultant: Across the beam, y and z, (times, faces, 2), N; None where no face is around the beam.
         contact_area: (times, faces), m^2.
         active_points: (times, faces).
         penetration: (times, faces), m.
@@ -54,7 +54,7 @@ class Instants(NamedTuple):
     v: Array
     contact_force: Array
     contact_moment: Array
-    contact_resultant: Array
+    contact_resultant: Array | None
     contact_area: Array
     active_points: Array
     penetration: Array
@@ -96,7 +96,7 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         v=state.v[VALUE],
         contact_force=by_face(contact, forces),
         contact_moment=by_face(contact, forces * contact.positions[:, 0]),
-        contact_resultant=np.stack([by_face(contact, forces * along) for along in across.T], axis=-1),
+        contact_resultant=_resultant(contact, forces, across) if contact.support.around else None,
         contact_area=by_face(contact, np.where(pressed, contact.weights, 0.0)),
         active_points=by_face(contact, pressed.astype(float)),
         penetration=deepest_by_face(contact, state, accounts.system.operators),
@@ -123,6 +123,11 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         iterations=np.asarray(float(iterations)),
     )
     return Instants._make(None if column is None else column[None] for column in found)
+
+
+def _resultant(contact: ContactOperator, forces: Array, across: Array) -> Array:
+    """Return the sum of point forces across the beam for each face, (faces, 2)."""
+    return np.stack([by_face(contact, forces * along) for along in across.T], axis=-1)
 
 
 def _joint_contact(accounts: Accounts, state: State, forces: Array, across: Array) -> Array | None:

@@ -67,6 +67,19 @@ def test_parquet_comes_back_to_the_same_bits(results: Path, tmp_path: Path) -> N
     assert table.schema.field("displacement_tip_y").metadata == {b"unit": b"m"}
 
 
+def test_parquet_of_contact_points_has_words_and_numbers(tmp_path: Path) -> None:
+    """The columns of the MAT file of the same table, the names of faces as text."""
+    parquet = pytest.importorskip("pyarrow.parquet")
+    run = run_with(tmp_path / "run", {"collar_hole": ring(), "stop_below": ring()[:3]})
+    found = loadmat(gapbeam.export(run, tmp_path / "points.mat", table="points"))
+    table = parquet.read_table(gapbeam.export(run, tmp_path / "points.parquet", table="points"))
+    assert table["face"].to_pylist() == 36 * ["collar_hole"] + 3 * ["stop_below"]
+    numbers = {name for name in found if not name.startswith("_")} - {"units", "face"}
+    assert set(table.column_names) == {"face", *numbers}
+    for name in numbers:
+        np.testing.assert_array_equal(table[name].to_numpy(), found[name][:, 0])
+
+
 def test_tables_without_times_are_written_whole(tmp_path: Path) -> None:
     """Contact points as MAT and CSV: the face in words, numbers to the same bits, nothing where nothing is known."""
     run = run_with(tmp_path / "run", {"collar_hole": ring(), "stop_below": ring()[:3]})

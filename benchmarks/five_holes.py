@@ -10,37 +10,17 @@ from __future__ import annotations
 
 import sys
 import time
-import tomllib
 from collections.abc import Sequence
-from pathlib import Path
-from typing import Any
 
-import numpy as np
 from mpi4py import MPI
 
+from benchmarks.ten_holes import tube_in_holes
 from gapbeam import read_case
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
 
-CASE = Path(__file__).parents[1] / "cases" / "tube-holes.toml"
-HOLES, MODES, LENGTH, WIDTH, SIZE = 5, 40, 2.5, 0.02, 0.0078  # -, -, m, m, m
+HOLES, STATIONS, LENGTH, SIZE = 5, 2, 2.5, 0.0078  # -, -, m, m
 CONTACTS = ("circle", "points")
-
-
-def tables(contact: str, size: float) -> dict[str, Any]:
-    """Return the tables of the case."""
-    found = tomllib.loads(CASE.read_text())
-    hole = {key: value for key, value in found["support"][0].items() if key not in ("name", "from", "to")}
-    hole["region"] = {"type": "hole", "contact": contact}
-    places = np.linspace(0.1, LENGTH - 0.1, HOLES)
-    found["support"] = [
-        hole | {"name": f"hole{n}", "from": float(x) - 0.5 * WIDTH, "to": float(x) + 0.5 * WIDTH}
-        for n, x in enumerate(places)
-    ]
-    found["beam"]["length"] = LENGTH
-    found["model"] = {"type": "reduced", "sections": "rigid", "stations": 2, "modes": MODES}
-    found["mesh"] |= {"size": size}
-    return found
 
 
 def main(words: Sequence[str]) -> None:
@@ -49,8 +29,10 @@ def main(words: Sequence[str]) -> None:
     print("| contact | DOFs of the mesh | unknowns | set-up but the seat | seat | processor time, all |")
     print("|---|---|---|---|---|---|")
     for contact in CONTACTS:
+        tables = tube_in_holes(contact, STATIONS, HOLES, LENGTH)
+        tables["mesh"] |= {"size": size}
         clock, work = time.perf_counter(), time.process_time()
-        model = build_model(read_case(tables(contact, size)), MPI.COMM_SELF)
+        model = build_model(read_case(tables), MPI.COMM_SELF)
         simulation, built = Simulation(model), time.perf_counter()
         simulation.start(simulation.seat_or_failure())
         seated = time.perf_counter()

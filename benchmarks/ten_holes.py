@@ -15,6 +15,7 @@ import tomllib
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from mpi4py import MPI
@@ -65,24 +66,30 @@ class Orbits:
         return 1.0e6 * (time.process_time() - began) / steps
 
 
-def orbits(contact: str, stations: int) -> tuple[Orbits, str]:
-    """Return the orbits of a tube, and its size in words, with contact points and iterations."""
+def tube_in_holes(contact: str, stations: int, holes: int, length: float) -> dict[str, Any]:
+    """Return the tables of a reduced tube with rigid sections in equal holes along its length."""
     tables = tomllib.loads(CASE.read_text())
     hole = {key: value for key, value in tables["support"][0].items() if key not in ("name", "from", "to")}
     hole["region"] = {"type": "hole", "contact": contact}
-    places = np.linspace(0.1, LENGTH - 0.1, HOLES)
+    places = np.linspace(0.1, length - 0.1, holes)
     tables["support"] = [
         hole | {"name": f"hole{n}", "from": float(x) - 0.5 * WIDTH, "to": float(x) + 0.5 * WIDTH}
         for n, x in enumerate(places)
     ]
+    tables["beam"]["length"] = length
+    tables["model"] = {"type": "reduced", "sections": "rigid", "stations": stations, "modes": MODES}
+    return tables
+
+
+def orbits(contact: str, stations: int) -> tuple[Orbits, str]:
+    """Return the orbits of a tube, and its size in words, with contact points and iterations."""
+    tables = tube_in_holes(contact, stations, HOLES, LENGTH)
     force = {"type": "harmonic_force", "point": 2.1, "amplitude": 100.0}
     tables["load"] = [
         {"type": "gravity"},
         force | {"name": "up", "frequency": 25.0, "direction": [0.0, 0.0, 1.0]},
         force | {"name": "aside", "frequency": 25.0, "phase": 90.0, "direction": [0.0, 1.0, 0.0]},
     ]
-    tables["beam"]["length"] = LENGTH
-    tables["model"] = {"type": "reduced", "sections": "rigid", "stations": stations, "modes": MODES}
     tables["mesh"] |= {"size": 0.05}
     tables["time"] = {"end": (BEFORE + STEPS) * STEP, "step": STEP, "scheme": "discrete-gradient"}
     simulation = Simulation(build_model(read_case(tables), MPI.COMM_SELF))

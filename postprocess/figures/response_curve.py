@@ -17,6 +17,7 @@ COLORS = (BLACK, BLUE, GREEN, PURPLE)
 MARKS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^"}
 STYLES = {True: "-", False: "--", None: ":"}  # of lines, by whether a response is stable; None: not known
 SUFFIX = ".peak_to_peak"
+ALIKE = 1.0e-6
 
 
 def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
@@ -41,6 +42,8 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     _draw(multiplier, values, largest, stable, branch, BLACK)
     _mark(multiplier, points, largest)
     multiplier.axhline(1.0, color=GRAY, linewidth=0.6)
+    if np.ptp(largest) < ALIKE * largest.max():  # the range of round-off would be drawn otherwise
+        multiplier.set_ylim(0.0, 1.1 * max(1.0, float(largest.max())))
     motion.set_ylabel("peak to peak (mm)")
     multiplier.set_ylabel("largest |multiplier|")
     multiplier.set_xlabel(f"{curve['key']} ({curve['unit']})")

@@ -34,6 +34,8 @@ ROUND_OFF = 1.0e-12  # of what cancels in the penetration; in Nitsche's method s
 UNRESOLVED = 1.0e-14  # of d_held, as work of the forces
 EPSILON = 1.0e-15  # of the pressure before: what a pressure cannot be resolved to
 SETTLED = 1.0e-7  # of the largest force: what round-off of the penetration leaves of an update
+PATIENCE = 10  # iterations, after which a solution that stands still is one although the law is missed by a little more
+NEARLY, STILL = 100.0, 1.0e-14  # of the tolerance or the floor, of the largest force
 FULL_STEPS = 3
 FULL_STEPS_NOT_SYMMETRIC = 20  # there is no potential to search along
 SOFTENED = (1.0e-4, 1.0e-3, 1.0e-2, 0.1, 1.0)  # shares of the law on the way to a hard solution
@@ -184,9 +186,14 @@ def _solve(
             condensed, scale, held_depth, weights, depth, stage, held, not stalled, response
         )
         update = newton - change
-        # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
-        if stalled and residual <= floor and _largest(update) <= SETTLED * _largest(forces):
-            return _settled(held, change, depth, stage, iteration, size, response)
+        if stalled:
+            moves, most = _largest(update), _largest(forces)
+            # a nearly rigid law turns round-off in depths into pressures, but the forces no longer move
+            at_floor = residual <= floor and moves <= SETTLED * most
+            # or nothing moves at all: which sums a processor takes side by side decides by how much the law is missed
+            stands = iteration > PATIENCE and residual <= NEARLY * max(wanted, floor) and moves <= STILL * most
+            if at_floor or stands:
+                return _settled(held, change, depth, stage, iteration, size, response)
         # iterations leave an error in depths that a search would take for a slope
         exhausted = condensed.iterative and _largest(update) <= SETTLED * _largest(forces)
         if not exhausted and iteration >= (FULL_STEPS if condensed.symmetric else FULL_STEPS_NOT_SYMMETRIC):

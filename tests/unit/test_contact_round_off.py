@@ -45,7 +45,7 @@ def law(depth: Array) -> StagePressure:
 
 @pytest.mark.parametrize(("blur", "solved"), [(0.0, True), (1e-13, True), (4e-12, True), (1e-6, False)])
 def test_a_solution_that_stands_still_is_one(blur: float, solved: bool) -> None:
-    """W = 1: f = K d and d = d_h - c f give f = d_h / (1 / K + c); four times the round-off that is expected is some."""
+    """With w = 1, f = K d and d = d_h - c f give f = d_h / (1 / K + c), also with four times the expected round-off."""
     held = np.array([HELD])
     if not solved:
         with pytest.raises(NotConverged, match="did not converge"):

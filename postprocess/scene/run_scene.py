@@ -130,7 +130,8 @@ class Studio:
         frame = self._fields.frame(index)
         motions = wall_motions(self._history, frame.time)
         whole, near = (view.picture(frame, motions) for view in self._views)
-        self._sheet.move(self._marks(self._masses, motion=self._carried(frame)))
+        if self._masses:
+            self._sheet.move(self._marks(self._masses, motion=self._carried(frame)))
         return self._sheet.fill(frame, whole, near, remark)
 
     def _carried(self, frame: Frame) -> Callable[[Mark, np.ndarray], np.ndarray]:

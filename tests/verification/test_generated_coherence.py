@@ -34,17 +34,17 @@ def test_correlations_lie_in_their_intervals() -> None:
 @pytest.mark.slow(minutes=0.5)
 @pytest.mark.parametrize("kind", ["white", "turbulence", "profile"])
 def test_intervals_of_the_coherence_cover(kind: str) -> None:
-    """Over 100 seeds, 95 % of the correlations lie in their intervals, within four standard deviations.
+    """Over 200 seeds, 92 to 98 % of the correlations lie in their intervals.
 
     The factor of a coherence, and with it what a seed makes of it, depends on the processor.
     """
     profile = {"velocity_profile": {"places": [0.2, 0.7, 1.2], "values": [0.0, 1.0, 0.5]}} if kind == "profile" else {}
     spectrum = FLOW if kind == "turbulence" else WHITE
     coherence = {"type": "exponential", "length": 0.3}
-    found = [load(seed, coherence, spectrum, **profile).generated(6.0)["coherence"]["places"] for seed in range(100)]
+    found = [load(seed, coherence, spectrum, **profile).generated(6.0)["coherence"]["places"] for seed in range(200)]
     assert {len(places) for places in found} <= {6, 7}, "a station where nothing flows says nothing"
     inside = np.mean([one["low"] <= one["generated"] <= one["high"] for places in found for one in places])
-    assert 0.90 <= inside <= 0.99
+    assert 0.92 <= inside <= 0.98
     means = np.mean([[one["generated"] for one in places] for places in found], axis=0)
     assert means == pytest.approx([one["asked"] for one in found[0]], abs=0.02)
 

@@ -58,6 +58,7 @@ def html_of(report: Report) -> str:
         return len(figures) - 1
 
     page = Environment(autoescape=True, undefined=StrictUndefined, trim_blocks=True, extensions=["jinja2.ext.do"])
+    page.globals["narrow"] = NARROW
     page.filters |= {
         "figure": figure,
         "inline": inline,

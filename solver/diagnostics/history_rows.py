@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from typing import TYPE_CHECKING
@@ -221,8 +222,7 @@ class Recorder:
             mean = _rates(place, self._last_place, intervals)
             velocity = np.where(self._massless & (intervals > 0.0), mean, velocity)
         relative = _rates(velocity, self._last_velocity, intervals)
-        moving = [load for load in self.model.system.loads if load.frame_direction is not None]
-        motion = sum((_frame_means(load, starts, ends) for load in moving), np.zeros((len(ends), 3)))
+        motion = _frame_means(self.model.system.loads, starts, ends)
         self._last_place, self._last_velocity = place[-1:], velocity[-1:]
         found = {
             "displacement": place,
@@ -261,9 +261,11 @@ def _rates(values: Array, before: Array | None, intervals: Array) -> Array:
     return np.asarray(np.divide(change, intervals, out=np.zeros_like(change), where=intervals > 0.0))
 
 
-def _frame_means(load: Load, starts: Array, ends: Array) -> Array:
-    """Return the mean acceleration of the support by a load over intervals, (times, 3)."""
-    if load.frame_direction is None or load.frame_mean is None:
-        return np.zeros((len(ends), 3))
-    means = np.where(ends > starts, load.frame_mean(starts, ends), load.factors(starts))
-    return np.asarray(means[:, None] * load.frame_direction)
+def _frame_means(loads: Sequence[Load], starts: Array, ends: Array) -> Array:
+    """Return the mean acceleration of the support by all loads over intervals, (times, 3)."""
+    motion = np.zeros((len(ends), 3))
+    for load in loads:
+        if load.frame_direction is not None and load.frame_mean is not None:
+            means = np.where(ends > starts, load.frame_mean(starts, ends), load.factors(starts))
+            motion += means[:, None] * load.frame_direction
+    return motion

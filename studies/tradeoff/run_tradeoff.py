@@ -12,7 +12,7 @@ from rich.table import Table
 
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.solver.case.case import Output
-from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
+from gapbeam.solver.case.checks.time_checks import whole_interval
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.printed_results import PrintedResult
@@ -149,8 +149,8 @@ def whole_intervals(output: Output, changes: Mapping[str, Any]) -> dict[str, flo
         interval = changes.get(key, getattr(output, name))
         if not isinstance(interval, float):
             continue
-        steps = max(1, round(interval / step))
-        if abs(interval / step - steps) > MULTIPLE_TOLERANCE:
-            found[key] = float(f"{steps * step:.12g}")
-            LOG.info("%s = %g: %d steps of %g s, in the place of %g s", key, found[key], steps, step, interval)
+        nearest = whole_interval(interval, step)
+        if nearest is not None:
+            found[key] = nearest
+            LOG.info("%s = %g, whole steps of %g s, in the place of %g s", key, nearest, step, interval)
     return found

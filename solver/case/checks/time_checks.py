@@ -75,13 +75,18 @@ def outputs_fall_on_steps(time: Time, output: Output) -> Iterator[Fault]:
         interval = getattr(output, name)
         if interval is None:
             continue
-        ratio = interval / time.step
-        steps = max(1, round(ratio)) if ratio < 1e15 else 1
-        key, related = ("output", name), (("time", "step"),)
-        if abs(ratio - steps) > MULTIPLE_TOLERANCE:
-            few = f"{ratio:.6g} steps of {time.step:g} s"
-            nearest = f"{name} = {float(f'{steps * time.step:.12g}')!r}"
-            yield Fault(key, f"{interval:g} s, {few}", "a whole number of steps, at least 1", nearest, related)
+        nearest = whole_interval(interval, time.step)
+        if nearest is not None:
+            few = f"{interval / time.step:.6g} steps of {time.step:g} s"
+            found, remedy, related = f"{interval:g} s, {few}", f"{name} = {nearest!r}", (("time", "step"),)
+            yield Fault(("output", name), found, "a whole number of steps, at least 1", remedy, related)
+
+
+def whole_interval(interval: float, step: float) -> float | None:
+    """Return the whole number of steps that is nearest to an interval, s; None where the interval is one."""
+    ratio = interval / step
+    steps = max(1, round(ratio)) if ratio < 1e15 else 1
+    return None if abs(ratio - steps) <= MULTIPLE_TOLERANCE else float(f"{steps * step:.12g}")
 
 
 def adaptive_steps_resolve_a_contact(time: Time) -> Iterator[Fault]:

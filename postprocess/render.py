@@ -13,7 +13,8 @@ from PIL import Image
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.scene.film import write_film
-from gapbeam.postprocess.scene.offscreen import RenderError, prepare_offscreen
+from gapbeam.postprocess.scene.offscreen import RenderError
+from gapbeam.postprocess.scene.run_scene import Studio
 from gapbeam.postprocess.scene.surface_color import STRESSES
 
 FOLDER = "pictures"
@@ -56,7 +57,7 @@ def render(
 
     Raises:
         ResultsError: The results cannot be read, or have no such stress.
-        RenderError: Nothing can be drawn off-screen here, or there are no fields.
+        RenderError: No solid can be drawn off-screen here, or there are no fields.
         OptionError: A scale, size, speed or number of frames out of range, or an unknown stress.
     """
     _check(scale, frames, size, frames_per_second)
@@ -68,18 +69,15 @@ def render(
     with results.fields() as fields:
         if len(fields) == 0:
             raise RenderError(f"{fields.path} holds no times yet")
-        prepare_offscreen()
-        from gapbeam.postprocess.scene.run_scene import Studio  # VTK reads the choice just made when it is first loaded
-
         target = Path(output) if output is not None else results.folder / FOLDER
-        target.mkdir(parents=True, exist_ok=True)
         chosen = range(max(0, len(fields) - (frames or LONGEST_FILM)), len(fields))
         film = film and len(chosen) > 1
         paths = []
         with closing(Studio(results, fields, scale, size, speed if film else 0.0, colored)) as studio:
+            target.mkdir(parents=True, exist_ok=True)
             for name, (index, remark) in studio.moments().items():
                 paths.append(target / f"{name}.png")
-                Image.fromarray(studio.draw(index, remark)).save(paths[-1])
+                Image.fromarray(studio.draw(index, remark)).convert("RGB").save(paths[-1])
             if film:
                 studio.hurry()
                 paths.append(write_film(target / "film", _drawn(studio.draw, chosen, progress), speed))

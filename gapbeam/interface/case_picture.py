@@ -41,7 +41,7 @@ def view(
         CaseError: The case has faults.
         MeshError: The mesh file does not fit the case.
         UserError: The picture has another suffix, is a link or a folder, or cannot be written.
-        RenderError: Nothing can be drawn off-screen here.
+        RenderError: No solid can be drawn off-screen here.
         OptionError: A size out of range.
     """
     refuse_ranks("view")
@@ -51,13 +51,10 @@ def view(
     from PIL import Image
 
     from gapbeam.postprocess.render import check_size
-    from gapbeam.postprocess.scene.offscreen import prepare_offscreen
-
-    check_size(size)
-    prepare_offscreen()
-    from gapbeam.postprocess.scene.setup_sheet import picture_of  # VTK reads the choice made when it is first loaded
+    from gapbeam.postprocess.scene.setup_sheet import picture_of
     from gapbeam.solver.errors import UserError
 
+    check_size(size)
     picture, _ = picture_of(set_up_of(read), size)
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

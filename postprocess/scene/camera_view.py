@@ -1,4 +1,4 @@
-"""One camera on the beam in its support: a picture for every frame."""
+"""One camera on a solid beam in its support, drawn by VTK: a picture for every frame."""
 
 from __future__ import annotations
 
@@ -14,30 +14,19 @@ from vtkmodules.vtkRenderingCore import vtkMapper
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.beam_surface import COLORED, BeamSurface
 from gapbeam.postprocess.scene.camera_window import Window
-from gapbeam.postprocess.scene.motion_range import slide_of
+from gapbeam.postprocess.scene.motion_range import shown_displacement
 from gapbeam.postprocess.scene.ring import ring_of
 from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes
-from gapbeam.postprocess.scene.surface_color import BEAM, SurfaceColor
-
-BELOW = "#808080"
-ABOVE = "#9C9C9C"
-EDGE = "#2B2B2B"
-REST = "#9A9A9A"
-CELLS = "#7B8794"
+from gapbeam.postprocess.scene.surface_color import ABOVE, BEAM, BELOW, CELLS, EDGE, REST, SurfaceColor
 
 _ANGLE = 10.0
-_FACE_LINE = 7.0
 # Pictures are drawn so many times finer and averaged: smooth lines with every renderer.
 _FINER = 2
 _SAMPLES = 8  # of each of these pixels in a still picture; a film takes one, which is four times as fast
 
 
 class View:
-    """A camera on the scene.
-
-    In 2D a parallel projection that fills the picture with the window exactly; in 3D a perspective from the
-    front and above, the beam axis horizontal.
-    """
+    """A camera on the scene: a perspective from the front and above, the beam axis horizontal."""
 
     def __init__(
         self,
@@ -59,40 +48,34 @@ class View:
             size: Width and height of the picture in pixels.
             scale: Factor of displacements and clearance.
             color: What the surface is colored by.
-            direction: From what is seen to the camera, 3D.
+            direction: From what is seen to the camera.
             meshed: Whether the cells of the mesh are drawn.
         """
         self._body, self._scale, self._color = body, scale, color
         vtkMapper.SetResolveCoincidentTopologyToPolygonOffset()  # outlines stay in front of their faces
-        flat = support.dimension == 2
         fine = [_FINER * size[0], _FINER * size[1]]
-        plotter: Any = pv.Plotter(off_screen=True, window_size=fine, lighting="none" if flat else "light kit")
+        plotter: Any = pv.Plotter(off_screen=True, window_size=fine, lighting="light kit")
         plotter.render_window.SetMultiSamples(_SAMPLES)
         plotter.set_background("white")
         line = _FINER * max(1.0, size[0] / 900)
-        lit = not (flat or color.everywhere)  # light would change the colors that a scale explains
+        lit = not color.everywhere  # light would change the colors that a scale explains
         shade: dict[str, Any] = {
             "lighting": lit,
             "show_scalar_bar": False,
             "ambient": 0.3 if lit else 0.0,
         }
         rest = body.edges.mesh.copy()
-        rest.points = body.edges.rest - (0.0, 0.0, 1e-3 if flat else 0.0)  # in 2D behind the beam
+        rest.points = body.edges.rest.copy()
         _add(plotter, rest, color=REST, line_width=0.7 * line, lighting=False)
         self._support, self._moving = support, _add_blocks(plotter, support, scale, line)
         if meshed:
             shade |= {"show_edges": True, "edge_color": CELLS, "line_width": 0.4 * line}
-        colored = {"scalars": COLORED, "cmap": _colors(color, flat), **shade}
+        table = pv.LookupTable(color.colors, n_values=256, scalar_range=color.limits)
+        colored = {"scalars": COLORED, "cmap": table, **shade}
         _add(plotter, body.skin.mesh, **(colored if color.everywhere else {"color": BEAM, "scalars": None, **shade}))
         _add(plotter, body.edges.mesh, color=EDGE, scalars=None, line_width=line, lighting=False)
-        if not (flat and color.everywhere):  # faces of a plane are lines, which would hide the stress at its edges
-            _add(
-                plotter, body.faces.mesh, **colored | {"line_width": (_FACE_LINE if not meshed or flat else 0.4) * line}
-            )
-        if flat:
-            _look_flat(plotter, window)
-        else:
-            _look_from(plotter, window, support, size, np.array(direction))
+        _add(plotter, body.faces.mesh, **colored)
+        _look_from(plotter, window, support, size, np.array(direction))
         self._plotter = plotter
 
     def picture(self, frame: Frame, motions: Mapping[str, float] | None = None) -> np.ndarray:
@@ -126,9 +109,7 @@ class View:
         right = np.cross(ahead, camera.up)
         right /= np.linalg.norm(right)
         away = points - np.array(camera.position)
-        half = np.full(len(points), camera.parallel_scale)  # of the height of the picture, at the point, m
-        if not camera.parallel_projection:
-            half = np.tan(np.radians(0.5 * camera.view_angle)) * (away @ ahead)
+        half = np.tan(np.radians(0.5 * camera.view_angle)) * (away @ ahead)  # of the height there, m
         across = np.stack([away @ right * (height / width), away @ np.cross(right, ahead)], axis=1)
         return np.asarray(0.5 + 0.5 * across / half[:, None])
 
@@ -137,25 +118,10 @@ class View:
         self._plotter.close()
 
 
-def shown_displacement(frame: Frame, scale: float) -> np.ndarray:
-    """Return displacements that are drawn times a scale, m, (n, 3): the mean along the beam as large as it is."""
-    return np.asarray(frame.displacement - [(1.0 - 1.0 / scale) * slide_of(frame), 0.0, 0.0])
-
-
 def _add(plotter: Any, mesh: pv.PolyData, **style: Any) -> None:
     """Draw a part of the beam, unless there is nothing of it: a round section has no edges along the beam."""
     if mesh.n_points:
         plotter.add_mesh(mesh, **style)
-
-
-def _colors(color: SurfaceColor, flat: bool) -> pv.LookupTable:
-    """Return the colors as a table; the thick lines of 2D show only where there is pressure."""
-    table = pv.LookupTable(color.colors, n_values=256, scalar_range=color.limits)
-    if flat and not color.everywhere:
-        values = np.array(table.values)
-        values[:4, 3] = 0
-        table.values = values
-    return table
 
 
 Meshes = tuple[pv.PolyData, pv.PolyData]
@@ -166,14 +132,14 @@ def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: 
 
     One around the beam is a ring that one can see through.
     """
-    flat, moving = support.dimension == 2, list[tuple[FaceBox, Meshes]]()
+    moving = list[tuple[FaceBox, Meshes]]()
     for piece in support.blocks:
         surface, edges = _drawn(support, piece, scale)
         if piece.around:
             plotter.add_mesh(surface, color=BELOW, opacity=0.35, lighting=True, ambient=0.3)
         else:
-            color, opacity = BELOW if piece.below else ABOVE, 1.0 if flat or piece.below else 0.5
-            plotter.add_mesh(surface, color=color, opacity=opacity, lighting=not flat, ambient=0.0 if flat else 0.3)
+            color, opacity = (BELOW, 1.0) if piece.below else (ABOVE, 0.5)
+            plotter.add_mesh(surface, color=color, opacity=opacity, lighting=True, ambient=0.3)
         plotter.add_mesh(edges, color=EDGE, line_width=line, lighting=False)
         if piece.met.moves:
             moving.append((piece, (surface, edges)))
@@ -182,25 +148,15 @@ def _add_blocks(plotter: pv.Plotter, support: SupportBoxes, scale: float, line: 
 
 def _drawn(support: SupportBoxes, piece: FaceBox, scale: float) -> Meshes:
     """Return surface and edges of a face of a support."""
-    box, flat = support.box(piece, scale), support.dimension == 2
+    box = support.box(piece, scale)
     if piece.around:
         middle = 0.5 * (box[2] + box[3]), 0.5 * (box[4] + box[5])
         ring = ring_of(piece.met, piece.along, middle, piece.thickness, scale)
         ring.points[:, 2] += piece.rise(ring.points[:, 0], scale)
         return ring, ring.extract_feature_edges(feature_angle=25.0, boundary_edges=False, non_manifold_edges=False)
-    corners = [(box[0], box[2], 0.0), (box[1], box[2], 0.0), (box[1], box[3], 0.0)]
-    block = pv.Rectangle(corners) if flat else pv.Box(bounds=box)
-    block.points[:, 1 if flat else 2] += piece.rise(block.points[:, 0], scale)
-    return block, block.extract_feature_edges(boundary_edges=flat, non_manifold_edges=False, manifold_edges=False)
-
-
-def _look_flat(plotter: Any, window: Window) -> None:
-    x, y = window.center
-    plotter.camera.position, plotter.camera.focal_point = (x, y, 1.0), (x, y, 0.0)
-    plotter.camera.up = (0.0, 1.0, 0.0)
-    plotter.enable_parallel_projection()
-    plotter.camera.parallel_scale = 0.5 * (window.height[1] - window.height[0])
-    plotter.camera.clipping_range = (0.1, 2.0)
+    block = pv.Box(bounds=box)
+    block.points[:, 2] += piece.rise(block.points[:, 0], scale)
+    return block, block.extract_feature_edges(boundary_edges=False, non_manifold_edges=False, manifold_edges=False)
 
 
 def _look_from(

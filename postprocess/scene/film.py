@@ -18,7 +18,7 @@ def write_film(path: Path, frames: Iterable[np.ndarray], frames_per_second: floa
 
     Args:
         path: Without suffix.
-        frames: Pictures of one size, (height, width, 3), 8 bits.
+        frames: Pictures of one size, (height, width, 3 or 4), 8 bits, each written before the next one is asked for.
         frames_per_second: Speed of the film.
 
     Returns:
@@ -40,7 +40,8 @@ def _mp4(program: str, path: Path, frames: Iterable[np.ndarray], frames_per_seco
         for frame in frames:
             if process is None:
                 height, width = frame.shape[:2]
-                command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"]
+                layout = "rgb24" if frame.shape[2] == 3 else "rgb0"
+                command = [program, "-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", layout]
                 command += ["-s", f"{width}x{height}", "-r", f"{frames_per_second:g}", "-i", "-"]
                 # H.264 in yuv420p wants even sizes
                 command += ["-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2:color=white", "-pix_fmt", "yuv420p"]
@@ -58,7 +59,7 @@ def _mp4(program: str, path: Path, frames: Iterable[np.ndarray], frames_per_seco
                 process = subprocess.Popen(command, stdin=subprocess.PIPE, stdout=log, stderr=log)
             assert process.stdin is not None
             try:
-                process.stdin.write(np.ascontiguousarray(frame).tobytes())
+                process.stdin.write(np.ascontiguousarray(frame).data)
             except BrokenPipeError:
                 break
         if process is None:
@@ -74,7 +75,7 @@ def _mp4(program: str, path: Path, frames: Iterable[np.ndarray], frames_per_seco
 
 
 def _gif(path: Path, frames: Iterable[np.ndarray], frames_per_second: float) -> Path:
-    pictures = [Image.fromarray(frame).quantize(128) for frame in frames]
+    pictures = [Image.fromarray(frame).convert("RGB").quantize(128) for frame in frames]
     if not pictures:
         raise RenderError("no frames for the film")
     pictures[0].save(

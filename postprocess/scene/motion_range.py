@@ -43,6 +43,11 @@ def slide_of(frame: Frame) -> float:
     return float(frame.displacement[:, 0].mean())
 
 
+def shown_displacement(frame: Frame, scale: float) -> np.ndarray:
+    """Return displacements that are drawn times a scale, m, (n, 3): the mean along the beam as large as it is."""
+    return np.asarray(frame.displacement - [(1.0 - 1.0 / scale) * slide_of(frame), 0.0, 0.0])
+
+
 def motion_of(fields: Fields, near: tuple[float, float]) -> MotionRange:
     """Go through all frames once.
 

@@ -2,10 +2,14 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
-import pyvista as pv
 
 from gapbeam.postprocess.results.supports_of_run import RunFace
+
+if TYPE_CHECKING:
+    import pyvista as pv
 
 RING = 0.3  # thickness of a ring over that of the beam
 CORNERS = 1.3  # radius over the distance of flat walls: room for the corners between them
@@ -46,6 +50,8 @@ def ring_of(
         thickness: Of the beam, m.
         scale: Enlarges its gaps.
     """
+    import pyvista as pv  # for solids alone
+
     walls = np.sort(met.angles) if met.flat else np.empty(0)
     corners = 0.5 * (walls + np.roll(walls, -1)) + 180.0 * (walls > np.roll(walls, -1))
     turns = np.union1d(TURNS, (corners + 180.0) % 360.0 - 180.0)

@@ -13,8 +13,6 @@ from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.postprocess.scene.attached_marks import Mark, carried_by, marks_of, placed
-from gapbeam.postprocess.scene.beam_surface import body_of
-from gapbeam.postprocess.scene.camera_view import View, shown_displacement
 from gapbeam.postprocess.scene.camera_window import (
     scale_of_support,
     scale_of_whole,
@@ -23,11 +21,12 @@ from gapbeam.postprocess.scene.camera_window import (
 )
 from gapbeam.postprocess.scene.caption import caption_of
 from gapbeam.postprocess.scene.carrying_section import carrying_section
-from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of
+from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of, shown_displacement
 from gapbeam.postprocess.scene.sheet import ZOOM, Sheet, pixels, whole_place
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from gapbeam.postprocess.scene.traces import loudest_face, traces_of
+from gapbeam.postprocess.scene.view_choice import Shot, views_of
 
 Scale = Literal["auto"] | float
 
@@ -65,6 +64,7 @@ class Studio:
 
         Raises:
             ResultsError: There is no such field.
+            RenderError: No solid can be drawn off-screen here.
         """
         self._fields, self._history = fields, results.history
         supports = supports_of(results.summary, results.case)
@@ -85,13 +85,11 @@ class Studio:
             window_of_whole(motion, support, factors[0], sizes[0], carried_by(marks, support.middle)),
             window_of_support(support, factors[1], sizes[1]),
         )
-        body = body_of(fields, support)
-        self._views = [
-            View(body, support, windows[k], sizes[k], factors[k], color, direction)
-            for k, direction in enumerate((_FROM_WHOLE, _FROM_SUPPORT))
-        ]
+        directions = _FROM_WHOLE, _FROM_SUPPORT
+        shots = [Shot(*shot) for shot in zip(windows, sizes, factors, directions, strict=True)]
+        self._views, touching = views_of(fields, support, shots, color)
         self._motion, self._traces = motion, traces_of(results, motion.times, motion.tip)
-        close = {block.face: body.touching[block.face] for block in support.near_blocks()}
+        close = {block.face: touching[block.face] for block in support.near_blocks()}
         caption = caption_of(
             results.title,
             factors,
@@ -126,7 +124,7 @@ class Studio:
         }
 
     def draw(self, index: int, remark: str = "") -> np.ndarray:
-        """Draw the sheet of one frame, (height, width, 3), 8 bits."""
+        """Draw the sheet of one frame, (height, width, 4), 8 bits; it stays until the next one is drawn."""
         frame = self._fields.frame(index)
         motions = wall_motions(self._history, frame.time)
         whole, near = (view.picture(frame, motions) for view in self._views)

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 from matplotlib.axes import Axes
 
-from gapbeam.postprocess.scene.camera_view import ABOVE, BELOW, EDGE
 from gapbeam.postprocess.scene.ring import inner_radii, outer_radius
 from gapbeam.postprocess.scene.set_up import SectionMask
 from gapbeam.postprocess.scene.support_surface import FaceBox
-from gapbeam.postprocess.scene.surface_color import BEAM
+from gapbeam.postprocess.scene.surface_color import ABOVE, BEAM, BELOW, EDGE
 
 _BLOCK = 0.35  # height of a block over the thickness of the beam
 _TURNS = np.linspace(-180.0, 180.0, 721)

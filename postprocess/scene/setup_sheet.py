@@ -16,8 +16,6 @@ from gapbeam.postprocess.figures.figure_style import SKY
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.results.supports_of_run import RunSupport
 from gapbeam.postprocess.scene.attached_marks import ARM, carried_by, marks_of, placed
-from gapbeam.postprocess.scene.beam_surface import body_of
-from gapbeam.postprocess.scene.camera_view import View
 from gapbeam.postprocess.scene.camera_window import Window, rounded_down, window_of_support, window_of_whole
 from gapbeam.postprocess.scene.label_rows import rows_of
 from gapbeam.postprocess.scene.motion_range import MotionRange
@@ -26,6 +24,7 @@ from gapbeam.postprocess.scene.set_up import LoadArrow, SetUp
 from gapbeam.postprocess.scene.sheet import Place, pixels, style_of
 from gapbeam.postprocess.scene.support_surface import SupportBoxes, support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
+from gapbeam.postprocess.scene.view_choice import PictureView, Shot, views_of
 
 _WHOLE: Place = (0.02, 0.52, 0.96, 0.29)
 _NEAR_BOTTOM, _NEAR_HEIGHT = 0.045, 0.27
@@ -94,10 +93,12 @@ class _Sheet:
         self._canvas.draw()  # type: ignore[no-untyped-call]
         return np.asarray(self._canvas.buffer_rgba())[..., :3].copy()  # type: ignore[no-untyped-call]
 
-    def _picture(self, support: SupportBoxes, window: Window, place: Place, toward: tuple[float, float, float]) -> View:
+    def _picture(
+        self, support: SupportBoxes, window: Window, place: Place, toward: tuple[float, float, float]
+    ) -> PictureView:
         """Draw a view of the beam at a place on the sheet; it is to be closed."""
-        color, wide = SurfaceColor.of_pressure(0.0), pixels(place, self._size)
-        view = View(body_of(self._set_up, support), support, window, wide, self._scale, color, toward, meshed=True)
+        shot = Shot(window, pixels(place, self._size), self._scale, toward)
+        [view], _ = views_of(self._set_up, support, [shot], SurfaceColor.of_pressure(0.0), meshed=True)
         picture = view.picture(self._frame)
         panel = self._figure.add_axes(place)
         panel.imshow(picture, extent=(0.0, 1.0, 0.0, 1.0), aspect="auto", interpolation="none")
@@ -125,7 +126,9 @@ class _Sheet:
                 below.append((float(at[0]), float(at[1]), f"{one.name} {_play(one)}", "black"))
             self._stack(panel, below, up=False)
 
-    def _mark(self, panel: Axes, view: View, window: Window, labels: list[tuple[float, float, str, str]]) -> None:
+    def _mark(
+        self, panel: Axes, view: PictureView, window: Window, labels: list[tuple[float, float, str, str]]
+    ) -> None:
         """Mark joints and masses, and shade fluids."""
         marks = marks_of(self._set_up.case, self._whole.start)
         for one in placed(marks, self._whole, window.height, view.fractions):
@@ -139,13 +142,15 @@ class _Sheet:
                 panel.plot(*one.at[:, None], mfc="white", mec="black", zorder=5, clip_on=False, **style)
             labels.append((x, float(one.above[1]), one.mark.name, "black"))
 
-    def _add_probes(self, panel: Axes, view: View, labels: list[tuple[float, float, str, str]]) -> None:
+    def _add_probes(self, panel: Axes, view: PictureView, labels: list[tuple[float, float, str, str]]) -> None:
         for name, point in self._set_up.probes.items():
             [at] = view.fractions(self._placed(point)[None])
             panel.plot(*at[:, None], "o", color=_PROBE, ms=6 * self._large, mec="white", clip_on=False, zorder=6)
             labels.append((float(at[0]), float(at[1]), name, _PROBE))
 
-    def _add_load(self, panel: Axes, view: View, load: LoadArrow, labels: list[tuple[float, float, str, str]]) -> None:
+    def _add_load(
+        self, panel: Axes, view: PictureView, load: LoadArrow, labels: list[tuple[float, float, str, str]]
+    ) -> None:
         """Draw an arrow: at the point of a force, in a moved support, at the middle of the beam for its weight."""
         moved = next((one for one in self._set_up.supports if one.name == load.support), None)
         if load.point is not None:

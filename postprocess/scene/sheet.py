@@ -148,12 +148,12 @@ class Sheet:
 
         Args:
             frame: The fields.
-            whole: Picture of the whole beam, (height, width, 3), 8 bits.
+            whole: Picture of the whole beam, (height, width, 3 or 4), 8 bits.
             near: Picture of the support.
             note: One line below the time.
 
         Returns:
-            The sheet, (height, width, 3), 8 bits.
+            The sheet, (height, width, 4), 8 bits, until it is filled again.
         """
         self._pressure.fill(frame.contact_pressure)
         self._clock.set_text(self._caption.clock(frame.time))
@@ -166,7 +166,7 @@ class Sheet:
         _paste(sheet, self._near, near)
         for artist in self._moving:
             self.figure.draw_artist(artist)
-        return sheet[..., :3].copy()
+        return sheet
 
     def move(self, marks: Iterable[PlacedMark]) -> None:
         """Put marks of masses where the beam carries them in the next frame."""
@@ -292,4 +292,4 @@ def _paste(sheet: np.ndarray, panel: Axes, picture: np.ndarray) -> None:
     height, width = picture.shape[:2]
     corner = panel.get_window_extent()
     left, top = round(corner.x0), len(sheet) - height - round(corner.y0)
-    sheet[top : top + height, left : left + width, :3] = picture
+    sheet[top : top + height, left : left + width, : picture.shape[2]] = picture

@@ -13,6 +13,11 @@ from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.solver.record_table import STRESS_FIELDS
 
 BEAM = "#C9D3DC"
+BELOW = "#808080"
+ABOVE = "#9C9C9C"
+EDGE = "#2B2B2B"
+REST = "#9A9A9A"
+CELLS = "#7B8794"
 # From the color of the beam through orange to dark red: darker means more, also in print without color.
 PRESSURES = LinearSegmentedColormap.from_list("pressure", [BEAM, "#F2C94C", "#E8702A", "#B0200C", "#4A0508"])
 _BOTH_SIGNS = LinearSegmentedColormap.from_list(

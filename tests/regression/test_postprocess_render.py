@@ -14,9 +14,12 @@ from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.scene import film, offscreen
-from gapbeam.postprocess.scene.camera_window import scale_of_support, scale_of_whole
+from gapbeam.postprocess.scene.camera_window import Window, scale_of_support, scale_of_whole
 from gapbeam.postprocess.scene.motion_range import motion_of
+from gapbeam.postprocess.scene.run_scene import Studio
 from gapbeam.postprocess.scene.support_surface import support_of
+from gapbeam.postprocess.scene.surface_color import SurfaceColor
+from gapbeam.postprocess.scene.view_choice import Shot, views_of
 from tests.unit.test_postprocess_synthetic import plane_beam, solid_beam, write_fields, write_results
 
 CLEARANCE = 1.07e-4
@@ -122,8 +125,6 @@ def test_a_round_tube_is_drawn(tmp_path: Path) -> None:
 
 def test_a_peak_between_fields_is_named(tmp_path: Path) -> None:
     """A shock between two fields is in no picture; its size and time stand beside the picture."""
-    from gapbeam.postprocess.scene.run_scene import Studio
-
     folder = results(tmp_path, 2)
     time = np.linspace(0.0, 0.1, 201)
     force = np.where(np.abs(time - 0.0095) < 1e-4, 900.0, 10.0)
@@ -139,11 +140,6 @@ def test_a_peak_between_fields_is_named(tmp_path: Path) -> None:
 @pytest.mark.parametrize("share", [0.0, 0.5, 1.0])
 def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, share: float) -> None:
     """A beam lifted by a share of the clearance leaves the rest of it, times the factor, to the gland."""
-    from gapbeam.postprocess.scene.beam_surface import body_of
-    from gapbeam.postprocess.scene.camera_view import View
-    from gapbeam.postprocess.scene.camera_window import Window
-    from gapbeam.postprocess.scene.surface_color import SurfaceColor
-
     scale, pixel = 50.0, 1.0e-4
     write_results(tmp_path, np.linspace(0.0, 0.1, 3), clearance=CLEARANCE)
     points, cells = plane_beam()
@@ -155,16 +151,8 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
         support = support_of(fields.points, 2, supports_of(run.summary, run.case))
         gland = support.box(support.blocks[1], scale)
         assert gland[2] == pytest.approx(0.006 + scale * CLEARANCE)
-        window = Window((0.0, 0.04), (-0.02, 0.02))
-        view = View(
-            body_of(fields, support),
-            support,
-            window,
-            (400, 400),
-            scale,
-            SurfaceColor.of_pressure(1.0),
-            (0.0, -1.0, 0.0),
-        )
+        shot = Shot(Window((0.0, 0.04), (-0.02, 0.02)), (400, 400), scale, (0.0, -1.0, 0.0))
+        [view], _ = views_of(fields, support, [shot], SurfaceColor.of_pressure(1.0))
         picture = view.picture(fields.frame(0))
         view.close()
     column = (picture[:, 200] > 250).all(axis=-1)
@@ -175,8 +163,6 @@ def test_the_gap_is_drawn_at_the_factor_of_the_displacement(tmp_path: Path, shar
 
 def test_a_beam_that_slides_stays_in_its_picture(tmp_path: Path) -> None:
     """The mean motion along the beam is drawn as it is, 10 mm of 510 mm, while all else is enlarged; it is written."""
-    from gapbeam.postprocess.scene.run_scene import Studio
-
     folder = results(tmp_path, 2)
     points, cells = plane_beam()
     frames = rocking(points, 2)
@@ -187,7 +173,7 @@ def test_a_beam_that_slides_stays_in_its_picture(tmp_path: Path) -> None:
         run = open_results(folder)
         with run.fields() as fields:
             studio = Studio(run, fields, "auto", SIZE, 0.0)
-            found.append((studio.draw(2), studio._sheet._caption.whole))
+            found.append((studio.draw(2)[..., :3], studio._sheet._caption.whole))
             studio.close()
     assert "along the beam" not in found[0][1]
     assert found[1][1] == found[0][1] + "; along the beam × 1"
@@ -198,17 +184,14 @@ def test_a_beam_that_slides_stays_in_its_picture(tmp_path: Path) -> None:
     assert columns[1] - columns[0] == pytest.approx(length * 0.01 / 0.51, abs=2)
 
 
-@pytest.mark.parametrize("dimension", [2, 3])
-def test_marks_stand_where_the_camera_sees_their_places(tmp_path: Path, dimension: int) -> None:
-    """Fractions of the picture are those of the camera of VTK, of a plane and in perspective."""
+def test_marks_stand_where_the_camera_sees_their_places(tmp_path: Path) -> None:
+    """Fractions of the picture are those of the camera of VTK, in perspective."""
     from gapbeam.postprocess.scene.beam_surface import body_of
     from gapbeam.postprocess.scene.camera_view import View
-    from gapbeam.postprocess.scene.camera_window import Window
-    from gapbeam.postprocess.scene.surface_color import SurfaceColor
 
-    run = open_results(results(tmp_path, dimension))
+    run = open_results(results(tmp_path, 3))
     with run.fields() as fields:
-        support = support_of(fields.points, dimension, supports_of(run.summary, run.case))
+        support = support_of(fields.points, 3, supports_of(run.summary, run.case))
         window = Window((-0.01, 0.53), (-0.05, 0.08))
         color = SurfaceColor.of_pressure(1.0)
         view = View(body_of(fields, support), support, window, (768, 158), 50.0, color, (0.1, -1.0, 0.28))

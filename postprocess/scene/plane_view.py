@@ -1,0 +1,171 @@
+"""The beam of a plane in its support, drawn by Agg: a picture for every frame, with smooth lines and without OpenGL."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any, TypeVar
+
+import numpy as np
+from matplotlib.artist import Artist
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.collections import LineCollection
+from matplotlib.figure import Figure
+from matplotlib.patches import PathPatch, Polygon
+from matplotlib.path import Path
+from matplotlib.transforms import IdentityTransform
+
+from gapbeam.postprocess.results.field_reader import Frame
+from gapbeam.postprocess.scene.camera_window import Window
+from gapbeam.postprocess.scene.colored_cells import ColoredCells
+from gapbeam.postprocess.scene.motion_range import shown_displacement
+from gapbeam.postprocess.scene.plane_body import PlaneBody
+from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes
+from gapbeam.postprocess.scene.surface_color import ABOVE, BEAM, BELOW, CELLS, EDGE, REST, SurfaceColor
+
+Drawn = TypeVar("Drawn", bound=Artist)
+
+_DPI = 64  # a power of two: figures of whole pixels have a size without round-off
+_POINTS = 72.0 / _DPI  # of a pixel
+_FACE_LINE = 7.0
+_PIECE = 2.0  # pixels of a face that have one color
+_OVERLAP = 0.5  # pixels at both ends of each, or the ground would shine through between two
+_HIDDEN = 4.0 / 256.0  # of the scale: where there is less pressure than that, a face has no color
+
+
+class PlaneView:
+    """A picture that the window fills exactly.
+
+    Artists are in pixels from the lower left; what no frame changes is drawn once.
+    """
+
+    def __init__(
+        self,
+        body: PlaneBody,
+        support: SupportBoxes,
+        window: Window,
+        size: tuple[int, int],
+        scale: float,
+        color: SurfaceColor,
+        meshed: bool = False,
+    ) -> None:
+        """Set up the scene.
+
+        Args:
+            body: The beam.
+            support: Drawn with its clearance times `scale`.
+            window: What to see.
+            size: Width and height of the picture in pixels.
+            scale: Factor of displacements and clearance.
+            color: What the beam is colored by.
+            meshed: Whether the cells of the mesh are drawn.
+        """
+        self._body, self._support, self._scale, self._color = body, support, scale, color
+        self._center, self._size = np.array(window.center), np.array(size)
+        self._fine = size[1] / (window.height[1] - window.height[0])  # pixels of a meter
+        self._line = max(1.0, size[0] / 900)
+        self._figure = Figure(figsize=(size[0] / _DPI, size[1] / _DPI), dpi=_DPI, facecolor="white")
+        self._canvas = FigureCanvasAgg(self._figure)
+        self._add(PathPatch(self._outline(body.rest), fill=False, ec=REST, lw=self._width(0.7)))
+        walls = [(piece, self._add(self._wall(piece))) for piece in support.blocks]
+        self._walls = [(piece, patch) for piece, patch in walls if piece.met.moves]
+        for _, patch in self._walls:
+            patch.set_visible(False)
+        self._canvas.draw()  # type: ignore[no-untyped-call]
+        self._ground: Any = self._canvas.copy_from_bbox(self._figure.bbox)  # type: ignore[no-untyped-call]
+        for _, patch in self._walls:
+            patch.set_visible(True)
+        self._skin = self._add(PathPatch(self._outline(body.rest), fc=BEAM, lw=0.0))
+        self._stress = ColoredCells(body.cells, color) if color.everywhere else None
+        self._lines = self._add(LineCollection([], colors=CELLS, linewidths=self._width(0.4))) if meshed else None
+        self._edges = self._add(PathPatch(self._skin.get_path(), fill=False, ec=EDGE, lw=self._width(1.0)))
+        self._faces = self._add(LineCollection([], linewidths=self._width(_FACE_LINE), capstyle="butt"))
+
+    def picture(self, frame: Frame, motions: Mapping[str, float] | None = None) -> np.ndarray:
+        """Draw one frame.
+
+        Args:
+            frame: The fields.
+            motions: `wall_motion` by its name, m; None: walls are where they were at t = 0.
+
+        Returns:
+            Its pixels, (height, width, 4), 8 bits, until the next one is drawn.
+        """
+        renderer = self._canvas.get_renderer()  # type: ignore[no-untyped-call]
+        self._canvas.restore_region(self._ground)  # type: ignore[no-untyped-call]
+        for piece, patch in self._walls:
+            patch.set_xy(self._corners(replace(piece, met=piece.met.moved(motions or {}))))
+            patch.draw(renderer)
+        places = self._body.rest + self._scale * shown_displacement(frame, self._scale)[:, :2]
+        outline, values = self._outline(places), self._color.values(frame)
+        self._skin.set_path(outline)
+        self._edges.set_path(outline)
+        self._skin.draw(renderer)
+        if self._stress is not None:
+            self._stress.draw(renderer, outline, self._pixels(places), values)
+        if self._lines is not None:
+            self._lines.set_segments(list(self._pixels(places)[self._body.lines]))
+            self._lines.draw(renderer)
+        self._edges.draw(renderer)
+        if self._stress is None:  # faces are lines, which would hide the stress at the edges
+            self._color_faces(self._pixels(places), values)
+            self._faces.draw(renderer)
+        return np.asarray(self._canvas.buffer_rgba())  # type: ignore[no-untyped-call]
+
+    def hurry(self) -> None:
+        """Draw on as before: smooth lines cost nothing here."""
+
+    def fractions(self, points: np.ndarray) -> np.ndarray:
+        """Return where points, (k, 3), m, are in the picture, (k, 2): fractions of its width and height."""
+        return np.asarray(self._pixels(points[:, :2]) / self._size)
+
+    def close(self) -> None:
+        """Let the picture go."""
+        self._figure.clear()
+
+    def _pixels(self, places: np.ndarray) -> np.ndarray:
+        """Return where places, (..., 2), m, are in the picture, pixels."""
+        return np.asarray(0.5 * self._size + self._fine * (places - self._center))
+
+    def _width(self, lines: float) -> float:
+        return lines * self._line * _POINTS
+
+    def _add(self, artist: Drawn) -> Drawn:
+        """Take an artist into the figure, its places in pixels and not rounded to whole ones."""
+        artist.set_transform(IdentityTransform())
+        artist.set_snap(False)
+        self._figure.add_artist(artist)
+        return artist
+
+    def _outline(self, places: np.ndarray) -> Path:
+        """Return the outline of the beam, its points at some places, (n, 2), m."""
+        corners = self._pixels(places)
+        return Path.make_compound_path(*(Path(corners[[*loop, loop[0]]], closed=True) for loop in self._body.loops))
+
+    def _wall(self, piece: FaceBox) -> Polygon:
+        color = BELOW if piece.below else ABOVE
+        return Polygon(self._corners(piece), fc=color, ec=EDGE, lw=self._width(1.0), joinstyle="miter")
+
+    def _corners(self, piece: FaceBox) -> np.ndarray:
+        """Return the corners of a face of a support, (4, 2), pixels."""
+        first, last, low, high, _, _ = self._support.box(piece, self._scale)
+        corners = np.array([(first, low), (last, low), (last, high), (first, high)])
+        corners[:, 1] += piece.rise(corners[:, 0], self._scale)
+        return self._pixels(corners)
+
+    def _color_faces(self, corners: np.ndarray, values: np.ndarray) -> None:
+        """Cut the faces into pieces of one color each; of those pressed, given all points, (n, 2), pixels."""
+        pressed = self._body.faces[values[self._body.faces].max(axis=1, initial=0.0) > 0.0]
+        ends, limit = corners[pressed], self._color.limits[1]
+        along = ends[:, 1] - ends[:, 0]
+        lengths = np.linalg.norm(along, axis=1)
+        count = max(1, int(np.ceil(lengths.max(initial=0.0) / _PIECE)))
+        share = np.arange(count + 1)[:, None, None] / count
+        cuts = ends[:, 0] + share * along
+        more = _OVERLAP * along / np.maximum(lengths, 1e-9)[:, None]
+        pieces = np.stack([cuts[:-1] - more, cuts[1:] + more], axis=2).reshape(-1, 2, 2)
+        middle = share[:-1, :, 0] + 0.5 / count
+        found = ((1.0 - middle) * values[pressed[:, 0]] + middle * values[pressed[:, 1]]).ravel() / limit
+        shown = found >= _HIDDEN
+        self._faces.set_segments(list(pieces[shown]))
+        self._faces.set_color(self._color.colors(found[shown]))

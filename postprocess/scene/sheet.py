@@ -9,6 +9,7 @@ import matplotlib as mpl
 import numpy as np
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize
@@ -141,7 +142,7 @@ class Sheet:
             self._write()
             self._clock = self.figure.text(0.98, 0.96, "", ha="right", va="center", fontsize=18 * self._large)
             self._note = self.figure.text(0.98, 0.915, "", ha="right", va="center", fontsize=16 * self._large)
-            self._moving += [*self._pressure.artists, self._force[0], self._motion[0], self._clock, self._note]
+            self._moving += [*self._pressure.artists, self._clock, self._note]
 
     def fill(self, frame: Frame, whole: np.ndarray, near: np.ndarray, note: str = "") -> np.ndarray:
         """Put the pictures and the signals of one frame on the sheet.
@@ -180,6 +181,8 @@ class Sheet:
     def _begun(self) -> np.ndarray:
         """Put on the sheet what no frame changes, drawn at the first; return its pixels, (height, width, 4)."""
         if self._ground is None:
+            for panel, _ in (self._force, self._motion):
+                _hold_label(panel.xaxis, self._canvas.get_renderer())  # type: ignore[no-untyped-call]
             shown = [artist.get_visible() for artist in self._moving]
             for artist in self._moving:
                 artist.set_visible(False)
@@ -255,6 +258,7 @@ class Sheet:
         """Draw curves over time: those that are close in colors, all others in gray with one entry in the legend."""
         panel = self.figure.add_axes(place)
         others = [name for name in curves if name not in close]
+        now = panel.axvline(0.0, color=GRAY, lw=2.0 * self._large, zorder=0)
         for name in (*others, *(name for name in close if name in curves)):
             style = {"color": GRAY, "zorder": 1} if name in others else face_style(name, close)
             label_here = name if name in close else "others" if name == others[0] else "_"
@@ -267,7 +271,8 @@ class Sheet:
                 loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=3, borderaxespad=0.0,
                 handlelength=1.2, columnspacing=0.8,
             )  # fmt: skip
-        return panel, panel.axvline(0.0, color=GRAY, lw=2.0 * self._large, zorder=0)
+        self._moving += [*panel.lines, panel.xaxis]  # axis and legend stand still
+        return panel, now
 
     def _span(self, time: float) -> tuple[float, float]:
         """Three forcing periods around a time, within the record; all of it without forcing. In ms."""
@@ -285,6 +290,12 @@ class Sheet:
         self.figure.text(0.02, 0.915, caption.whole, ha="left", va="center", fontsize=text)
         self.figure.text(0.02, 0.475, caption.support, ha="left", va="center", fontsize=text)
         self.figure.text(0.98, 0.02, caption.cadence, ha="right", va="center", fontsize=0.85 * text, color="#444444")
+
+
+def _hold_label(axis: Axis, renderer: Any) -> None:
+    """Keep the label of an axis where it is: the labels of ticks, which frames change, are no longer asked for room."""
+    axis.get_tightbbox(renderer)  # puts it there
+    axis.set_label_coords(*axis.label.get_position(), transform=axis.label.get_transform())
 
 
 def _paste(sheet: np.ndarray, panel: Axes, picture: np.ndarray) -> None:

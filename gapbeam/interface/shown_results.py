@@ -7,7 +7,6 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Literal, Protocol, runtime_checkable
 
-from gapbeam.interface.case_source import check_fraction
 from gapbeam.process.failing_ranks import refuse_ranks
 
 if TYPE_CHECKING:
@@ -63,6 +62,7 @@ def compare(
         UserError: The folder of the comparison cannot be written.
     """
     refuse_ranks("compare")
+    from gapbeam.interface.case_source import check_fraction  # with all that cases are made of
     from gapbeam.studies.comparison.compare_folders import compare_folders, comparison_folder
 
     check_fraction("tolerance", tolerance)

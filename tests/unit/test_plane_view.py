@@ -19,6 +19,7 @@ from gapbeam.postprocess.scene.plane_body import plane_body
 from gapbeam.postprocess.scene.plane_view import PlaneView
 from gapbeam.postprocess.scene.support_surface import SupportBoxes, support_of
 from gapbeam.postprocess.scene.surface_color import BEAM, SurfaceColor
+from tests.shared.command import alone, programmed
 from tests.unit.test_postprocess_synthetic import plane_beam, solid_beam, write_fields, write_results
 
 SIZE = (400, 200)
@@ -144,3 +145,13 @@ def test_planes_are_drawn_where_opengl_is_not(tmp_path: Path, monkeypatch: pytes
             with pytest.raises(RenderError, match="no OpenGL"):
                 render(folder)
             assert not (folder / "pictures").exists()
+
+
+@alone
+def test_pictures_of_planes_load_little(tmp_path: Path) -> None:
+    """In a fresh interpreter: neither VTK nor what cases and computations need, a second of imports."""
+    folder = write_results(tmp_path, np.linspace(0.0, 0.1, 11))
+    points, cells = plane_beam()
+    write_fields(folder, points, cells, "Quadrilateral", [(0.0, 0.0 * points, 0.0 * points[:, 0])])
+    done = programmed("tests.programs.drawn_folder", folder)
+    assert (done.returncode, done.stdout) == (0, "[]\n"), done.stderr

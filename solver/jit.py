@@ -114,7 +114,16 @@ def _only_noting(noted: list[int]) -> dict[int, Any]:
 
 
 def compiled(function: Function) -> Function:
-    """Compile a function of numbers and arrays that entries call, as part of these."""
+    """Compile a function of numbers and arrays that entries call, as part of these.
+
+    Its code is copied to where it is called: a call copies every array of the tables that it is given, in every step.
+    """
+    made: Function = numba.njit(**(_OPTIONS | {"forceinline": True}))(function)
+    return made
+
+
+def compiled_apart(function: Function) -> Function:
+    """As `compiled`, but called: for what is long and called from several places, or rarely."""
     made: Function = numba.njit(**_OPTIONS)(function)
     return made
 

@@ -20,7 +20,7 @@ from gapbeam.solver.contact.solve.contact_solve import (
     ROUND_OFF,
     SETTLED,
 )
-from gapbeam.solver.jit import compiled
+from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor, empty_factor, solve_with, update_factor
 from gapbeam.solver.march.compiled.point_motions import add_responses, count_in_play, in_play
@@ -230,7 +230,7 @@ def _newton_change(balance: Balance, found: Solution) -> bool:
     return True
 
 
-@compiled
+@compiled_apart
 def _exact_step(balance: Balance, step: StepPoints, law: LawTable, found: Solution) -> float:
     """Return the length in (0, 1] that minimizes the step potential along the update, by bisection."""
     if _step_slope(balance, step, law, found, 1.0) <= 0.0 or _step_slope(balance, step, law, found, 0.0) >= 0.0:

@@ -15,7 +15,7 @@ from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
-from gapbeam.solver.jit import compiled, entry
+from gapbeam.solver.jit import compiled, compiled_apart, entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
@@ -191,7 +191,7 @@ def _enter(
     accounts.enter_forces(ledgers, room.force, room.pressed, room.deepest, scheme.dt)
 
 
-@compiled
+@compiled_apart
 def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays) -> None:
     """Form the gaps anew, and measure again what depends on them."""
     form_gaps_anew(modal, motion, room)
@@ -202,7 +202,7 @@ def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, 
     accounts.enter_energies(ledgers, contact, modal.squares, motion.q)
 
 
-@compiled
+@compiled_apart
 def record(modal: Modal, motion: KernelState, ledgers: LedgerArrays, records: Records, row: int, number: int) -> None:
     """Record the state after a step."""
     records.steps[row] = number

@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, touch_factor
-from gapbeam.solver.jit import compiled
+from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, solve_contact
@@ -94,7 +94,7 @@ def guess_depths(
             around.guess[row] -= around.place[row]
 
 
-@compiled
+@compiled_apart
 def solve_points(
     around: AroundPoints | None, initial_gap: Array, balance: Balance, step: StepPoints, law: LawTable, touch: Touch,
     found: Solution, most: int,
@@ -207,7 +207,7 @@ def touch_all(modal: Modal, law: LawTable, motion: KernelState, room: Room) -> N
         _touch(law, motion.depth, motion.touch_speed, i, room.guess_rate[i] + room.opening_speed[i])
 
 
-@compiled
+@compiled_apart
 def complete_points(modal: Modal, around: AroundPoints | None, law: LawTable, motion: KernelState, room: Room) -> None:
     """Bring points around sections up to date that could not touch."""
     if around is not None:

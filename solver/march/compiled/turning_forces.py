@@ -20,7 +20,7 @@ from __future__ import annotations
 import numpy as np
 
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at, stage_pressure
-from gapbeam.solver.jit import compiled
+from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.array_loops import add_rows, fill
 from gapbeam.solver.march.compiled.contact_kernel import Balance, Solution, StepPoints, point_at
@@ -65,7 +65,7 @@ def aim_with_old_forces(around: AroundPoints | None, balance: Balance, step: Ste
             aim_with_forces(around, balance, found, 1.0)
 
 
-@compiled
+@compiled_apart
 def turn_with_forces(
     around: AroundPoints | None, balance: Balance, step: StepPoints, law: LawTable, found: Solution, left: float
 ) -> int:

@@ -39,6 +39,7 @@ from gapbeam.solver.run.checkpoint.dof_layout import layout_of
 from gapbeam.solver.run.checkpoint.state_arrays import stored
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.parallel_tables import Pieces, on_rank_zero_with
+from gapbeam.solver.system.snapshots import Snapshots
 
 CELLS, RANKS = (4, 8), (1, 2, 4)
 STEPS = 40
@@ -76,7 +77,7 @@ def measure(cells: int, comm: MPI.Comm) -> None:
     folders = TemporaryDirectory() if comm.rank == 0 else None
     fields = FieldWriter(Path(comm.bcast(folders.name if folders else "")), model)
     with account.part(FIELDS):
-        fields.write(start.start, model)
+        fields.write(Snapshots.of_states([start.start]), model)
     layout = layout_of(model, comm)
     with account.part(CHECKPOINT):
         arrays = stored(Paused(start.start, 0), layout)

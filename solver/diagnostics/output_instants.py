@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -123,6 +124,20 @@ def instant_of(state: State, accounts: Accounts) -> Instants:
         iterations=np.asarray(float(iterations)),
     )
     return Instants._make(None if column is None else column[None] for column in found)
+
+
+def joined(instants: Sequence[Instants]) -> Instants:
+    """Return several instants as one table; where some have no friction yet, theirs is none."""
+    if len(instants) == 1:
+        return instants[0]
+    return Instants._make(_joined_columns(columns) for columns in zip(*instants, strict=True))
+
+
+def _joined_columns(columns: Sequence[Array | None]) -> Array | None:
+    known = [column for column in columns if column is not None]
+    if not known:
+        return None
+    return np.concatenate([np.zeros_like(known[0]) if column is None else column for column in columns])
 
 
 def _resultant(contact: ContactOperator, forces: Array, across: Array) -> Array:

@@ -9,13 +9,14 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
+from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.errors import RunError
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
+from gapbeam.solver.march.gathered_steps import OpenBlock, StepBlock
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
 
 if TYPE_CHECKING:
@@ -33,51 +34,26 @@ class Wanted:
         stops: Steps after whose multiples a block ends; None: it does not matter.
         ends: Whether the last step is recorded whatever its number.
         also: Further steps after which a block ends.
+        snapshots: Steps between snapshots; the last step has one as well. None: there are none.
     """
 
     every: int | None = 1
     stops: int | None = None
     ends: bool = False
     also: frozenset[int] = frozenset()
+    snapshots: int | None = None
 
     def records(self, done: int, count: int) -> bool:
         """Return whether a record is due after so many steps of so many."""
         return self.every is not None and (done % self.every == 0 or (self.ends and done == count))
 
+    def shows(self, done: int, count: int) -> bool:
+        """Return whether a snapshot is due after so many steps of so many."""
+        return self.snapshots is not None and (done % self.snapshots == 0 or done == count)
 
-@dataclass(frozen=True)
-class StepBlock:
-    """Some whole steps.
-
-    Attributes:
-        done: Steps since the start.
-        steps: Steps of this block.
-        time: Its end, s.
-        pressure: Contact pressure there, (m,), Pa.
-        rows: Records that fell due, None: none did.
-        state: Returns the state at the end.
-        since: Steps, parts of halved ones included, since the images of that state were formed anew.
-        modal: As in `Paused`.
-    """
-
-    done: int
-    steps: int
-    time: float
-    pressure: Array
-    rows: Rows | None
-    state: Callable[[], State]
-    since: int = 0
-    modal: tuple[Array, ...] | None = None
-
-    @property
-    def end(self) -> State:
-        """The state at the end."""
-        return self.state()
-
-    @property
-    def paused(self) -> Paused:
-        """The state from which the march continues after the block."""
-        return Paused(self.end, self.done, self.since, self.modal)
+    def ends_block(self, done: int, count: int) -> bool:
+        """Return whether a block has to end after so many steps of so many."""
+        return done == count or done in self.also or (self.stops is not None and done % self.stops == 0)
 
 
 def marched(
@@ -104,7 +80,7 @@ def marched(
         return _compiled(plan, start, accounts, recorder, wanted, comm)
     if plan.law.why_not_compiled is not None:
         LOG.info("marched step by step, not compiled: %s", plan.law.why_not_compiled)
-    return step_blocks_of(march(plan, start), plan.steps, accounts, recorder, wanted, start)
+    return step_blocks_of(march(plan, start), plan.steps, accounts, recorder, wanted, start, _agreement(comm))
 
 
 def step_blocks_of(
@@ -114,8 +90,9 @@ def step_blocks_of(
     recorder: Recorder,
     wanted: Wanted,
     start: State | Paused | None = None,
+    agreed: Callable[[int], int] = int,
 ) -> Iterator[StepBlock]:
-    """Yield each whole step of given ones as a block; errors as in `marched`.
+    """Yield given steps in blocks, of one whole step each where steps are slow or large; errors as in `marched`.
 
     Args:
         steps: The steps.
@@ -124,24 +101,32 @@ def step_blocks_of(
         recorder: Makes the records.
         wanted: What is asked of the blocks.
         start: Where a march was left that the steps continue.
+        agreed: Makes all ranks agree on the number of steps of a block.
 
     Collective.
     """
     done, since = (start.done, start.since) if isinstance(start, Paused) else (0, 0)
-    mark = time.perf_counter()
-    for step in steps:
-        accounts.take(step, time.perf_counter() - mark)
-        since += 1
-        if step.completes:
-            done += 1
-            since = 0 if step.refreshed is not None else since
-            yield _whole(step.refreshed or step.new, done, since, wanted.records(done, count), accounts, recorder)
-        mark = time.perf_counter()
-
-
-def _whole(end: State, done: int, since: int, recorded: bool, accounts: Accounts, recorder: Recorder) -> StepBlock:
-    rows = recorder.row(end, accounts) if recorded else None
-    return StepBlock(done, 1, end.time, end.pressure, rows, lambda: end, since)
+    block, most, begun = OpenBlock(accounts, recorder), 1, time.perf_counter()
+    mark = begun
+    try:
+        for step in steps:
+            accounts.take(step, time.perf_counter() - mark)
+            since += 1
+            if step.completes:
+                done += 1
+                since = 0 if step.refreshed is not None else since
+                recorded, shown = wanted.records(done, count), wanted.shows(done, count)
+                block.add(step.refreshed or step.new, done, since, recorded, shown)
+                if block.steps >= most or wanted.ends_block(done, count):
+                    yield block.closed()
+                    now = time.perf_counter()
+                    most = agreed(block.most_steps((now - begun) / block.steps))
+                    block, begun = OpenBlock(accounts, recorder), now
+            mark = time.perf_counter()
+    except RunError:
+        if block.steps:
+            yield block.closed()
+        raise
 
 
 def _compiled(
@@ -151,13 +136,22 @@ def _compiled(
     from gapbeam.solver.march.compiled.record_instants import instants_of
 
     loop, count = CompiledLoop(plan), plan.steps
-    agreed: Callable[[int], int] = comm.bcast if comm.size > 1 else int
+    agreed, between = _agreement(comm), wanted.snapshots or 0
     every = count if wanted.every is None else wanted.every
-    for block in loop.blocks(start, every, accounts, stops=wanted.stops, agreed=agreed, also=wanted.also):
+    blocks = loop.blocks(
+        start, every, accounts, stops=wanted.stops, agreed=agreed, also=wanted.also, between_snapshots=between
+    )
+    for block in blocks:
         done = block.first + block.steps
         due = len(block.times)
         if due and done == count and not wanted.records(done, count):
             due -= 1
         rows = recorder.rows(instants_of(block, due)) if due else None
         end = partial(getattr, block, "end")
-        yield StepBlock(done, block.steps, block.end_time, block.motion.pressure, rows, end, modal=block.carried)
+        pressure, taken = block.motion.pressure, block.snapshots
+        yield StepBlock(done, block.steps, block.end_time, pressure, rows, taken, end, modal=block.carried)
+
+
+def _agreement(comm: MPI.Comm) -> Callable[[int], int]:
+    """Return what makes all ranks take the number of the first one."""
+    return comm.bcast if comm.size > 1 else int

@@ -19,14 +19,16 @@ from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
+from gapbeam.solver.march.gathered_steps import StepBlock
 from gapbeam.solver.march.python.march import March
-from gapbeam.solver.march.step_blocks import StepBlock, Wanted, marched, step_blocks_of
+from gapbeam.solver.march.step_blocks import Wanted, marched, step_blocks_of
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, kept_steps
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
+from gapbeam.solver.run.output.field_pieces import AT_ONCE
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.point_file import write_points
@@ -37,6 +39,9 @@ from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
+from gapbeam.solver.system.snapshots import Snapshots
+
+LEAST_BLOCKS = 100  # of a run with many fields: an assumption that is broken beyond all sense ends it after a block
 
 
 def steps_between(model: Model) -> dict[str, int]:
@@ -123,10 +128,12 @@ class RunConsumers:
         case, every = self.model.case, steps_between(self.model)
         fields_every = every["fields_interval"]
         if isinstance(self._start, State):
-            self._record(self.recorder.row(self._start, self.accounts), self._start)
+            self._record(self.recorder.row(self._start, self.accounts), Snapshots.of_states([self._start]))
             on_rank_zero(self.comm, self._begin_history)
             self._let_pass()
-        wanted = Wanted(every["history_interval"], fields_every, ends=True, also=kept_steps(self.model))
+        together = plan.steps // (fields_every * LEAST_BLOCKS) if self.rule is None else 1
+        stops = fields_every * min(AT_ONCE, max(1, together))
+        wanted = Wanted(every["history_interval"], stops, True, kept_steps(self.model), fields_every)
         if steps is None:
             blocks_of_steps = marched(plan, self._start, self.accounts, self.recorder, wanted, self.comm)
         else:
@@ -140,8 +147,7 @@ class RunConsumers:
                 for step_block in blocks_of_steps:
                     if self.model.law.keeps_set:
                         self.plastic_set = step_block.end.plastic_set
-                    shown = step_block.done % fields_every == 0 or step_block.done == plan.steps
-                    self._record(step_block.rows, step_block.end if shown else None)
+                    self._record(step_block.rows, step_block.snapshots)
                     closed = self._closed_faces(step_block.pressure)
                     progress.advance(step_block.time, step_block.steps, f"contact: {' and '.join(closed) or 'none'}")
                     self._progress.report(self.accounts, step_block.steps, closed)
@@ -149,7 +155,7 @@ class RunConsumers:
                     if wish == Wish.GIVE_UP:
                         self._give_up()
                     self._let_pass()
-                    ends = shown and self._may_end(step_block, plan.steps)
+                    ends = wanted.shows(step_block.done, plan.steps) and self._may_end(step_block, plan.steps)
                     over = ends or step_block.done == plan.steps
                     if step_block.done in wanted.also or (case.output.keep_checkpoint if over else wish != Wish.NONE):
                         self.accounts.tally.march = before + time.perf_counter() - clock
@@ -216,11 +222,11 @@ class RunConsumers:
         if self._trouble is None:
             self._history.commit()
 
-    def _record(self, rows: Rows | None, shown: State | None) -> None:
+    def _record(self, rows: Rows | None, snapshots: Snapshots | None) -> None:
         """Write records and fields; what goes wrong is kept until all ranks can hear of it. Collective."""
         try:
-            if shown is not None:
-                self.fields.write(shown, self.model)
+            if snapshots is not None:
+                self.fields.write(snapshots, self.model)
             if self._history is not None and rows is not None:
                 self._history.append(rows)
         except NotWritten as trouble:

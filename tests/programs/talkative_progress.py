@@ -1,4 +1,4 @@
-"""Call gapbeam with a line of progress at every look."""
+"""Call gapbeam with a line of progress after every step."""
 
 from __future__ import annotations
 
@@ -6,6 +6,8 @@ import sys
 
 import gapbeam.solver.run.output.progress as progress
 from gapbeam.command_line import main
+from gapbeam.solver.march import gathered_steps
 
 progress.LINE = 0.0
+gathered_steps.MOST_STEPS = 1
 main(sys.argv[1:])

@@ -1,24 +1,36 @@
-"""Runs that are stopped after a number of step blocks, in the process of the test."""
+"""Runs that are stopped after a number of steps or fields, in the process of the test."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
+from gapbeam.solver.march import gathered_steps
+from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
+from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
+from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.run.interruption import Interruption, Wish
 from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.system.semi_discrete import State
 
 
 @contextmanager
 def stopped_after(step_blocks: int, wish: Wish = Wish.TERMINATE) -> Iterator[None]:
-    """End the runs within after so many step blocks, as a signal would."""
-    passed = 0
+    """End the runs within, as a signal would, after so many steps, or fields where the march is compiled."""
+    passed, blocks = 0, CompiledLoop.blocks
+
+    def from_field_to_field(
+        loop: CompiledLoop, start: State | Paused, every: int, *given: Any, between_snapshots: int, **others: Any
+    ) -> Iterator[CompiledBlock]:
+        others |= {"stops": between_snapshots, "between_snapshots": between_snapshots}
+        return blocks(loop, start, every, *given, **others)
 
     def agreed(_self: Interruption, own: Wish = Wish.NONE) -> Wish:
         nonlocal passed
@@ -27,11 +39,13 @@ def stopped_after(step_blocks: int, wish: Wish = Wish.TERMINATE) -> Iterator[Non
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(Interruption, "agreed", agreed)
+        patch.setattr(gathered_steps, "MOST_STEPS", 1)
+        patch.setattr(CompiledLoop, "blocks", from_field_to_field)
         yield
 
 
 def run_in_parts(case: Path, overrides: Sequence[str], folder: Path, stops: Sequence[int]) -> Outcome:
-    """Run a case that is stopped after so many step blocks, continues, and is stopped again."""
+    """Run a case that is stopped after so many steps or fields, continues, and is stopped again."""
     for number, stop in enumerate(stops):
         with stopped_after(stop):
             outcome = gapbeam.run(case, overrides, folder, resume=number > 0)

@@ -32,6 +32,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import MASS, VALUE
+from gapbeam.solver.system.snapshots import Snapshots
 from tests.shared.case_texts import assert_says, faults_of, spoiled, written
 from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks_in_turn, settings
 from tests.shared.models import SOLID, beam_model, face_forces, seat_of, thrown
@@ -264,7 +265,7 @@ def test_fields_show_the_resultant_spread_over_its_patch(tmp_path: Path) -> None
     model = held([0.0125, 0.0375])
     contact, state = model.system.contact, seat_of(model).state
     writer = FieldWriter(tmp_path, model)
-    writer.write(state, model)
+    writer.write(Snapshots.of_states([state]), model)
     writer.close()
     with h5py.File(tmp_path / "fields.h5") as file:
         points, pressure = file["points"][:], file["contact_pressure/0"][:]

@@ -20,6 +20,7 @@ from gapbeam.solver.record_table import FIELDS, FIELDS_FILE, STRESS_FIELDS
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.system.semi_discrete import VALUE, State
+from gapbeam.solver.system.snapshots import Snapshots
 from tests.verification.test_stress_at_probes import LENGTH, MODELS, PLACE, THICKNESS, WEIGHT, model_of
 
 ASKED = {"output": {"stress": True}}
@@ -28,7 +29,7 @@ ASKED = {"output": {"stress": True}}
 def written(model: Model, state: State, folder: Path) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the corners and both stresses of a state, as they are read from the files."""
     writer = FieldWriter(folder, model)
-    writer.write(state, model)
+    writer.write(Snapshots.of_states([state]), model)
     writer.close()
     with Fields(folder / FIELDS_FILE) as fields:
         stress = fields.frame(0).stress

@@ -6,7 +6,6 @@ import logging
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 
 import numpy as np
 
@@ -15,9 +14,10 @@ from gapbeam.solver.contact.laws.point_law import LawTable
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged, RunError
 from gapbeam.solver.jit import compile_in_another_process, is_kept, is_pending
-from gapbeam.solver.march.compiled.carried_state import STATE, Carried, carried, taken_up
+from gapbeam.solver.march.compiled.carried_state import carried, taken_up
+from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
+from gapbeam.solver.march.compiled.kernel_tables import KernelState
 from gapbeam.solver.march.compiled.ledger_exchange import enter_arrays, ledger_arrays_of, limits_of, measure_in_modes
 from gapbeam.solver.march.compiled.march_kernel import DONE, FAILED, NOT_FINITE, march_around, march_steps, record_now
 from gapbeam.solver.march.compiled.plan_arrays import (
@@ -30,6 +30,7 @@ from gapbeam.solver.march.compiled.plan_arrays import (
     state_of,
     wall_rows,
 )
+from gapbeam.solver.march.compiled.snapshot_kernel import is_due, take_snapshot
 from gapbeam.solver.march.compiled.turning_tangent import monodromy_along
 from gapbeam.solver.march.paused_march import Paused
 from gapbeam.solver.march.python.march import March, begun, whole_step
@@ -42,46 +43,6 @@ COMPILES = "the time loop is compiled, which takes about half a minute, once"
 CADENCE = 0.2  # s of wall time between blocks
 FIRST_STEPS = 64  # of the first block, before it is known what a step costs
 MOST_RECORDS = 2048  # of a block
-
-
-@dataclass(frozen=True)
-class CompiledBlock:
-    """Some steps and what was recorded of them.
-
-    Attributes:
-        loop: The loop that marched them.
-        first: Number of the first step since the start of the march.
-        steps: Number of steps.
-        records: What was recorded, one row a record.
-        times: Times of the records, (records,), s.
-        motion: The state at the end, in modal coordinates.
-        end_time: Its time, s.
-        carried: What the loop carries on from there.
-    """
-
-    loop: CompiledLoop
-    first: int
-    steps: int
-    records: Records
-    times: Array
-    motion: KernelState
-    end_time: float
-    carried: Carried
-
-    @cached_property
-    def end(self) -> State:
-        """The state at the end, from which any march can go on."""
-        return state_of(self.loop.plan, self.loop.modal, self.motion, self.end_time)
-
-    @cached_property
-    def u(self) -> Array:
-        """DOFs of the dense system at the records, (records, n)."""
-        return self.loop.modal.dofs(self.records.q)
-
-    @cached_property
-    def v(self) -> Array:
-        """Their velocities, (records, n)."""
-        return self.loop.modal.dofs(self.records.v)
 
 
 @dataclass(frozen=True)
@@ -163,6 +124,7 @@ class CompiledLoop:
         stops: int | None = None,
         agreed: Callable[[int], int] = int,
         also: frozenset[int] = frozenset(),
+        between_snapshots: int = 0,
     ) -> Iterator[CompiledBlock]:
         """March, and yield block after block, each about `CADENCE` seconds of wall time at most.
 
@@ -176,6 +138,7 @@ class CompiledLoop:
             stops: Steps after whose multiples, counted from the start, a block ends; None: it does not matter.
             agreed: Makes all ranks agree on the number of steps of a block.
             also: Further steps, counted from the start, after which a block ends.
+            between_snapshots: Steps between snapshots, counted from the start; the last step has one as well. 0: none.
 
         Raises:
             NotConverged: A step did not converge at the smallest size. What came before it was yielded.
@@ -196,9 +159,11 @@ class CompiledLoop:
             ends = [count, *(step for step in also if step > done)]
             if stops is not None:
                 ends.append(done + stops - done % stops)
-            wanted = agreed(min(size, min(ends) - done, MOST_RECORDS * every))
+            rows = MOST_RECORDS * min(every, between_snapshots or every)
+            wanted = agreed(min(size, min(ends) - done, rows))
             started = time.perf_counter()
-            ledgers, records = ledger_arrays_of(accounts), room_for_records(self.modal, accounts, wanted, every)
+            ledgers = ledger_arrays_of(accounts)
+            records = room_for_records(self.modal, accounts, wanted, every, between_snapshots)
             status, taken, recorded = self._march_steps(
                 self._table, self._scheme, law, motion, self._room, ledgers, limits_of(accounts), records,
                 factor_rows(plan, origin + done, wanted), wall_rows(plan, origin + done, wanted),
@@ -221,6 +186,8 @@ class CompiledLoop:
                     if done % every == 0 or done == count:
                         record_now(self._table, motion, ledger_arrays_of(accounts), records, recorded, done)
                         accounts.peaks.iterations, recorded = 0, recorded + 1
+                    if is_due(records.snapshots, done, count):
+                        take_snapshot(records.snapshots, done, motion)
             elif status != DONE:
                 try:
                     accounts.gates.let_pass((origin + done) * plan.dt, status != NOT_FINITE, accounts.ledger)
@@ -228,7 +195,8 @@ class CompiledLoop:
                     failure = error
             elif taken == wanted:
                 size = max(1, min(4 * size, round(wanted * CADENCE / max(seconds, 1.0e-9))))
-            yield self._block(first, done - first, records, recorded, motion, origin)
+            left = carried(motion, self._room.solution.factor)
+            yield CompiledBlock(plan, self.modal, origin, first, done - first, records.first(recorded), left)
             if failure is not None:
                 raise failure
 
@@ -309,12 +277,3 @@ class CompiledLoop:
             accounts.take(step)
             state = step.new
         return state
-
-    def _block(
-        self, first: int, steps: int, records: Records, recorded: int, motion: KernelState, origin: int
-    ) -> CompiledBlock:
-        kept = records.first(recorded)
-        left = carried(motion, self._room.solution.factor)
-        copied = KernelState._make(left[:STATE])
-        times: Array = np.asarray((origin + kept.steps) * self.plan.dt, dtype=float)
-        return CompiledBlock(self, first, steps, kept, times, copied, (origin + first + steps) * self.plan.dt, left)

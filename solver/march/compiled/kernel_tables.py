@@ -168,6 +168,26 @@ class SlidingArrays(NamedTuple):
         return self._replace(**rows)
 
 
+class SnapshotRoom(NamedTuple):
+    """Room for snapshots, one row each.
+
+    Attributes:
+        every: Steps between them, counted from the start of the march, (1,); 0: none.
+        filled: Rows that are filled, changed in place, (1,).
+        steps: Steps since the start of the march, (rows,).
+        q: Modal coordinates, (rows, n).
+        v: Their rates, (rows, n).
+        pressure: Contact pressure, (rows, m), Pa.
+    """
+
+    every: Indices
+    filled: Indices
+    steps: Indices
+    q: Array
+    v: Array
+    pressure: Array
+
+
 class Records(NamedTuple):
     """Records, one row each; `energies` and `over_time` as in `LedgerArrays`, `iterations` since the last row.
 
@@ -196,8 +216,10 @@ class Records(NamedTuple):
     load_work: Array
     residual: Array
     iterations: Indices
+    snapshots: SnapshotRoom
     sliding: SlidingArrays
 
     def first(self, count: int) -> Records:
-        """Return the first records."""
-        return Records._make([*(column[:count] for column in self[:-1]), self.sliding.first(count)])
+        """Return the first records, and all snapshots."""
+        columns = [column[:count] for column in self[:-2]]
+        return Records._make([*columns, self.snapshots, self.sliding.first(count)])

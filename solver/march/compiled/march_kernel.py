@@ -18,13 +18,21 @@ from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, compiled_apart, entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product
-from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
+from gapbeam.solver.march.compiled.kernel_tables import (
+    KernelState,
+    Modal,
+    Records,
+    Room,
+    Scheme,
+    WallRows,
+)
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
 from gapbeam.solver.march.compiled.near_points import raise_closest
 from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play
 from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
 from gapbeam.solver.march.compiled.sliding_kernel import enter_sliding, record_sliding
+from gapbeam.solver.march.compiled.snapshot_kernel import is_due, take_snapshot
 from gapbeam.solver.march.compiled.turning_points import point_outward, record_turning, stay_holes
 from gapbeam.solver.march.compiled.wall_kernels import move_walls, wall_work
 from gapbeam.solver.system.operators import Array
@@ -117,6 +125,9 @@ def _march_steps(
             complete_points(modal, modal.around, law, motion, room)
             record(modal, motion, ledgers, records, recorded, number)
             recorded += 1
+        if is_due(records.snapshots, number, last):
+            complete_points(modal, modal.around, law, motion, room)
+            take_snapshot(records.snapshots, number, motion)
     complete_points(modal, modal.around, law, motion, room)
     return DONE, len(factors), recorded
 

@@ -19,6 +19,7 @@ from gapbeam.solver.march.compiled.kernel_tables import (
     Room,
     Scheme,
     SlidingArrays,
+    SnapshotRoom,
     WallRows,
 )
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
@@ -129,10 +130,13 @@ def room_for(table: Modal) -> Room:
     return Room._make([*vectors, room_for_solution(m)])
 
 
-def room_for_records(modal: ModalSystem, accounts: Accounts, steps: int, every: int) -> Records:
-    """Return room for the records of some steps, for impacts that may end in them, and the work of sliding so far.
+def room_for_records(
+    modal: ModalSystem, accounts: Accounts, steps: int, every: int, between_snapshots: int = 0
+) -> Records:
+    """Return room for records and snapshots of some steps, for impacts that may end in them, and the work of sliding.
 
-    One impact in two steps may end at each face. The work of sliding is that of the accounts, which goes on in place.
+    One impact in two steps may end at each face. The work of sliding so far is that of the accounts, which goes on in
+    place.
     """
     contact, reactions = modal.system.contact, modal.system.reactions
     rows, n, faces = steps // every + 2, len(modal.squares), int(contact.faces.max()) + 1
@@ -157,8 +161,16 @@ def room_for_records(modal: ModalSystem, accounts: Accounts, steps: int, every: 
         load_work=np.zeros((rows, len(modal.loads))),
         residual=np.zeros(rows),
         iterations=np.zeros(rows, dtype=np.int64),
+        snapshots=_room_for_snapshots(n, contact.size, steps, between_snapshots),
         sliding=_sliding(modal, accounts, rows),
     )
+
+
+def _room_for_snapshots(size: int, points: int, steps: int, every: int) -> SnapshotRoom:
+    rows = steps // every + 2 if every else 0
+    whole = np.zeros(rows, dtype=np.int64)
+    places = (np.zeros((rows, columns)) for columns in (size, size, points))
+    return SnapshotRoom(np.array([every]), np.zeros(1, dtype=np.int64), whole, *places)
 
 
 def _turning_levers(modal: ModalSystem) -> Array:

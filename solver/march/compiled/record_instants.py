@@ -6,7 +6,7 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.diagnostics.output_instants import Instants
-from gapbeam.solver.march.compiled.compiled_march import CompiledBlock
+from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
 from gapbeam.solver.march.compiled.ledger_kernel import APPROACH, CLOSINGS, CONTACT_TIME, IMPULSE, SQUARE
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.ordered_products import row_product
@@ -14,7 +14,7 @@ from gapbeam.solver.system.ordered_products import row_product
 
 def instants_of(block: CompiledBlock, count: int) -> Instants:
     """Return the first `count` records of a block."""
-    kept, modal = block.records, block.loop.modal
+    kept, modal = block.records, block.modal
     energies = kept.energies[:count]
 
     def energy(name: str) -> Array:

@@ -7,9 +7,11 @@ from typing import Any
 
 import numpy as np
 from dolfinx import fem
+from scipy.sparse import issparse
 
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.solver.system.ordered_products import row_product
 
 
 @dataclass(frozen=True)
@@ -22,7 +24,7 @@ class CornerValues:
     Attributes:
         rows: DOFs of the mesh at the corners, among those that this rank owns, (n d,).
         components: d, of the displacement.
-        expansion: These rows of the expansion of the model, (n d, k); None: the mesh is marched.
+        expansion: These rows of the expansion of the model, transposed, (k, n d); None: the mesh is marched.
     """
 
     rows: Indices
@@ -46,12 +48,22 @@ class CornerValues:
         rows = np.rint(coarse.x.array[: owned * block]).astype(np.int64)
         assert np.all(rows < model.space.dofmap.index_map.size_local * block), "a rank owns a corner, not its node"
         expansion = model.body.expansion
-        return cls(rows, block, None if expansion is None else expansion[rows])
+        if expansion is None:
+            return cls(rows, block, None)
+        taken = expansion[rows].T
+        return cls(rows, block, taken if issparse(taken) else np.ascontiguousarray(taken))
 
     def vectors(self, marched: Array) -> Array:
-        """Return vectors in space, (n, 3), from the DOFs that are marched, of which those of the beam come first."""
+        """Return vectors in space, (times, n, 3).
+
+        Args:
+            marched: DOFs that are marched, of which those of the beam come first, (times, DOFs).
+        """
         if self.expansion is None:
-            values = marched[self.rows]
+            values = marched[:, self.rows]
+        elif issparse(self.expansion):
+            values = np.stack([one[: self.expansion.shape[0]] @ self.expansion for one in marched])
         else:
-            values = np.asarray(self.expansion @ marched[: self.expansion.shape[1]])
-        return np.pad(values.reshape(-1, self.components), ((0, 0), (0, 3 - self.components)))
+            values = row_product(marched[:, : len(self.expansion)], self.expansion)
+        shaped = values.reshape(len(marched), -1, self.components)
+        return np.pad(shaped, ((0, 0), (0, 0), (0, 3 - self.components))) if self.components < 3 else shaped

@@ -1,14 +1,13 @@
 """fields.xdmf and fields.h5: displacement, velocity, contact pressure and perhaps stress on the linear mesh.
 
-One temporal collection that ParaView and meshio read. While a run goes on, every field is a small file of its own in
-the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place: whatever happens to
-the run, the series can be read. At the end all fields are gathered in fields.h5.
+One temporal collection that ParaView and meshio read. While a run goes on, one or a few fields at a time are a file of
+their own in the folder `fields`, put in place when it is whole, and then named by the XML, which grows in place:
+whatever happens to the run, the series can be read. At the end all fields are gathered in fields.h5.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from contextlib import suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -22,18 +21,27 @@ from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.assembly.face_quadrature import FacePoints, at_nodes, face_points, gather_points
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import FIELD_FOLDER, FIELDS, FIELDS_DATA_FILE, FIELDS_FILE, STRESS_FIELDS
+from gapbeam.solver.record_table import (
+    FIELD_FOLDER,
+    FIELDS,
+    FIELDS_DATA_FILE,
+    FIELDS_FILE,
+    STRESS_FIELDS,
+    VECTOR_FIELDS,
+)
 from gapbeam.solver.run.output import parallel_tables
-from gapbeam.solver.run.output.atomic_files import new_hdf5, own_folder, part_of, put_in_place, to_disk, written
+from gapbeam.solver.run.output.atomic_files import new_hdf5, part_of, put_in_place, to_disk, written
 from gapbeam.solver.run.output.corner_values import CornerValues
-from gapbeam.solver.run.output.field_grid import FieldGrid, around
+from gapbeam.solver.run.output.field_grid import FieldGrid, around, dataset
+from gapbeam.solver.run.output.field_pieces import AT_ONCE, FieldPieces
 from gapbeam.solver.run.output.growing_xdmf import GrowingSeries
 from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, RankRows
-from gapbeam.solver.run.output.repeated_hdf5 import RepeatedFile
 from gapbeam.solver.run.output.stress_fields import StressFields
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import VALUE, State
+from gapbeam.solver.system.snapshots import Snapshots
+
+MOST_BYTES = 2**25  # of a file with several fields
 
 
 class FieldWriter:
@@ -85,50 +93,63 @@ class FieldWriter:
         self._going_on = times is not None  # and nothing has been written yet
         self._series = GrowingSeries(folder / FIELDS_FILE)
         self._grids: list[str]  # XML of each field written
-        self._form: RepeatedFile | None = None  # of one field; on rank 0
+        self._pieces = FieldPieces(folder, self._grid_text)  # on rank 0
+        of_one = sum(np.prod(self._grid_text.shape(name)) * 8 for name in names)  # bytes
+        self._several = AT_ONCE * of_one <= MOST_BYTES  # whether a file may have several fields
         if times is None:
             parallel_tables.on_rank_zero_with(self._comm, mesh_tables, partial(self._begin, mesh_tables))
         else:
             on_rank_zero(self._comm, self._go_on)
             self._rows = self._found_rows(points)
 
-    def write(self, state: State, model: Model) -> None:
-        """Add the fields of a state.
+    def write(self, snapshots: Snapshots, model: Model) -> None:
+        """Add the fields of snapshots.
 
         Raises:
             NotWritten: They could not be written; what is there is as it was.
 
         Collective.
         """
+        first, count = 0, len(snapshots.times)
+        while first < count:
+            taken = min(AT_ONCE, count - first) if self._several else 1
+            some = Snapshots._make(column[first : first + taken] for column in snapshots)
+            values = self._values(some, model)
+            tables = {
+                dataset(name, at): ParallelTable(self._rows, values[name][at])
+                for name in self._grid_text.names
+                for at in range(taken)
+            }
+            times = [float(time) for time in some.times]
+            parallel_tables.on_rank_zero_with(self._comm, tables, partial(self._write, times))
+            first += taken
+
+    def _values(self, snapshots: Snapshots, model: Model) -> dict[str, Array]:
+        """Return the values at the corners that this rank owns, by quantity, (times, n) or (times, n, 3)."""
         contact = model.system.contact
-        forces = self._hat_forces @ contact.spread(contact.weights * state.pressure)
-        pressures = np.zeros(len(self._rows.places))
-        here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + len(pressures))
-        pressures[self._contact_nodes[here] - self._first] = (forces / self._hat_areas)[here]
-        u, v = state.u[VALUE], state.v[VALUE]
-        values = {"displacement": self._corners.vectors(u), "velocity": self._corners.vectors(v)}
+        pressures = np.zeros((len(snapshots.times), len(self._rows.places)))
+        here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + pressures.shape[1])
+        forces = np.stack([contact.spread(contact.weights * pressure) for pressure in snapshots.pressure])
+        nodal = ((self._hat_forces @ forces.T).T / self._hat_areas)[:, here]
+        pressures[:, self._contact_nodes[here] - self._first] = nodal
+        values = {name: self._corners.vectors(x) for name, x in zip(VECTOR_FIELDS, snapshots[1:3], strict=True)}
         values["contact_pressure"] = pressures
         if self._stress is not None:
-            values |= self._stress.at_corners(model.expand(u))
-        tables = {name: ParallelTable(self._rows, values[name]) for name in self._grid_text.names}
-        parallel_tables.on_rank_zero_with(self._comm, tables, partial(self._write, float(state.time), tables))
+            stresses = [self._stress.at_corners(model.expand(u)) for u in snapshots.u]
+            values |= {name: np.stack([of[name] for of in stresses]) for name in STRESS_FIELDS}
+        return values
 
-    def _write(self, time: float, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:
-        piece = self._piece(len(self.times))
-        part = piece.with_suffix(".part")
-        with written(piece):
-            own_folder(piece.parent)
+    def _write(self, times: Sequence[float], pieces: Pieces) -> None:
+        first = len(self.times)
+        with written(self._pieces.path(first)):
             self._cut()
-            if self._form is None:
-                self._form = RepeatedFile({name: table.shape for name, table in tables.items()})
-            self._form.write(part, pieces)
-            part.replace(piece)
-            self.times.append(time)
-            self._grids.append(self._grid(len(self.times) - 1))
-            if len(self.times) == 1:
+            self._pieces.write(first, len(times), pieces)
+            self.times += times
+            self._grids += [self._grid(number) for number in range(first, len(self.times))]
+            if first == 0:
                 self._series.write(self._grids)
             else:
-                self._series.add(self._grids)
+                self._series.add(self._grids, len(times))
 
     def commit(self) -> None:
         """Wait until every field so far is on the disk; rank 0 only.
@@ -137,8 +158,7 @@ class FieldWriter:
             NotWritten: It could not be.
         """
         with written(self._folder / FIELD_FOLDER):
-            for number in range(max(self._safe, self._gathered), len(self.times)):
-                to_disk(self._piece(number))
+            self._pieces.to_disk(max(self._safe, self._gathered))
             if self._safe < len(self.times):
                 to_disk(self._folder / FIELDS_FILE)
         self._safe = len(self.times)
@@ -152,7 +172,7 @@ class FieldWriter:
         if self._comm.rank != 0 or self._gathered == len(self.times):
             return
         target = self._folder / FIELDS_DATA_FILE
-        part, pieces = part_of(target), range(self._gathered, len(self.times))
+        part = part_of(target)
         with written(target):
             self._cut()
             with new_hdf5(part) as whole:
@@ -161,10 +181,7 @@ class FieldWriter:
             self._gathered = len(self.times)
             self._grids = [self._grid(number) for number in range(len(self.times))]
             self._series.finish(self._grids)
-        with suppress(OSError):
-            for number in pieces:
-                self._piece(number).unlink()
-            (self._folder / FIELD_FOLDER).rmdir()
+        self._pieces.remove()
 
     def _begin(self, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:
         """Make fields.h5 with the mesh alone."""
@@ -187,11 +204,7 @@ class FieldWriter:
                     self._gathered += 1
         except (OSError, RuntimeError, KeyError, ValueError) as error:
             raise UserError(f"{source} cannot be read ({error}); start again with `overwrite=True`") from error
-        missing = [piece for piece in map(self._piece, range(self._gathered, count)) if not piece.is_file()]
-        if missing:
-            raise UserError(f"{missing[0]} is missing, a field before the checkpoint; start anew with `overwrite=True`")
-        for piece in map(self._piece, range(self._gathered, count)):
-            self._check_piece(piece)
+        self._pieces.find(self._gathered, count)
         self._grids = [self._grid(number) for number in range(count)]
 
     def _found_rows(self, points: Array) -> RankRows:
@@ -208,24 +221,13 @@ class FieldWriter:
         except (OSError, RuntimeError, KeyError, ValueError) as error:
             raise UserError(f"{source} cannot be read ({error}); start again with `overwrite=True`") from error
 
-    def _check_piece(self, path: Path) -> None:
-        """Refuse a field that is not one of this mesh."""
-        shapes = {name: self._grid_text.shape(name) for name in self._grid_text.names}
-        try:
-            with h5py.File(path, "r") as file:
-                refuse_other_data(file, shapes)
-        except (OSError, RuntimeError, KeyError, ValueError) as error:
-            raise UserError(f"{path} cannot be read ({error}); start again with `overwrite=True`") from error
-
     def _cut(self) -> None:
         """Take out of the series what a march left that had come further than where this one goes on."""
         if not self._going_on:
             return
         self._going_on = False
         self._series.write(self._grids)
-        for piece in (self._folder / FIELD_FOLDER).glob("*.h5"):
-            if piece.stem.isdecimal() and int(piece.stem) >= len(self.times):
-                piece.unlink()
+        self._pieces.cut(len(self.times))
 
     def _gather_in(self, whole: h5py.File) -> None:
         """Copy mesh and fields to one file."""
@@ -236,13 +238,7 @@ class FieldWriter:
                 group = whole.create_group(name)
                 for number in range(self._gathered):
                     before.copy(f"{name}/{number}", group, str(number))
-        for number in range(self._gathered, len(self.times)):
-            with h5py.File(self._piece(number), "r") as piece:
-                for name in self._grid_text.names:
-                    piece.copy(name, whole[name], str(number))
-
-    def _piece(self, number: int) -> Path:
-        return self._folder / FIELD_FOLDER / f"{number:06d}.h5"
+        self._pieces.copy_into(whole, len(self.times))
 
     def _contact_rows(self, model: Model) -> None:
         """Tabulate hat functions at the contact points: nodal pressure = int N p / int N, never negative."""
@@ -270,9 +266,8 @@ class FieldWriter:
 
     def _grid(self, number: int) -> str:
         """Return the XML of one field."""
-        gathered = number < self._gathered
-        file = FIELDS_DATA_FILE if gathered else self._piece(number).relative_to(self._folder).as_posix()
-        return self._grid_text.text(number, self.times[number], file, gathered)
+        file, place = (FIELDS_DATA_FILE, number) if number < self._gathered else self._pieces.place(number)
+        return self._grid_text.text(number, self.times[number], file, place)
 
 
 def _fill(file: h5py.File, tables: Mapping[str, ParallelTable], pieces: Pieces) -> None:

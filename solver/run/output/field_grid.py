@@ -21,6 +21,11 @@ MESHIO_CELLS = {"triangle": "triangle", "quadrilateral": "quad", "tetrahedron": 
 AROUND = {"quadrilateral": [0, 1, 3, 2], "hexahedron": [0, 1, 3, 2, 4, 5, 7, 6]}
 
 
+def dataset(name: str, place: int | str) -> str:
+    """Return the name of the values of a quantity in a data file, by their number in it."""
+    return f"{name}/{place}"
+
+
 def around(cell: str, corners: Array) -> Array:
     """Return the corners of cells of DOLFINx, (cells, c), in the order of XDMF."""
     return corners[:, AROUND.get(cell, list(range(corners.shape[1])))]
@@ -46,28 +51,20 @@ class FieldGrid:
         """Return the shape of the values of a quantity."""
         return self.points if name in VECTOR_FIELDS else self.points[:1]
 
-    def text(self, number: int, time: float, file: str, gathered: bool) -> str:
+    def text(self, number: int, time: float, file: str, place: int) -> str:
         """Return the XML of one field.
 
         Args:
             number: Of the field.
             time: s.
             file: Its data file, relative to the results folder.
-            gathered: Whether that holds all fields, or this one alone.
+            place: Its number in that file.
         """
-        template = self._of_all if gathered else self._alone
-        return template.format(number=number, time=repr(time), file=file)
+        return self._template.format(number=number, time=repr(time), file=file, place=place)
 
     @cached_property
-    def _of_all(self) -> str:
-        return self._template("{file}:/{name}/{number}")
-
-    @cached_property
-    def _alone(self) -> str:
-        return self._template("{file}:/{name}")
-
-    def _template(self, place: str) -> str:
-        """Return the XML with braces for number, time and file."""
+    def _template(self) -> str:
+        """The XML with braces for number, time, file and place."""
         grid = ET.Element("Grid", Name="step {number}", GridType="Uniform")
         ET.SubElement(grid, "Time", Value="{time}")
         topology = ET.SubElement(
@@ -79,7 +76,7 @@ class FieldGrid:
         for name in self.names:
             kind = "Vector" if name in VECTOR_FIELDS else "Scalar"
             attribute = ET.SubElement(grid, "Attribute", Name=name, AttributeType=kind, Center="Node")
-            _item(attribute, place.replace("{name}", name), self.shape(name), "Float")
+            _item(attribute, dataset("{file}:/" + name, "{place}"), self.shape(name), "Float")
         return ET.tostring(grid, encoding="unicode")
 
 

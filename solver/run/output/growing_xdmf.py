@@ -52,13 +52,17 @@ class GrowingSeries:
         write_beside(self._path, body + room + END)
         self._end = len(body.encode()) + len(room)
 
-    def add(self, grids: Sequence[str]) -> None:
-        """Add the last one of all grids.
+    def add(self, grids: Sequence[str], count: int = 1) -> None:
+        """Add the last ones of all grids.
+
+        Args:
+            grids: All.
+            count: How many of them are new.
 
         Raises:
             OSError: It could not be written; the document is as it was.
         """
-        begin, grid = self._switch + len(SWITCH), grids[-1].encode()
+        begin, grid = self._switch + len(SWITCH), "".join(grids[-count:]).encode()
         switch = _within_a_sector(begin + len(grid))
         if switch + len(SWITCH) > self._end:
             self.write(grids)

@@ -10,7 +10,7 @@ from mpi4py import MPI
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.modes.contact_modes import HeldModes
 from gapbeam.solver.run.output.field_files import FieldWriter
-from gapbeam.solver.system.semi_discrete import State
+from gapbeam.solver.system.snapshots import Snapshots
 
 LARGEST = 0.05  # displacement of a node, of the length of the beam
 
@@ -33,8 +33,7 @@ def write_mode_fields(folder: Path, model: Model, modes: HeldModes) -> None:
             moved = np.abs(np.concatenate([model.expand(shape), bodies]))
             largest = comm.allreduce(float(np.max(moved, initial=0.0)), op=MPI.MAX)
             scaled = shape * (LARGEST * model.case.beam.length / largest)
-            u = np.stack([scaled, np.zeros_like(scaled), np.zeros_like(scaled)])
-            closed = np.zeros(contact.size)
-            writer.write(State(float(frequency), u, np.zeros_like(u), closed, closed), model)
+            still, none = np.zeros((1, len(scaled))), np.zeros((1, contact.size))
+            writer.write(Snapshots(np.array([frequency]), scaled[None], still, none), model)
     finally:
         writer.close()

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, TypeVar
 
 import numpy as np
@@ -37,6 +38,11 @@ class RankRows:
     places: Indices
     count: int
     reach: tuple[tuple[int, int], ...]
+
+    @cached_property
+    def all_here(self) -> bool:
+        """Whether this rank has all rows, in their order."""
+        return np.array_equal(self.places, np.arange(self.count))
 
     @property
     def in_order(self) -> bool:
@@ -106,6 +112,9 @@ def on_rank_zero_with(comm: MPI.Comm, tables: Mapping[str, ParallelTable], work:
         for layer in range(layers):
             for begin in range(0, table.rows.count, PIECE):
                 end = min(begin + PIECE, table.rows.count)
+                if table.rows.all_here:
+                    yield (table.values[layer] if table.layered else table.values)[begin:end]
+                    continue
                 whole = np.empty((end - begin, *table.shape[1 + table.layered :]), dtype=table.values.dtype)
                 for rank, (first, last) in enumerate(table.rows.reach):
                     if first >= end or last <= begin:

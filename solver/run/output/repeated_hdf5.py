@@ -6,7 +6,6 @@ made in memory, the places of the numbers in it are asked for, and every file is
 
 from __future__ import annotations
 
-import io
 import os
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
@@ -23,17 +22,16 @@ class RepeatedFile:
     """A file that is written again and again with other numbers.
 
     Args:
-        shapes: Shape of each dataset of double precision, by name.
+        shapes: Shape of each dataset of double precision, by name; groups stand before their names, with a slash.
     """
 
     def __init__(self, shapes: Mapping[str, tuple[int, ...]]) -> None:
-        whole = io.BytesIO()
-        with h5py.File(whole, "w") as file:
+        with h5py.File("in memory", "w", driver="core", backing_store=False) as file:
             for name, shape in shapes.items():
                 file.create_dataset(name, data=np.zeros(shape), track_times=False)
-        with h5py.File(whole, "r") as file:
+            file.flush()
             places = {name: file[name].id.get_offset() for name in shapes}
-        self._bytes = bytearray(whole.getbuffer())
+            self._bytes = bytearray(file.id.get_file_image())
         self._numbers: dict[str, NDArray[np.float64]] = {
             name: np.frombuffer(self._bytes, count=int(np.prod(shape)), offset=places[name] or 0).reshape(shape)
             for name, shape in shapes.items()

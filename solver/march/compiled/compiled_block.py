@@ -1,0 +1,80 @@
+"""What a compiled loop gives back of some steps."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from gapbeam.solver.march.compiled.carried_state import STATE, Carried
+from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
+from gapbeam.solver.march.compiled.plan_arrays import state_of
+from gapbeam.solver.march.python.march import March
+from gapbeam.solver.system.modal_coordinates import ModalSystem
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import State
+from gapbeam.solver.system.snapshots import Snapshots
+
+
+@dataclass(frozen=True)
+class CompiledBlock:
+    """Some steps and what was recorded of them.
+
+    Attributes:
+        plan: The march.
+        modal: Its system in modal coordinates.
+        origin: Time at its start, in steps.
+        first: Number of the first step since the start of the march.
+        steps: Number of steps.
+        records: What was recorded, one row a record.
+        carried: What the loop carries on from there.
+    """
+
+    plan: March
+    modal: ModalSystem
+    origin: int
+    first: int
+    steps: int
+    records: Records
+    carried: Carried
+
+    @property
+    def motion(self) -> KernelState:
+        """The state at the end, in modal coordinates."""
+        return KernelState._make(self.carried[:STATE])
+
+    @property
+    def end_time(self) -> float:
+        """Its time, s."""
+        return (self.origin + self.first + self.steps) * self.plan.dt
+
+    @property
+    def times(self) -> Array:
+        """Times of the records, (records,), s."""
+        return np.asarray((self.origin + self.records.steps) * self.plan.dt, dtype=float)
+
+    @cached_property
+    def end(self) -> State:
+        """The state at the end, from which any march can go on."""
+        return state_of(self.plan, self.modal, self.motion, self.end_time)
+
+    @cached_property
+    def u(self) -> Array:
+        """DOFs of the dense system at the records, (records, n)."""
+        return self.modal.dofs(self.records.q)
+
+    @cached_property
+    def v(self) -> Array:
+        """Their velocities, (records, n)."""
+        return self.modal.dofs(self.records.v)
+
+    @cached_property
+    def snapshots(self) -> Snapshots | None:
+        """Those that fell due; None: none did."""
+        room = self.records.snapshots
+        count = int(room.filled[0])
+        if not count:
+            return None
+        times = np.asarray((self.origin + room.steps[:count]) * self.plan.dt, dtype=float)
+        return Snapshots(times, self.modal.dofs(room.q[:count]), self.modal.dofs(room.v[:count]), room.pressure[:count])

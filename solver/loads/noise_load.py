@@ -48,7 +48,7 @@ class NoiseLoad(UnrepeatedLoad):
     def time_function(self) -> TimeFunction:
         """Return the noise."""
         signal = self.signal
-        return TimeFunction(signal.value, signal.mean)
+        return TimeFunction(signal.value, signal.mean, signal=signal)
 
     @property
     def frequency_of_interest(self) -> tuple[float, str]:

@@ -19,12 +19,14 @@ Source: Oppenheim and Schafer, Discrete-Time Signal Processing (2010), chapters 
 
 from __future__ import annotations
 
+from collections.abc import Hashable, Sequence
 from dataclasses import dataclass
-from functools import lru_cache
+from functools import cached_property, lru_cache
 from math import ceil, log2
 from typing import TypeVar
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from gapbeam.solver.loads.counted_noise import noise_key, normal_block
 from gapbeam.solver.loads.ramp import ramped
@@ -32,7 +34,7 @@ from gapbeam.solver.loads.shared_noise import SharedNoise
 from gapbeam.solver.loads.spectra.grid_smoothing import smoothed
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
 from gapbeam.solver.loads.time_function import piecewise_mean
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices
 
 Times = TypeVar("Times", float, Array)
 OVERSAMPLING = 8.0  # samples in a period of the highest frequency
@@ -40,6 +42,7 @@ IN_BAND, BELOW_LOWEST, IN_GAP = 256.0, 16.0, 4.0
 """Intervals of the grid in the band, below its lowest frequency, and between two rows of a spectrum."""
 LEAST_LENGTH, MOST_LENGTH = 2**10, 2**20  # of a filter
 SUPPORT = 4  # samples that a cubic B-spline reaches
+FEW = 16  # times at which dense sums cost less than sparse products
 BLOCKS_KEPT = 3  # of each signal
 SIGNALS_KEPT = 128  # such as the patterns of a load along the beam
 
@@ -85,20 +88,27 @@ class RandomSignal:
         knots = np.append(np.arange(first, last + 1.0) / self.rate, self.ramp)
         return piecewise_mean(self.value, knots, starts, ends)
 
+    @cached_property
+    def kind(self) -> Hashable:
+        """Signals of one kind have their samples at the same times: their values are computed together."""
+        return type(self), self.rate, filter_length(self.spectrum), self.ramp
+
+    def rows(self, signals: Sequence[RandomSignal], times: Array) -> Array:
+        """Return s of signals of this kind at many times, (times, signals): the sums of splines of all of them at once.
+
+        Places and weights of the splines are the same for all signals, and most of the work of a single one.
+        """
+        if len(times) == 0:
+            return np.zeros((0, len(signals)))
+        return np.asarray(ramped(times[:, None], self.ramp, (_stationary_rows(signals, times),)))
+
     def _stationary(self, times: Array) -> Array:
         """Return s without its ramp, (times,)."""
-        key, length = noise_key(self.seed, self.name), filter_length(self.spectrum)
-        places = times * self.rate
-        samples = np.floor(places)
-        u = places - samples
-        numbers = samples.astype(np.int64)
-        blocks = numbers // length
-        values = np.empty(len(times))
-        for block in np.unique(blocks):
-            here = blocks == block
-            window = _blocks_of(self.spectrum, key, self.shared).with_following(int(block))
-            values[here] = _spline(window, numbers[here] - block * length, u[here])
-        return values
+        return _stationary_rows((self,), times)[:, 0]
+
+    def window(self, block: int) -> Array:
+        """Return a block of samples and those behind it that its last splines reach."""
+        return _blocks_of(self.spectrum, noise_key(self.seed, self.name), self.shared).with_following(block)
 
 
 def sample_rate(spectrum: PowerSpectrum) -> float:
@@ -123,14 +133,41 @@ def grid_densities(spectrum: PowerSpectrum, frequencies: Array, width: float) ->
     return means
 
 
-def _spline(window: Array, places: Array, u: Array) -> Array:
-    """Return the sum of four cubic B-splines at places and shares u of an interval behind them, (times,)."""
+def _stationary_rows(signals: Sequence[RandomSignal], times: Array) -> Array:
+    """Return s of signals of one kind without its ramp, (times, signals)."""
+    length = filter_length(signals[0].spectrum)
+    places = times * signals[0].rate
+    samples = np.floor(places)
+    u = places - samples
+    numbers = samples.astype(np.int64)
+    blocks = numbers // length
+    several = np.unique(blocks)
+    if len(several) == 1:
+        return _within_block(signals, int(several[0]), numbers - several[0] * length, u)
+    values = np.empty((len(times), len(signals)))
+    for block in several:
+        here = blocks == block
+        values[here] = _within_block(signals, int(block), numbers[here] - block * length, u[here])
+    return values
+
+
+def _within_block(signals: Sequence[RandomSignal], block: int, places: Indices, u: Array) -> Array:
+    """Return s of signals at places in a block, and shares u of an interval behind them, (times, signals)."""
+    first, last = int(places.min()), int(places.max()) + SUPPORT
+    windows = np.stack([signal.window(block)[first:last] for signal in signals], axis=1)
+    return _splines(windows, places - first, u)
+
+
+def _splines(windows: Array, places: Indices, u: Array) -> Array:
+    """Return the sums of four cubic B-splines at places and shares u of an interval behind them, (times, signals)."""
     v = 1.0 - u
-    weights = (v * v * v, 4.0 - 3.0 * u * u * (2.0 - u), 4.0 - 3.0 * v * v * (2.0 - v), u * u * u)
-    total = np.zeros(len(u))
-    for shift, weight in enumerate(weights):
-        total += weight / 6.0 * window[places + shift]
-    return total
+    weights = np.stack([v * v * v, 4.0 - 3.0 * u * u * (2.0 - u), 4.0 - 3.0 * v * v * (2.0 - v), u * u * u], axis=1)
+    weights /= 6.0
+    columns = places[:, None] + np.arange(SUPPORT)
+    if len(u) < FEW:
+        return np.asarray(np.sum(weights[:, :, None] * windows[columns], axis=1))
+    starts = np.arange(0, SUPPORT * len(u) + 1, SUPPORT)
+    return np.asarray(csr_matrix((weights.ravel(), columns.ravel(), starts), shape=(len(u), len(windows))) @ windows)
 
 
 def filter_response(spectrum: PowerSpectrum) -> Array:
@@ -162,13 +199,18 @@ class _Blocks:
 
     def __init__(self, spectrum: PowerSpectrum, key: int, shared: SharedNoise | None) -> None:
         self._spectrum, self._key, self._shared = spectrum, key, shared
+        self._white = lru_cache(maxsize=2)(self._normal)
         self._kept = lru_cache(maxsize=BLOCKS_KEPT)(self._samples)
         self.with_following = lru_cache(maxsize=BLOCKS_KEPT)(self._with_following)
+
+    def _normal(self, block: int) -> Array:
+        """Return a block of w; each is filtered twice, with the one before it and with the one behind it."""
+        return normal_block(self._key, block, filter_length(self._spectrum))
 
     def _samples(self, block: int) -> Array:
         """Return a block of c, as long as the filter; always computed from the same numbers in the same way."""
         length = filter_length(self._spectrum)
-        white = [np.concatenate([normal_block(self._key, number, length) for number in (block - 1, block)])]
+        white = [np.concatenate([self._white(block - 1), self._white(block)])]
         if self._shared is not None:
             white.append(self._shared.white(block, length, sample_rate(self._spectrum)))
         lines = [np.fft.rfft(one) * by for one, by in zip(white, _responses(self._spectrum, self._shared), strict=True)]

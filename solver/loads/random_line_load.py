@@ -121,7 +121,7 @@ class RandomLineLoad(NoiseLoad):
 
     def _noise(self, number: int) -> TimeFunction:
         signal = self._signal(number)
-        return TimeFunction(signal.value, signal.mean)
+        return TimeFunction(signal.value, signal.mean, signal=signal)
 
     @property
     def _profile(self) -> Profile | None:

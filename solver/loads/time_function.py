@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.system_load import Alike
 
 
 @dataclass(frozen=True)
@@ -20,11 +21,13 @@ class TimeFunction:
         value: s at a time, or at each of an array of times.
         mean: Mean of s over intervals from starts, (times,), to ends, (times,).
         rate: Derivative of s, where s moves a wall.
+        signal: Computes s together with others of its kind; None: s is computed by itself.
     """
 
     value: Callable[[Any], Any]
     mean: Callable[[Array, Array], Array]
     rate: Callable[[Any], Any] | None = None
+    signal: Alike | None = None
 
 
 def constant(value: float) -> TimeFunction:

@@ -26,7 +26,7 @@ from gapbeam.solver.system.circles import Circles
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
 from gapbeam.solver.system.reactions import Reactions
 from gapbeam.solver.system.slip_modes import ALL_SLIDES, SlipModes
-from gapbeam.solver.system.system_load import Load
+from gapbeam.solver.system.system_load import Load, factor_rows_of
 from gapbeam.solver.system.wall_motion import NO_WALLS, Walls
 
 
@@ -231,10 +231,7 @@ class SemiDiscreteSystem:
 
     def load_factor_rows(self, times: Array) -> Array:
         """Return s_k(t) of all loads at many times, (times, loads)."""
-        rows = np.empty((len(times), len(self.loads)))
-        for place, load in enumerate(self.loads):
-            rows[:, place] = load.factors(times)
-        return rows
+        return factor_rows_of(self.loads, times)
 
     def combine_loads(self, factors: Array) -> Array:
         """Return sum_k s_k f_k, (n,), N."""

@@ -60,3 +60,21 @@ def add_rows(matrix: Array, factors: Array, scale: float, x: Array) -> None:
             for j in range(size):
                 x[j] += factor * only[j]
         return
+
+
+@compiled
+def add_all_rows(matrix: Array, factors: Array, x: Array) -> None:
+    """Add matrix^T factors to x, eight rows at a time; for factors of which hardly any is 0."""
+    size, rows = len(x), len(factors)
+    whole = rows - rows % 8
+    for r in range(0, whole, 8):
+        f0, f1, f2, f3 = factors[r], factors[r + 1], factors[r + 2], factors[r + 3]
+        f4, f5, f6, f7 = factors[r + 4], factors[r + 5], factors[r + 6], factors[r + 7]
+        for j in range(size):
+            one = f0 * matrix[r, j] + f1 * matrix[r + 1, j] + f2 * matrix[r + 2, j] + f3 * matrix[r + 3, j]
+            two = f4 * matrix[r + 4, j] + f5 * matrix[r + 5, j] + f6 * matrix[r + 6, j] + f7 * matrix[r + 7, j]
+            x[j] += one + two
+    for r in range(whole, rows):
+        factor = factors[r]
+        for j in range(size):
+            x[j] += factor * matrix[r, j]

@@ -14,7 +14,7 @@ from numba.extending import overload
 
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
-from gapbeam.solver.march.compiled.array_loops import add_rows, fill, inner_product
+from gapbeam.solver.march.compiled.array_loops import add_all_rows, add_rows, fill, inner_product
 from gapbeam.solver.system.operators import Array
 
 
@@ -129,7 +129,7 @@ def delassus_entry(delassus: Array, around: AroundPoints | None, i: int, j: int)
 def set_place(around: AroundPoints, x: Array, place: Array) -> None:
     """Set place to R x, (k,)."""
     fill(place, 0.0)
-    add_rows(around.columns, x, 1.0, place)
+    add_all_rows(around.columns, x, place)
 
 
 @compiled

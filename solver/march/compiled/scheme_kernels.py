@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gapbeam.solver.contact.laws.point_law import LawTable, StepNumbers
 from gapbeam.solver.jit import compiled
-from gapbeam.solver.march.compiled.array_loops import add_rows, copy_into, inner_product
+from gapbeam.solver.march.compiled.array_loops import add_all_rows, copy_into, inner_product
 from gapbeam.solver.march.compiled.contact_kernel import Balance, StepPoints
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room, Scheme
 from gapbeam.solver.march.compiled.point_motions import add_forces, count_in_play, in_play, turns
@@ -115,7 +115,7 @@ def _solve(modal: Modal, right: Array, x: Array) -> None:
 @compiled
 def _add_loads_and_held(modal: Modal, motion: KernelState, room: Room, factors: Array) -> None:
     """Add loads and the contact forces that acted last to the right side; set these forces, f_held."""
-    add_rows(modal.loads, factors, 1.0, room.right)
+    add_all_rows(modal.loads, factors, room.right)
     for number in range(count_in_play(modal.around, len(room.held))):
         i = in_play(modal.around, number)
         room.held[i] = 0.0 if turns(modal.around, i) else modal.weights[i] * motion.pressure[i]

@@ -39,3 +39,13 @@ def test_noise_of_one_kind_is_computed_together(count: int) -> None:
     for place, load in enumerate(acting):
         np.testing.assert_allclose(rows[:, place], load.factors(times), rtol=1e-13, atol=1e-13)
         np.testing.assert_allclose(rows[:9, place], [load.factor(float(time)) for time in times[:9]], atol=1e-13)
+
+
+def test_noise_has_the_same_bits_in_blocks_of_any_length() -> None:
+    """A run that is resumed asks for it in other blocks."""
+    block = filter_length(LOW) / sample_rate(LOW)
+    times: Array = np.asarray(0.9 * block + np.linspace(0.0, 0.2 * block, 600))
+    acting = loads()
+    rows = factor_rows_of(acting, times)
+    for first, last in ((0, 1), (3, 10), (17, 33), (40, 599), (599, 600)):
+        assert np.array_equal(factor_rows_of(acting, times[first:last]), rows[first:last])

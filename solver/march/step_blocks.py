@@ -80,7 +80,7 @@ def marched(
         return _compiled(plan, start, accounts, recorder, wanted, comm)
     if plan.law.why_not_compiled is not None:
         LOG.info("marched step by step, not compiled: %s", plan.law.why_not_compiled)
-    return step_blocks_of(march(plan, start), plan.steps, accounts, recorder, wanted, start, _agreement(comm))
+    return step_blocks_of(march(plan, start), plan.steps, accounts, recorder, wanted, start, agreement(comm))
 
 
 def step_blocks_of(
@@ -136,7 +136,7 @@ def _compiled(
     from gapbeam.solver.march.compiled.record_instants import instants_of
 
     loop, count = CompiledLoop(plan), plan.steps
-    agreed, between = _agreement(comm), wanted.snapshots or 0
+    agreed, between = agreement(comm), wanted.snapshots or 0
     every = count if wanted.every is None else wanted.every
     blocks = loop.blocks(
         start, every, accounts, stops=wanted.stops, agreed=agreed, also=wanted.also, between_snapshots=between
@@ -152,6 +152,6 @@ def _compiled(
         yield StepBlock(done, block.steps, block.end_time, pressure, rows, taken, end, modal=block.carried)
 
 
-def _agreement(comm: MPI.Comm) -> Callable[[int], int]:
+def agreement(comm: MPI.Comm) -> Callable[[int], int]:
     """Return what makes all ranks take the number of the first one."""
     return comm.bcast if comm.size > 1 else int

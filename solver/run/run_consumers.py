@@ -21,7 +21,7 @@ from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatisti
 from gapbeam.solver.errors import Interrupted, NotWritten, RunError
 from gapbeam.solver.march.gathered_steps import StepBlock
 from gapbeam.solver.march.python.march import March
-from gapbeam.solver.march.step_blocks import Wanted, marched, step_blocks_of
+from gapbeam.solver.march.step_blocks import Wanted, agreement, marched, step_blocks_of
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
@@ -137,7 +137,8 @@ class RunConsumers:
         if steps is None:
             blocks_of_steps = marched(plan, self._start, self.accounts, self.recorder, wanted, self.comm)
         else:
-            blocks_of_steps = step_blocks_of(steps, plan.steps, self.accounts, self.recorder, wanted)
+            agreed = agreement(self.comm)
+            blocks_of_steps = step_blocks_of(steps, plan.steps, self.accounts, self.recorder, wanted, agreed=agreed)
         begun = 0 if isinstance(self._start, State) else self._start.done
         self._looked = begun // fields_every * fields_every * self.model.step
         clock, before = time.perf_counter(), self.accounts.tally.march

@@ -20,6 +20,7 @@ import gapbeam
 from gapbeam.command_line import main
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.march import gathered_steps
 from gapbeam.solver.run import run_consumers
 from gapbeam.solver.run.checkpoint.checkpoint_files import VERSION
 from gapbeam.solver.run.interruption import Interruption, Wish
@@ -143,7 +144,8 @@ def limited(size: int) -> Callable[[], None]:
 
 
 def after(steps: int, change: Callable[[], None]) -> None:
-    """Let something change in this process after the first steps of a march."""
+    """Let something change in this process after the first steps of a march, which come one by one then."""
+    gathered_steps.MOST_STEPS = 1
     agreed, passed = Interruption.agreed, []
 
     def changing(self: Interruption, own: Wish = Wish.NONE) -> Wish:

@@ -38,7 +38,7 @@ def test_corners_move_as_interpolation_says(more: dict[str, Any]) -> None:
     fine, coarse = fem.Function(model.space), fem.Function(linear)
     fine.x.array[:] = model.expand(motion)
     coarse.interpolate(fine)
-    found = CornerValues.of_model(model, linear).vectors(motion)
+    (found,) = CornerValues.of_model(model, linear).vectors(motion[None])
     wanted = coarse.x.array.reshape(-1, dimension)
     assert found[:, :dimension] == pytest.approx(wanted, rel=1e-9, abs=1e-9 * np.abs(wanted).max())
     assert not np.any(found[:, dimension:])

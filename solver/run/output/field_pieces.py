@@ -48,8 +48,7 @@ class FieldPieces:
         path = self.path(first)
         own_folder(path.parent)
         if count not in self._forms:
-            shapes = {dataset(name, at): self._grid.shape(name) for at in range(count) for name in self._grid.names}
-            self._forms[count] = RepeatedFile(shapes)
+            self._forms[count] = RepeatedFile(self._shapes(count))
         part = path.with_suffix(".part")
         self._forms[count].write(part, pieces)
         part.replace(path)
@@ -109,6 +108,10 @@ class FieldPieces:
             self._folder.rmdir()
         self._starts, self._counts = [], []
 
+    def _shapes(self, count: int) -> dict[str, tuple[int, ...]]:
+        """Return the shapes of the values in a file of so many fields."""
+        return {dataset(name, at): self._grid.shape(name) for at in range(count) for name in self._grid.names}
+
     def _enter(self, first: int, count: int) -> None:
         self._starts.append(first)
         self._counts.append(count)
@@ -118,8 +121,7 @@ class FieldPieces:
         try:
             with h5py.File(path, "r") as file:
                 count = len(file[self._grid.names[0]])
-                shapes = {dataset(name, at): self._grid.shape(name) for at in range(count) for name in self._grid.names}
-                refuse_other_data(file, shapes)
+                refuse_other_data(file, self._shapes(count))
         except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:
             raise UserError(f"{path} cannot be read ({error}); start again with `overwrite=True`") from error
         if not count:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.jit import shared
+from gapbeam.solver.system.closed_part import closed_part
 
 UNSEEN = -1.0  # speed of a contact that began before the march
 
@@ -53,20 +54,6 @@ def approach_speed(before: float, depth: float, dt: float) -> float:
         dt: Size of the step, s.
     """
     return max(depth - before, 0.0) / dt if np.isfinite(before) else max(depth, 0.0) / dt
-
-
-@shared
-def closed_part(before: float, depth: float) -> float:
-    """Return the part of a step in which a face was closed that closed in it, or opened, 0 to 1.
-
-    Args:
-        before: Largest penetration at its start, m.
-        depth: At its end, m. Where no end has penetration, contact lasts over the step.
-    """
-    highest, lowest = max(before, depth), min(before, depth)
-    if not (highest > 0.0 and lowest <= 0.0):
-        return 1.0
-    return highest / (highest - lowest) if np.isfinite(lowest) else 0.0
 
 
 @shared

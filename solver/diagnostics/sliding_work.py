@@ -22,7 +22,7 @@ from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array, Operators
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State
-from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after
+from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after, pressed_span
 
 
 @dataclass
@@ -72,9 +72,19 @@ class SlidingWork:
         ways = np.linalg.norm(moved, axis=1)
         done = force * ways
         self.work += done
+        spans = self._spans(step, operators)
         for point in np.flatnonzero(done):
-            share = impact_share(self.pressed_for[contact.faces[point]], step.size, modes)
+            face = contact.faces[point]
+            share = impact_share(self.pressed_for[face], spans[face], modes)
             self.parts[:, point] += by_mode(done[point], ways[point] / step.size, share, modes)
         pressed = by_face(contact, force) > 0.0
         for face, touches in enumerate(pressed):
-            self.pressed_for[face] = pressed_after(self.pressed_for[face], step.size, touches)
+            self.pressed_for[face] = pressed_after(self.pressed_for[face], spans[face], touches)
+
+    def _spans(self, step: Step, operators: Operators) -> Array:
+        """Return how long each face is pressed in a step, if a force acts on it, (faces,), s."""
+        before = self.contact.penetration_of(step.old, operators)
+        depth = self.contact.penetration_of(step.new, operators)
+        deepest = [points[np.argmax(depth[points])] for points in self.contact.points_of_faces]
+        spans = zip(self.pressed_for, before[deepest], depth[deepest], strict=True)
+        return np.array([pressed_span(*one, step.size) for one in spans])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -48,13 +49,14 @@ def describe_march(
     if generated := [found for load in model.case.load if (found := load.generated(end)) is not None]:
         summary["random_loads"] = generated
     statistics, rule = consumers.recorder.statistics, consumers.rule
+    doubts = doubts_of(model, accounts)
     if statistics is not None:
-        doubts = doubts_of(model, accounts)
         summary["statistics"] = statistics.describe(doubts)
         if rule is not None:
             summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met, doubts)
         LOG.info("%s", in_words(summary["statistics"]))
-    if (worn := wear_figures(model, accounts, summary.get("statistics"), statistics)) is not None:
+    steps = doubts.impact_steps if isfinite(doubts.impact_steps) else None
+    if (worn := wear_figures(model, accounts, summary.get("statistics"), statistics, steps)) is not None:
         summary["wear"] = worn
         LOG.info("%s", wear_words(worn))
     findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))

@@ -3,11 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from math import inf
 
 import numpy as np
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.diagnostics.impact_list import COLUMNS
+from gapbeam.solver.diagnostics.impact_list import DURATION
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, Doubts, energy_bias
 from gapbeam.solver.diagnostics.statistics.missed_impacts import missed_share
@@ -15,20 +16,19 @@ from gapbeam.solver.integrators.noise_bias import bias_at
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import has_statistics
 
-DURATION = COLUMNS.index("duration")
-
 
 def doubts_of(model: Model, accounts: Accounts) -> Doubts:
     """Return the doubts on the statistics of a march."""
     time = model.case.time
     step = accounts.tally.shortest if time.adaptive else model.step
     ended = dict(zip(model.system.contact.face_names, accounts.impacts.ended, strict=True))
-    noise = has_statistics(model.case)
+    noise, struck = has_statistics(model.case), model.system.contact.slip_modes.impact_time
     return Doubts(
         {face: missed_share(one, step) for face, one in ended.items()},
         energy_bias(accounts.ledger) if noise else 0.0,
         {face: float(np.median(one.rows[:, DURATION])) / step for face, one in ended.items() if one.count},
         time.scheme.measured_bias if noise else (),
+        struck / step if struck > 0.0 else inf,
     )
 
 

@@ -18,10 +18,10 @@ import numpy as np
 
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST_STEPS, PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.diagnostics.statistics.largest_of_map import largest_of_map
 from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
-from gapbeam.solver.diagnostics.statistics.statistic_figures import PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.run.output.wear_file import angles
@@ -32,7 +32,11 @@ BOUNDS = ("value", "low", "high")
 
 
 def wear_figures(
-    model: Model, accounts: Accounts, statistics: Mapping[str, Any] | None, gathered: RunStatistics | None = None
+    model: Model,
+    accounts: Accounts,
+    statistics: Mapping[str, Any] | None,
+    gathered: RunStatistics | None = None,
+    impact_steps: float | None = None,
 ) -> dict[str, Any] | None:
     """Return what the summary reports about wear; None for a case without [wear].
 
@@ -41,6 +45,7 @@ def wear_figures(
         accounts: At its end.
         statistics: Of the summary; None: the run has none.
         gathered: What they were made of.
+        impact_steps: Steps in the time that counts as impact; None: nothing counts as impact.
     """
     wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
     if wear is None or work is None or parts is None:
@@ -62,7 +67,8 @@ def wear_figures(
             | all_rates(work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
         )
     limits = model.system.contact.slip_modes._asdict()
-    return {"area": wear.area, "seconds": accounts.time, **limits, "faces": faces}
+    doubt = None if impact_steps is None or impact_steps >= LEAST_STEPS else _parts_doubt(impact_steps)
+    return {"area": wear.area, "seconds": accounts.time, **limits, "parts_doubt": doubt, "faces": faces}
 
 
 def _largest(model: Model, gathered: RunStatistics | None) -> dict[str, dict[str, Any]]:
@@ -98,7 +104,12 @@ def _of_map(largest: Mapping[str, Any] | None, coefficient: float | None) -> dic
 def wear_words(found: Mapping[str, Any]) -> str:
     """Return the rates of all faces in one line: depth rates where they are known, else volume or work rates."""
     rows = found["faces"].items()
-    return "wear: " + "; ".join(f"{face} {_last_known(of_face)}{_shares(of_face)}" for face, of_face in rows)
+    words = "wear: " + "; ".join(f"{face} {_last_known(of_face)}{_shares(of_face)}" for face, of_face in rows)
+    return words if found["parts_doubt"] is None else f"{words}; {found['parts_doubt']}"
+
+
+def _parts_doubt(impact_steps: float) -> str:
+    return f"its parts are not resolved: wear.impact_time has {impact_steps:.2g} steps, and needs {LEAST_STEPS:g}"
 
 
 def work_rate(work: float, time: float, figure: Mapping[str, Any] | None) -> dict[str, Any]:

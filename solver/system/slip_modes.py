@@ -1,6 +1,7 @@
 """The work of sliding by the mode of motion: impact, sliding and sticking.
 
-A face is pressed from the step in whose balance a force acts on it until the first step without one. Of this contact
+A face is pressed from the step in whose balance a force acts on it until the first step without one; in the first of
+them from the instant in which its gap closes, taken as linear in time. Of this contact
 
     impact      the first T_i seconds; of a step that T_i ends in, the share before its end
     sticking    what follows, where a point moves along its face no faster than v_s in the step
@@ -15,7 +16,10 @@ from __future__ import annotations
 
 from typing import NamedTuple
 
+import numpy as np
+
 from gapbeam.solver.jit import shared
+from gapbeam.solver.system.closed_part import closed_part
 
 
 class SlipModes(NamedTuple):
@@ -34,15 +38,30 @@ ALL_SLIDES = SlipModes()
 
 
 @shared
-def impact_share(pressed_for: float, dt: float, modes: SlipModes) -> float:
-    """Return the share of a step that belongs to the impact with which a contact of a face begins.
+def pressed_span(pressed_for: float, before: float, depth: float, dt: float) -> float:
+    """Return how long a face on which a force acts in a step is pressed in it, s; half of a step if that is not known.
+
+    Args:
+        pressed_for: How long the face has been pressed at the start of the step, s.
+        before: Penetration at the start of the step of the point that is deepest at its end, m.
+        depth: That at the end, m.
+        dt: Size of the step, s.
+    """
+    if pressed_for > 0.0:
+        return dt
+    return closed_part(before, depth) * dt if np.isfinite(before) else 0.5 * dt
+
+
+@shared
+def impact_share(pressed_for: float, span: float, modes: SlipModes) -> float:
+    """Return the share of the work in a step that belongs to the impact with which a contact of a face begins.
 
     Args:
         pressed_for: How long the face has been pressed at the start of the step, s; infinite: since the march began.
-        dt: Size of the step, s.
+        span: How long it is pressed in the step, s, more than 0.
         modes: What separates the modes.
     """
-    return min(max((modes.impact_time - pressed_for) / dt, 0.0), 1.0)
+    return min(max((modes.impact_time - pressed_for) / span, 0.0), 1.0)
 
 
 @shared
@@ -62,6 +81,6 @@ def by_mode(work: float, speed: float, share: float, modes: SlipModes) -> tuple[
 
 
 @shared
-def pressed_after(pressed_for: float, dt: float, pressed: bool) -> float:
-    """Return how long a face has been pressed after a step, s."""
-    return pressed_for + dt if pressed else 0.0
+def pressed_after(pressed_for: float, span: float, pressed: bool) -> float:
+    """Return how long a face has been pressed after a step in which it was for a span, s."""
+    return pressed_for + span if pressed else 0.0

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.results.span_of_run import SpanOfRun
-from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE
+from gapbeam.solver.diagnostics.statistics.figure_doubts import WORK_RATE
 from gapbeam.solver.run.wear_figures import all_rates, work_rate
 
 

@@ -25,7 +25,8 @@ def gathered() -> RunStatistics:
     place = np.zeros((count, 1, 3))
     place[:, 0, -1] = rng.standard_normal(count)
     sums = {name: np.cumsum(1.0 + rng.random((count, 1)), axis=0) for name in SUMMED}
-    found = RunStatistics(("stop",), ("tip",), False, interval)
+    sums |= {"sliding_work": sums["impulse"], "work_by_mode": np.repeat(sums["impulse"][:, :, None] / 3.0, 3, axis=2)}
+    found = RunStatistics(("stop",), ("tip",), False, interval, slides=True)
     found.see(sums | {"time": interval * np.arange(count), "displacement": place, "acceleration_absolute": place})
     return found
 
@@ -70,6 +71,9 @@ def test_a_bias_is_a_doubt_where_it_is_wider_than_the_interval() -> None:
     [
         (RATE, Doubts({"stop": 0.05}), "5.0% of the impacts"),
         (RMS, Doubts(energy=-0.3), "about 15.0% too small"),
+        ("face.stop.impact_work_rate", Doubts(impact_steps=2.0), "counts as impact has 2 steps, and needs 6"),
+        ("face.stop.sliding_work_rate", Doubts(impact_steps=5.9), "their sum is not concerned"),
+        ("face.stop.impact_work_rate", Doubts({"stop": 0.05}), "5.0% of the impacts"),
     ],
 )
 def test_a_narrow_interval_in_doubt_is_not_met(name: str, doubts: Doubts, words: str) -> None:
@@ -98,14 +102,14 @@ def test_the_last_line_counts_doubts() -> None:
     """And says where the figure that ended the run is judged otherwise than good."""
     described = gathered().describe(Doubts({"stop": 0.05}, energy=-0.3))
     words = statistics_words({"statistics": described})
-    assert words == "; statistics: 4 not resolved by the step, 3 biased by the scheme"
+    assert words == "; statistics: 7 not resolved by the step, 4 biased by the scheme"
     assert described["scheme_bias"]["figures"][RMS] == -0.15
     assert described["verdict"] == "biased"
     until = StopRule(RMS, 0.1, 1.0).judge(gathered(), 4.0, True, Doubts())
     words = statistics_words({"statistics": described | {"until": until}})
     assert words.startswith(f"; {RMS} is known within 10.00% at t = 4 s, judged biased (")
     assert "independent samples, relative variance" in words
-    assert words.endswith("3 biased by the scheme")
+    assert words.endswith("4 biased by the scheme")
     assert statistics_words({}) == statistics_words({"statistics": gathered().describe()}) == ""
 
 

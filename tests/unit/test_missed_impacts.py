@@ -54,7 +54,7 @@ def test_short_partings_count_as_well() -> None:
 
 
 def test_long_touches_miss_nothing() -> None:
-    """Nor do none at all; of a list that was thinned, partings are not known."""
+    """Nor do none at all; partings count where only some of the impacts are kept, too."""
     rows = np.column_stack([np.arange(MOST + 1.0), np.ones(MOST + 1), np.ones(MOST + 1), np.full(MOST + 1, 0.95)])
     whole, thinned = ImpactList(), ImpactList()
     whole.add(rows[:100])
@@ -62,7 +62,7 @@ def test_long_touches_miss_nothing() -> None:
     assert missed_share(ImpactList(), STEP) == 0.0
     assert missed_share(whole, STEP) == pytest.approx(0.99)
     assert thinned.every == 2
-    assert missed_share(thinned, STEP) == 0.0
+    assert missed_share(thinned, STEP) == pytest.approx(1.0, abs=1e-3)
 
 
 @pytest.mark.parametrize(

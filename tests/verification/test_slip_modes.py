@@ -14,6 +14,7 @@ from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST_STEPS
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.record_instants import instants_of
@@ -37,6 +38,7 @@ def on_a_floor(
     weight: float = 0.0,
     push: float = 0.0,
     friction: CoulombFriction | None = None,
+    dt: float = DT,
 ) -> tuple[March, State]:
     """Return the march of a mass over a floor, x along it and z above it, pressed at the start if it is in it."""
     contact = ContactOperator(
@@ -59,7 +61,7 @@ def on_a_floor(
     )
     system, scheme = SemiDiscreteSystem(operators, contact, loads), scheme_of("discrete-gradient")
     plan = March(
-        system, ContactLaw(Spring(WALL), friction=friction), scheme, EffectiveOperators(system, scheme), DT, steps
+        system, ContactLaw(Spring(WALL), friction=friction), scheme, EffectiveOperators(system, scheme), dt, steps
     )
     place, velocity = np.array(start), np.array(speed)
     depth = contact.depth(place)
@@ -111,6 +113,17 @@ def test_a_bounce_with_a_tangential_speed_is_an_impact(compiled: bool) -> None:
     parts, whole = parts_of(*on_a_floor((0.0, 0.25 * HALF * down), (v, -down), SlipModes(0.5 * HALF), steps), compiled)
     assert parts == pytest.approx([0.5 * exact, 0.5 * exact, 0.0], rel=1e-2)
     assert parts.sum() == pytest.approx(whole, rel=1e-14)
+
+
+@both
+@pytest.mark.parametrize(("share", "error"), [(1.0, 0.015), (0.5, 0.035)])
+def test_six_steps_tell_the_impact_wherever_in_a_step_it_begins(compiled: bool, share: float, error: float) -> None:
+    """All of a bounce, or its first half, at eight instants of closing: what `LEAST_STEPS` promises."""
+    step = HALF / LEAST_STEPS
+    for part in np.arange(0.5, 1.5, 0.125):
+        at = (0.0, part * step * 0.5), (0.3, -0.5)
+        parts, whole = parts_of(*on_a_floor(*at, SlipModes(share * HALF), 20, dt=step), compiled)
+        assert parts[0] == pytest.approx(share * whole, rel=error)
 
 
 def test_a_mass_that_friction_holds_sticks() -> None:

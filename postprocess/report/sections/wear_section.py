@@ -113,6 +113,8 @@ def _parts(found: dict[str, Any]) -> list[Block] | None:
     words = f"Impact: the first {number(found['impact_time'])} s of each contact of a face. "
     slip = found["sticking_speed"]
     words += f"Sticking: slower than {number(slip)} m/s behind that." if slip else "Without friction nothing sticks."
+    if doubt := found.get("parts_doubt"):
+        words += f" **Doubt:** {doubt}. Their sum is not concerned."
     rates = [
         (face, mode, rate["value"], _interval(rate), rate["verdict"])
         for face, of_face in found["faces"].items()

@@ -22,12 +22,20 @@ from typing import Any, Literal
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.statistics.missed_impacts import MOST_MISSED
 from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
+from gapbeam.solver.record_table import SLIP_MODES
 
 Doubt = Literal["not resolved", "biased"]
 
 LEAST = 0.02  # of a figure: smaller biases, which are estimates, raise no doubt by themselves
 COUNTED = ("impact_rate", "impact_duration", "impact_impulse", "approach_speed")
 """Figures of a face that depend on how many impacts were seen."""
+
+WORK_RATE = "work_rate"
+PARTS_OF_WORK = tuple(f"{mode}_{WORK_RATE}" for mode in SLIP_MODES)
+"""Figures of a face that depend on when its impacts begin and end as well."""
+
+LEAST_STEPS = 6.0
+"""In the time of an impact. Of a bounce with 6 steps, whose first half counts, 3 % is missing; with 4, 6 %."""
 
 
 @dataclass(frozen=True)
@@ -39,12 +47,14 @@ class Doubts:
         energy: By how much the energy is off that the scheme leaves, relative; negative: too little.
         contacts: Steps in the median contact, by face.
         table: Bias of the scheme; empty: not measured.
+        impact_steps: Steps in the time at the begin of a contact that counts as its impact.
     """
 
     missed: Mapping[str, float] = field(default_factory=dict)
     energy: float = 0.0
     contacts: Mapping[str, float] = field(default_factory=dict)
     table: tuple[NoiseBias, ...] = ()
+    impact_steps: float = inf
 
     def bias(self, name: str) -> float | None:
         """Return about how far a figure is off by the scheme, relative; None: not known."""
@@ -54,20 +64,24 @@ class Doubts:
             return 0.5 * self.energy if figure.endswith("rms") else None
         row = bias_at(self.table, self.contacts[of]) if of in self.contacts else None
         if row is None:
-            return self.energy if figure == "mean_force" or figure.endswith("work_rate") else None
+            return self.energy if figure == "mean_force" or figure.endswith(WORK_RATE) else None
         return {
             "contact_share": row.contact_share,
             "mean_force": row.mean_force,
             "rms_force": 0.5 * row.mean_square_force,
             "impact_rate": row.impact_rate,
-            "work_rate": row.mean_force + 0.5 * row.mean_square,
+            WORK_RATE: row.mean_force + 0.5 * row.mean_square,
         }.get(figure)
 
     def missed_of(self, name: str) -> float:
         """Return the part of the impacts that a figure lacks; 0 for figures that do not count them."""
         owner, _, figure = name.rpartition(".")
         kind, _, face = owner.partition(".")
-        return self.missed.get(face, 0.0) if kind == "face" and figure in COUNTED else 0.0
+        return self.missed.get(face, 0.0) if kind == "face" and figure in (*COUNTED, *PARTS_OF_WORK) else 0.0
+
+    def splits_too_early(self, name: str) -> bool:
+        """Return whether a figure is a part of a work rate that steps are too long to separate from the others."""
+        return self.impact_steps < LEAST_STEPS and name.rpartition(".")[2] in PARTS_OF_WORK
 
     def on(self, name: str, relative: float, least: float = LEAST) -> Doubt | None:
         """Return the doubt on a figure that is known within a relative error by chance; None: there is none.
@@ -77,13 +91,18 @@ class Doubts:
             relative: Half width of its interval over the figure.
             least: Smaller biases raise no doubt.
         """
-        if self.missed_of(name) > MOST_MISSED:
+        if self.missed_of(name) > MOST_MISSED or self.splits_too_early(name):
             return "not resolved"
         bias = self.bias(name)
         return "biased" if bias is not None and abs(bias) > max(relative, least) else None
 
     def words(self, name: str, doubt: Doubt) -> str:
         """Return a doubt on a figure in a sentence."""
+        if doubt == "not resolved" and self.splits_too_early(name):
+            return (
+                f"the time that counts as impact has {self.impact_steps:.2g} steps, and needs {LEAST_STEPS:g}: "
+                "a longer wear.impact_time or a smaller time.step separates the parts; their sum is not concerned"
+            )
         if doubt == "not resolved":
             return f"{self.missed_of(name):.1%} of the impacts that it counts fell between two steps and were missed"
         bias = self.bias(name) or 0.0
@@ -92,13 +111,15 @@ class Doubts:
     def describe(self, names: list[str]) -> dict[str, Any]:
         """Return what the summary reports, for figures of these names."""
         biases = {name: found for name in names if (found := self.bias(name)) is not None}
-        return {"energy": self.energy, "steps_in_contact": dict(self.contacts), "figures": biases}
+        counted = {} if self.impact_steps == inf else {"steps_in_impact": self.impact_steps}
+        return {"energy": self.energy, "steps_in_contact": dict(self.contacts), **counted, "figures": biases}
 
     @classmethod
     def restored(cls, statistics: Mapping[str, Any]) -> Doubts:
-        """Return the doubts on a part of a run, from the statistics in its summary: impacts missed, and energy."""
+        """Return the doubts on a part of a run, from the statistics in its summary; without the table of the scheme."""
         bias = statistics.get("scheme_bias") or {}
-        return cls(statistics.get("missed_impacts") or {}, float(bias.get("energy") or 0.0))
+        missed, energy = statistics.get("missed_impacts") or {}, float(bias.get("energy") or 0.0)
+        return cls(missed, energy, impact_steps=float(bias.get("steps_in_impact") or inf))
 
 
 def energy_bias(ledger: Ledger) -> float:

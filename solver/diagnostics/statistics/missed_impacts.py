@@ -13,7 +13,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.impact_list import ImpactList
+from gapbeam.solver.diagnostics.impact_list import DURATION, ImpactList
 
 MOST_MISSED = 0.03  # of the impacts; beyond, an interval on their rate does not hold what steps leave out
 
@@ -22,13 +22,10 @@ def missed_share(impacts: ImpactList, step: float) -> float:
     """Return about how many impacts were missed, over those that were seen; 0 where there were none.
 
     Args:
-        impacts: Of a face. Where only some of them are kept, partings are not known, and are not counted.
+        impacts: Of a face.
         step: s.
     """
-    rows = impacts.rows
-    if not len(rows):
+    durations = impacts.rows[:, DURATION]
+    if not len(durations):
         return 0.0
-    short = int(np.sum(rows[:, 3] < step))
-    if impacts.every == 1:
-        short += int(np.sum(rows[1:, 0] - (rows[:-1, 0] + rows[:-1, 3]) < step))
-    return short / len(rows)
+    return float(np.sum(durations < step) + np.sum(impacts.partings < step)) / len(durations)

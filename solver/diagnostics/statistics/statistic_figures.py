@@ -19,14 +19,13 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
     stopping_interval,
 )
 from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time
-from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubt, Doubts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import PARTS_OF_WORK, WORK_RATE, Doubt, Doubts
 from gapbeam.solver.diagnostics.statistics.judgment import (
     FEWEST,
     STOPPING_RELAXATIONS,
     Verdict,
     verdict_on,
 )
-from gapbeam.solver.record_table import SLIP_MODES
 
 Array = np.ndarray
 
@@ -36,8 +35,6 @@ OF_IMPACTS = {"impact_duration": ("s", 0), "impact_impulse": ("N s", 1), "approa
 """Means over impacts: unit, and the column whose sum is divided by the number of impacts."""
 _CLOSINGS, _SQUARE, _WORK = 2, 4, 5  # columns
 RMS_FORCE = "rms_force"
-WORK_RATE = "work_rate"
-PARTS_OF_WORK = tuple(f"{mode}_{WORK_RATE}" for mode in SLIP_MODES)
 OF_PROBES = {"mean": "m", "rms": "m", "low": "m", "high": "m", "acceleration_rms": "m/s^2"}
 LATERAL = "lateral_"
 PERCENTILES = {"low": 0.05, "high": 0.95}

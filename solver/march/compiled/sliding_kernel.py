@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from math import sqrt
 
+import numpy as np
+
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.array_loops import fill
@@ -11,14 +13,15 @@ from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Room
 from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play, turns
 from gapbeam.solver.march.compiled.scheme_kernels import force_at
 from gapbeam.solver.system.operators import Array, Indices
-from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after
+from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after, pressed_span
 
 
 @compiled
 def enter_sliding(modal: Modal, motion: KernelState, room: Room, sliding: SlidingArrays, dt: float) -> None:
     """Enter the work of sliding of a solved step of the size dt, s, whose end is not the state yet."""
-    pressed = room.pressed  # of the faces; room until the step is entered
+    pressed, span = room.pressed, room.closed  # of the faces; room until the step is entered
     fill(pressed, 0.0)
+    _set_spans(modal, motion, room, sliding, dt)
     for number in range(count_in_play(modal.around, len(motion.depth))):
         i = in_play(modal.around, number)
         force = force_at(room, i)
@@ -36,13 +39,27 @@ def enter_sliding(modal: Modal, motion: KernelState, room: Room, sliding: Slidin
                 way = sqrt(square)
             pressed[face] = 1.0
             sliding.work[i] += force * way
-            share = impact_share(sliding.pressed_for[face], dt, sliding.modes)
+            share = impact_share(sliding.pressed_for[face], span[face], sliding.modes)
             struck, slid, stuck = by_mode(force * way, way / dt, share, sliding.modes)
             sliding.parts[0, i] += struck
             sliding.parts[1, i] += slid
             sliding.parts[2, i] += stuck
     for face in range(len(pressed)):
-        sliding.pressed_for[face] = pressed_after(sliding.pressed_for[face], dt, pressed[face] > 0.0)
+        sliding.pressed_for[face] = pressed_after(sliding.pressed_for[face], span[face], pressed[face] > 0.0)
+
+
+@compiled
+def _set_spans(modal: Modal, motion: KernelState, room: Room, sliding: SlidingArrays, dt: float) -> None:
+    """Set how long each face is pressed in a step, if a force acts on it, s, where the step has room for faces."""
+    span, before, deepest = room.closed, room.force, room.deepest
+    fill(deepest, -np.inf)
+    for number in range(count_in_play(modal.around, len(motion.depth))):
+        i = in_play(modal.around, number)
+        face, depth = modal.faces[i], room.solution.depth[i]
+        if depth > deepest[face]:
+            deepest[face], before[face] = depth, motion.depth[i]
+    for face in range(len(span)):
+        span[face] = pressed_span(sliding.pressed_for[face], before[face], deepest[face], dt)
 
 
 @compiled

@@ -28,7 +28,7 @@ from gapbeam.solver.record_table import CHECKPOINT_FOLDER, CHECKPOINTS, KEPT_MOD
 from gapbeam.solver.run.output.atomic_files import new_file, own_folder, part_of, put_in_place, written
 from gapbeam.solver.run.output.parallel_tables import PIECE, ParallelTable, Pieces
 
-VERSION = 5
+VERSION = 6
 KEPT = 2
 MAGIC = b"gapbeam-checkpoint"
 LONGEST_LINE = 256

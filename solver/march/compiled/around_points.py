@@ -31,7 +31,7 @@ class AroundPoints(NamedTuple):
     Attributes:
         pairs: The two rows of R by which each point moves, (m, 2).
         directions: c, (m, 2).
-        columns: R^T, (n, k), read faster than R by products of R.
+        rows: R, (k, n).
         starts: Where the points of each section begin among the members, (k / 2 + 1,).
         members: The points, section by section, (m,).
         least_gap: The smallest g0 of each section, (k / 2,), m.
@@ -54,7 +54,7 @@ class AroundPoints(NamedTuple):
 
     pairs: Indices
     directions: Array
-    columns: Array
+    rows: Array
     starts: Indices
     members: Indices
     least_gap: Array
@@ -102,7 +102,7 @@ def around_points(
     return rows, AroundPoints(
         pairs=np.stack([2 * numbers, 2 * numbers + 1], axis=1),
         directions=np.array(contact.across, order="C"),
-        columns=np.ascontiguousarray(rows.T),
+        rows=np.ascontiguousarray(rows),
         starts=starts.astype(np.int64),
         members=members.astype(np.int64),
         least_gap=_least_gaps(contact, members, starts),

@@ -30,6 +30,23 @@ def inner_product(x: Array, y: Array) -> float:
 
 
 @compiled
+def set_products(matrix: Array, x: Array, products: Array) -> None:
+    """Set products, (rows,), to matrix x, four rows at a time."""
+    rows, size = len(products), len(x)
+    whole = rows - rows % 4
+    for r in range(0, whole, 4):
+        a, b, c, d = 0.0, 0.0, 0.0, 0.0
+        for j in range(size):
+            a += matrix[r, j] * x[j]
+            b += matrix[r + 1, j] * x[j]
+            c += matrix[r + 2, j] * x[j]
+            d += matrix[r + 3, j] * x[j]
+        products[r], products[r + 1], products[r + 2], products[r + 3] = a, b, c, d
+    for r in range(whole, rows):
+        products[r] = inner_product(matrix[r], x)
+
+
+@compiled
 def add_rows(matrix: Array, factors: Array, scale: float, x: Array) -> None:
     """Add scale * matrix^T factors to x; rows with a factor of 0 are not read, the others four at a time."""
     rows, size, row = len(factors), len(x), 0

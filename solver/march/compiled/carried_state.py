@@ -9,19 +9,28 @@ from __future__ import annotations
 import numpy as np
 
 from gapbeam.solver.march.compiled.kernel_tables import KernelState
+from gapbeam.solver.march.compiled.lanes import widened
 from gapbeam.solver.march.compiled.ordered_cholesky import OrderedFactor
 from gapbeam.solver.system.operators import Array
 
 Carried = tuple[Array, ...]
 STATE = len(KernelState._fields)
+IN_LANES = 3  # of them, the first: q, v and a
 
 
-def carried(motion: KernelState, factor: OrderedFactor) -> Carried:
-    """Return copies of the fields of `KernelState`, and of what holds of the factor: order, c and L."""
+def carried(motion: KernelState, factor: OrderedFactor, size: int) -> Carried:
+    """Return copies of the fields of `KernelState`, and of what holds of the factor: order, c and L.
+
+    Args:
+        motion: The state, in whole lanes.
+        factor: The factor.
+        size: n, how many of these are modal coordinates.
+    """
     filled = int(factor.filled[0])
     order = factor.order[:filled].astype(float)
     held = (order, factor.compliance[:filled].copy(), factor.rows[:filled, :filled].copy())
-    return (*(array.copy() for array in motion), *held)
+    coordinates = (array[:size].copy() for array in motion[:IN_LANES])
+    return (*coordinates, *(array.copy() for array in motion[IN_LANES:]), *held)
 
 
 def taken_up(arrays: Carried, factor: OrderedFactor) -> KernelState:
@@ -32,7 +41,8 @@ def taken_up(arrays: Carried, factor: OrderedFactor) -> KernelState:
     factor.compliance[:filled] = compliance
     factor.rows[:filled, :filled] = rows
     factor.filled[0] = filled
-    return KernelState._make(array.copy() for array in arrays[:STATE])
+    lanes = (widened(array) for array in arrays[:IN_LANES])
+    return KernelState._make([*lanes, *(array.copy() for array in arrays[IN_LANES:STATE])])
 
 
 def misfit(arrays: Carried, size: int, points: int) -> str:

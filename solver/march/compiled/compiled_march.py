@@ -195,7 +195,7 @@ class CompiledLoop:
                     failure = error
             elif taken == wanted:
                 size = max(1, min(4 * size, round(wanted * CADENCE / max(seconds, 1.0e-9))))
-            left = carried(motion, self._room.solution.factor)
+            left = carried(motion, self._room.solution.factor, len(self.modal.squares))
             yield CompiledBlock(plan, self.modal, origin, first, done - first, records.first(recorded), left)
             if failure is not None:
                 raise failure

@@ -11,7 +11,7 @@ from gapbeam.solver.system.slip_modes import SlipModes
 
 
 class Modal(NamedTuple):
-    """The system, all arrays contiguous.
+    """The system, all arrays contiguous, rows over the n modal coordinates in whole lanes (`lanes.widened`).
 
     Attributes:
         squares: s, (n,), 1/s^2.
@@ -28,7 +28,6 @@ class Modal(NamedTuple):
         arms: x of each point, (m,), m.
         across: y and z of the direction in which each point is pressed, (m, 2).
         loads: L, (loads, n).
-        load_columns: L^T, (n, loads): sums over the DOFs, one for each load, run side by side.
         driven: 1 for loads that are not static, else 0, (loads,).
         delassus: D = Phi A^-1 Phi^T, (m, m), or R A^-1 R^T, (k, k).
         largest: Largest entry of the diagonal of D, m/N.
@@ -49,7 +48,6 @@ class Modal(NamedTuple):
     arms: Array
     across: Array
     loads: Array
-    load_columns: Array
     driven: Array
     delassus: Array
     largest: float

@@ -17,7 +17,7 @@ from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, compiled_apart, entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
-from gapbeam.solver.march.compiled.array_loops import add_all_rows, copy_into, fill, inner_product
+from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product, set_products
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
 from gapbeam.solver.march.compiled.near_points import raise_closest
@@ -172,8 +172,7 @@ def _enter(
     moves = room.right  # room until the next step
     for j in range(len(motion.q)):
         moves[j] = room.new_q[j] - motion.q[j]
-    fill(room.works, 0.0)
-    add_all_rows(modal.load_columns, moves, room.works)
+    set_products(modal.loads, moves, room.works)
     driven = 0.0
     for load in range(len(factors)):
         room.works[load] *= factors[load]

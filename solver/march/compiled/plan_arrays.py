@@ -22,6 +22,7 @@ from gapbeam.solver.march.compiled.kernel_tables import (
     SnapshotRoom,
     WallRows,
 )
+from gapbeam.solver.march.compiled.lanes import widened
 from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
@@ -39,25 +40,24 @@ def modal_table(plan: March, modal: ModalSystem) -> Modal:
     updated = gaps @ updates.T
     delassus = (gaps * inverse) @ gaps.T - (updated * update_factors) @ updated.T
     return Modal(
-        squares=_packed(modal.squares),
-        damping=_packed(modal.damping),
-        dashpots=_packed(modal.dashpots.patterns),
+        squares=widened(modal.squares),
+        damping=widened(modal.damping),
+        dashpots=widened(modal.dashpots.patterns),
         dashpot_factors=_packed(modal.dashpots.coefficients),
-        inverse=inverse,
-        updates=updates,
+        inverse=widened(inverse),
+        updates=widened(updates),
         update_factors=update_factors,
-        gaps=_packed(gaps),
+        gaps=widened(gaps),
         initial_gap=_packed(contact.initial_gap),
         weights=_packed(contact.weights),
         faces=np.ascontiguousarray(contact.faces, dtype=np.int64),
         arms=_packed(contact.positions[:, 0]),
         across=np.array(contact.across, order="C"),
-        loads=_packed(modal.loads),
-        load_columns=_packed(modal.loads.T),
+        loads=widened(modal.loads),
         driven=np.array([0.0 if load.static else 1.0 for load in system.loads]),
         delassus=_packed(0.5 * (delassus + delassus.T)),
         largest=_largest(delassus, around),
-        around=around,
+        around=None if around is None else around._replace(rows=widened(around.rows)),
     )
 
 
@@ -182,12 +182,12 @@ def _turning_levers(modal: ModalSystem) -> Array:
 
 
 def _sliding(modal: ModalSystem, accounts: Accounts, rows: int) -> SlidingArrays:
-    contact = modal.system.contact
-    so_far = accounts.sliding
+    contact, so_far = modal.system.contact, accounts.sliding
+    turning = contact.measures_sliding and contact.turning is not None
     faces, parts = (len(contact.face_names) if contact.measures_sliding else 0), len(so_far.parts)
     return SlidingArrays(
-        tangents=modal.tangents if contact.measures_sliding else np.zeros((0, 0, 0)),
-        surface=modal.surfaces if contact.measures_sliding and contact.turning is not None else np.zeros((0, 4, 0)),
+        tangents=widened(modal.tangents) if contact.measures_sliding else np.zeros((0, 0, 0)),
+        surface=widened(modal.surfaces) if turning else np.zeros((0, 4, 0)),
         work=so_far.work,
         parts=so_far.parts,
         pressed_for=so_far.pressed_for,
@@ -199,12 +199,12 @@ def _sliding(modal: ModalSystem, accounts: Accounts, rows: int) -> SlidingArrays
 
 
 def arrays_of_state(modal: ModalSystem, state: State) -> KernelState:
-    """Return a state, as a march carries it along, in modal coordinates."""
+    """Return a state, as a march carries it along, in modal coordinates, in whole lanes."""
     nothing = np.zeros_like(modal.squares)
     return KernelState(
-        modal.coordinates(state.u[VALUE]),
-        modal.coordinates(state.v[VALUE]),
-        nothing if state.a is None else modal.coordinates(state.a[VALUE]),
+        widened(modal.coordinates(state.u[VALUE])),
+        widened(modal.coordinates(state.v[VALUE])),
+        widened(nothing if state.a is None else modal.coordinates(state.a[VALUE])),
         np.array(state.depth),
         np.array(state.pressure),
         np.zeros_like(state.depth) if state.touch_speed is None else np.array(state.touch_speed),
@@ -212,10 +212,10 @@ def arrays_of_state(modal: ModalSystem, state: State) -> KernelState:
 
 
 def state_of(plan: March, modal: ModalSystem, motion: KernelState, time: float) -> State:
-    """Return the state that arrays hold, with its images."""
+    """Return the state that arrays hold, in whole lanes or without, with its images."""
 
     def full(x: Array) -> Imaged:
-        return imaged(plan.system.operators, modal.dofs(x))
+        return imaged(plan.system.operators, modal.dofs(x[: len(modal.squares)]))
 
     state = State(time, full(motion.q), full(motion.v), motion.depth.copy(), motion.pressure.copy())
     if plan.scheme.carries_acceleration:

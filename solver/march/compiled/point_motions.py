@@ -14,7 +14,7 @@ from numba.extending import overload
 
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
-from gapbeam.solver.march.compiled.array_loops import add_all_rows, add_rows, fill, inner_product
+from gapbeam.solver.march.compiled.array_loops import add_rows, fill, set_products
 from gapbeam.solver.system.operators import Array
 
 
@@ -78,8 +78,7 @@ def _turns(around: Any, point: Any) -> Callable[..., bool]:  # noqa: ARG001
 def set_motions(rows: Array, around: AroundPoints | None, x: Array, moved: Array) -> None:
     """Set moved, (m,), to Phi x."""
     if around is None:
-        for point in range(len(moved)):
-            moved[point] = inner_product(rows[point], x)
+        set_products(rows, x, moved)
     else:
         set_place(around, x, around.motions)
         for point in range(len(moved)):
@@ -128,8 +127,7 @@ def delassus_entry(delassus: Array, around: AroundPoints | None, i: int, j: int)
 @compiled
 def set_place(around: AroundPoints, x: Array, place: Array) -> None:
     """Set place to R x, (k,)."""
-    fill(place, 0.0)
-    add_all_rows(around.columns, x, place)
+    set_products(around.rows, x, place)
 
 
 @compiled

@@ -101,11 +101,14 @@ def solve_points(
 ) -> int:  # fmt: skip
     """Solve the contact problem of a step; return the iterations, or -1 where that fails."""
     everything, total, turn, before = False, 0, 0, np.inf
-    aim(around, found, True)
-    aim_with_old_forces(around, balance, step, found)
     while True:
         if turn == 0:
-            _look_around(around, initial_gap, balance.held_depth, step, law, touch, found.compliance, everything)
+            _look_around(around, initial_gap, step, found, everything)
+            if count_in_play(around, len(initial_gap)) == 0:
+                return total
+            aim(around, found, True)
+            aim_with_old_forces(around, balance, step, found)
+            _hold_points(around, initial_gap, balance.held_depth, step, law, touch)
         else:
             _hold_turned(around, balance.held_depth, step, len(initial_gap))
         iterations = solve_contact(balance, step, law, found, most, turn > 0)
@@ -137,15 +140,22 @@ def _hold_turned(around: AroundPoints | None, held_depth: Array, step: StepPoint
 
 @compiled
 def _look_around(
-    around: AroundPoints | None, initial_gap: Array, held_depth: Array, step: StepPoints, law: LawTable, touch: Touch,
-    compliance: Array, everything: bool,
-) -> None:  # fmt: skip
-    """Choose the points that may touch, and set their penetrations: before the step, of the guess, and held."""
+    around: AroundPoints | None, initial_gap: Array, step: StepPoints, found: Solution, everything: bool
+) -> None:
+    """Choose the points that may touch."""
     if around is not None:
         for number in range(count_in_play(around, len(initial_gap))):
             i = in_play(around, number)
-            compliance[i] = 0.0
+            found.change[i], found.pressure[i], found.compliance[i] = 0.0, 0.0, 0.0
         choose_near(around, initial_gap, step.old_pressure, everything)
+
+
+@compiled
+def _hold_points(
+    around: AroundPoints | None, initial_gap: Array, held_depth: Array, step: StepPoints, law: LawTable, touch: Touch
+) -> None:
+    """Set the penetrations of the points that may touch: before the step, of the guess, and held."""
+    if around is not None:
         for number in range(count_in_play(around, len(initial_gap))):
             i = in_play(around, number)
             step.old_depth[i] = depth_at(around, initial_gap, around.place, i, START)

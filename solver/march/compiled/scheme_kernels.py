@@ -26,10 +26,10 @@ def midpoint_step(
 ) -> int:
     """Advance by the midpoint rule, `gapbeam.solver.integrators.midpoint`."""
     dt, q, v = scheme.dt, motion.q, motion.v
-    n = len(q)
+    n, rate = len(q), 1.0 / dt
     right, free = room.right, room.free
     for j in range(n):
-        right[j] = (2.0 / dt) * v[j] - modal.squares[j] * q[j]
+        right[j] = (2.0 * rate) * v[j] - modal.squares[j] * q[j]
     _add_loads_and_held(modal, motion, room, factors)
     _solve(modal, right, free)
     hold_forces(modal.gaps, modal.around, free, dt, motion.depth, room.held_depth)
@@ -46,7 +46,7 @@ def midpoint_step(
     for j in range(n):
         middle = free[j]
         new_q, new_v = q[j] + dt * middle, 2.0 * middle - v[j]
-        room.inner[j] = (new_v - v[j]) / dt + 0.5 * modal.squares[j] * (new_q + q[j])
+        room.inner[j] = rate * (new_v - v[j]) + 0.5 * modal.squares[j] * (new_q + q[j])
         room.stage_velocity[j], room.new_q[j], room.new_v[j] = middle, new_q, new_v
     end_points(modal.around, modal.initial_gap, room)
     return iterations

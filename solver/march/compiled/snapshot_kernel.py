@@ -18,7 +18,7 @@ def take_snapshot(room: SnapshotRoom, number: int, motion: KernelState) -> None:
     """Keep the state after a step."""
     row = room.filled[0]
     room.steps[row] = number
-    for j in range(len(motion.q)):
+    for j in range(room.q.shape[1]):
         room.q[row, j], room.v[row, j] = motion.q[j], motion.v[j]
     for i in range(len(motion.pressure)):
         room.pressure[row, i] = motion.pressure[i]

@@ -10,7 +10,7 @@ import numpy as np
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.march.compiled.around_points import AroundPoints
 from gapbeam.solver.march.compiled.contact_kernel import Solution
-from gapbeam.solver.march.compiled.point_motions import set_place
+from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play, set_place, turns
 from gapbeam.solver.system.operators import Array
 
 START, END = 0, 4  # where m and c of the start and of the end of a step begin in `AroundPoints.holes`
@@ -45,7 +45,7 @@ def stay_holes(around: AroundPoints | None) -> None:
 
 @compiled
 def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
-    """Set the directions of stations to those of the step that is known so far.
+    """Set the directions of stations that may touch to those of the step that is known so far.
 
     Args:
         around: Places, what the step adds to them without a change of the contact forces and, but for the first time,
@@ -58,10 +58,12 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
     """
     largest = 0.0
     if around is not None:
-        for point in around.turning:
-            change = turn(around, point, first)
-            if not first and found.pressure[point] != 0.0:
-                largest = max(largest, change)
+        for number in range(count_in_play(around, len(found.pressure))):
+            point = in_play(around, number)
+            if turns(around, point):
+                change = turn(around, point, first)
+                if not first and found.pressure[point] != 0.0:
+                    largest = max(largest, change)
         if len(around.turning) > 0:
             found.factor.filled[0] = 0
     return largest

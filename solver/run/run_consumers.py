@@ -41,7 +41,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.solver.system.snapshots import Snapshots
 
-LEAST_BLOCKS = 100  # of a run with many fields: an assumption that is broken beyond all sense ends it after a block
+LEAST_BLOCKS = 50  # of a run with many fields: an assumption that is broken beyond all sense ends it after a block
 
 
 def steps_between(model: Model) -> dict[str, int]:

@@ -18,6 +18,7 @@ from gapbeam.solver.system.operators import Array, RankOnes
 from gapbeam.solver.system.ordered_products import row_product
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 
+ROUND_OFF = 1.0e-13  # of the largest eigenvalue
 ALONE = 1.0e-8  # of the largest entry: what round-off of the modes leaves at other modes
 
 
@@ -32,7 +33,7 @@ class ModalSystem:
         gaps: Phi, (m, n).
         loads: L_k = X^T f_k, (loads, n).
         dashpots: beta_j = X^T b_j and c_j, (k, n) and (k,); k = 0 without dashpots.
-        restraint: X^T K_restraint X, (n, n), 1/s^2: what of K is the weak restraint.
+        restraint: Y, (n, r), with X^T K_restraint X = Y Y^T: what of K is the weak restraint, of rank r, 1/s.
         modal_damping: What dashpots add that damp one mode each, (n,), 1/s; they are not among `dashpots`.
     """
 
@@ -105,9 +106,16 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
         np.ascontiguousarray(contact.gap_matrix @ traced_on(contact, shapes)),
         np.array([load.pattern @ shapes for load in system.loads]).reshape(len(system.loads), operators.size),
         dashpots,
-        shapes.T @ operators.restraint @ shapes,
+        _root(shapes.T @ operators.restraint @ shapes),
         modal_damping,
     )
+
+
+def _root(matrix: Array) -> Array:
+    """Return Y, (n, r), with matrix = Y Y^T, of a symmetric one without negative eigenvalues but for round-off."""
+    values, vectors = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    kept = values > ROUND_OFF * values.max(initial=0.0)
+    return np.ascontiguousarray(vectors[:, kept] * np.sqrt(values[kept]))
 
 
 def _by_modes(dashpots: RankOnes) -> tuple[RankOnes, Array]:

@@ -13,6 +13,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
@@ -71,7 +72,12 @@ class ResultantOperator(ContactOperator):
 
     def spread(self, forces: Array) -> Array:
         """Return P^T f, the forces at the quadrature points, (q,), N, for resultants f, (m,), N."""
-        return np.asarray(self.shares.T @ forces)
+        return np.asarray(self._shared_by @ forces)
+
+    @cached_property
+    def _shared_by(self) -> csr_matrix:
+        """P^T, (q, m)."""
+        return self.shares.T.tocsr()
 
 
 def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: float) -> ResultantOperator:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from gapbeam.solver.jit import compiled
+from gapbeam.solver.jit import compiled, compiled_apart
 from gapbeam.solver.system.operators import Array
 
 
@@ -29,7 +29,7 @@ def inner_product(x: Array, y: Array) -> float:
     return total
 
 
-@compiled
+@compiled_apart
 def set_products(matrix: Array, x: Array, products: Array) -> None:
     """Set products, (rows,), to matrix x, four rows at a time."""
     rows, size = len(products), len(x)

@@ -89,22 +89,20 @@ class CompiledLoop:
 
     @classmethod
     def compile_ahead(cls, plan: March, start: State | Paused, look: Callable[[], None]) -> None:
-        """Have the loop compiled in another process where its machine code is not in the cache.
+        """Load the machine code of the loop; have it compiled in another process where it is not in the cache.
 
-        This process hears signals meanwhile, and loads the machine code when it marches.
+        This process hears signals meanwhile.
 
         Args:
             plan: As of the class.
             start: A state of the march.
             look: Called meanwhile; an error that it raises ends the compilation.
         """
-        if not (is_pending(march_steps) or (plan.system.contact.support.around and is_pending(march_around))):
-            return
         loop, paused = cls(plan), start if isinstance(start, Paused) else Paused(start, 0)
-        if not is_pending(loop._march_steps):
-            return
-        LOG.info(COMPILES)
-        compile_in_another_process(lambda: loop._march_no_step(paused), look)
+        if is_pending(loop._march_steps):
+            LOG.info(COMPILES)
+            compile_in_another_process(lambda: loop._march_no_step(paused), look)
+        loop._march_no_step(paused)
 
     def _march_no_step(self, paused: Paused) -> None:
         plan = self.plan

@@ -43,7 +43,7 @@ def instants_of(block: CompiledBlock, count: int) -> Instants:
         point_work=kept.sliding.point_rows[:count] if modal.system.contact.maps_sliding else None,
         kinetic=energy("kinetic"),
         strain=energy("strain"),
-        restraint=0.5 * np.sum(row_product(q, modal.restraint) * q, axis=1),
+        restraint=0.5 * np.sum(row_product(q, modal.restraint) ** 2, axis=1),
         contact=energy("contact"),
         load_work=kept.load_work[:count],
         structural=energy("structural"),

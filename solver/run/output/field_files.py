@@ -132,7 +132,8 @@ class FieldWriter:
         forces = np.stack([contact.spread(contact.weights * pressure) for pressure in snapshots.pressure])
         nodal = ((self._hat_forces @ forces.T).T / self._hat_areas)[:, here]
         pressures[:, self._contact_nodes[here] - self._first] = nodal
-        values = {name: self._corners.vectors(x) for name, x in zip(VECTOR_FIELDS, snapshots[1:3], strict=True)}
+        vectors = np.split(self._corners.vectors(np.concatenate(snapshots[1:3])), len(VECTOR_FIELDS))
+        values = dict(zip(VECTOR_FIELDS, vectors, strict=True))
         values["contact_pressure"] = pressures
         if self._stress is not None:
             stresses = [self._stress.at_corners(model.expand(u)) for u in snapshots.u]

@@ -79,7 +79,7 @@ class FieldPieces:
     def place(self, number: int) -> tuple[str, int]:
         """Return the file of a field, relative to the results folder, and the number of the field in it."""
         start = self._starts[bisect_right(self._starts, number) - 1]
-        return self.path(start).relative_to(self._folder.parent).as_posix(), number - start
+        return f"{self._folder.name}/{self.path(start).name}", number - start
 
     def to_disk(self, first: int) -> None:
         """Wait until all files from a field on are on the disk."""

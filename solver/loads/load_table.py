@@ -7,7 +7,7 @@ leaves it out cannot be made.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Self
 
 from gapbeam.solver.faults import Fault, Key
@@ -141,8 +141,17 @@ class LoadTable(Table, ABC):
                 bare = changed if changed.place == self.place else bare
         return bare
 
-    def generated(self, end: float) -> Mapping[str, Any] | None:  # noqa: ARG002 - for those that override it
-        """Return the spectrum of a random signal up to a time, s, beside the one asked for; None for other loads."""
+    def generated(
+        self,
+        end: float,  # noqa: ARG002 - for those that override it
+        loads: Sequence[LoadTable] = (),  # noqa: ARG002
+    ) -> Mapping[str, Any] | None:
+        """Return the spectrum of a random signal up to a time, s, beside the one asked for; None for other loads.
+
+        Args:
+            end: s.
+            loads: All loads of the case.
+        """
         return None
 
     def with_checksum(self) -> Self:

@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Annotated, Any, ClassVar, Self
 
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.generated_spectrum import compared
+from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.random_function import MOST_LENGTH, RandomSignal, filter_length
 from gapbeam.solver.loads.spectra.spectrum_choice import SpectrumChoice
 from gapbeam.solver.loads.time_function import TimeFunction
@@ -71,7 +72,7 @@ class NoiseLoad(UnrepeatedLoad):
         """
         return self.model_copy(update={"spectrum": self.spectrum.with_checksum()})
 
-    def generated(self, end: float) -> Mapping[str, Any]:
+    def generated(self, end: float, loads: Sequence[LoadTable] = ()) -> Mapping[str, Any]:  # noqa: ARG002
         """Return the spectrum of the signal up to a time, s, beside the one asked for."""
         return {
             "name": self.name,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from itertools import pairwise
 from math import ceil
@@ -16,7 +16,7 @@ from gapbeam.solver.loads.coherence.coherence_choice import CoherenceChoice
 from gapbeam.solver.loads.generated_coherence import compared_coherence
 from gapbeam.solver.loads.line_patterns import Profile, line_patterns
 from gapbeam.solver.loads.load_parts import LoadPart
-from gapbeam.solver.loads.load_table import OF_MODEL
+from gapbeam.solver.loads.load_table import OF_MODEL, LoadTable
 from gapbeam.solver.loads.noise_load import PEAK, NoiseLoad
 from gapbeam.solver.loads.places import LineForce
 from gapbeam.solver.loads.random_function import RandomSignal
@@ -111,13 +111,13 @@ class RandomLineLoad(NoiseLoad):
     def _signal(self, number: int) -> RandomSignal:
         return RandomSignal(self.spectrum.spectrum(), self.seed, f"{self.name} {number}", self.ramp)
 
-    def generated(self, end: float) -> Mapping[str, Any]:
+    def generated(self, end: float, loads: Sequence[LoadTable] = ()) -> Mapping[str, Any]:
         """Return spectrum and coherence of the load up to a time, s, beside those asked for."""
         full = self.at_full_amplitude()
         signals = [full._signal(number) for number in range(1, len(self.patterns) + 1)]
         weights = np.array([pattern.weights for pattern in self.patterns])
         found = compared_coherence(signals, weights, self.coherence, self.span, self._profile, end)
-        return {**super().generated(end), "coherence": found}
+        return {**super().generated(end, loads), "coherence": found}
 
     def _noise(self, number: int) -> TimeFunction:
         signal = self._signal(number)

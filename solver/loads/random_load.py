@@ -2,14 +2,15 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
-from typing import Literal
+from typing import Any, Literal
 
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.cross_spectrum import CrossSpectrum
+from gapbeam.solver.loads.generated_cross_spectrum import compared_cross_spectrum
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.noise_load import PEAK, NoiseLoad
 from gapbeam.solver.loads.point_or_support_load import PointOrSupportLoad
@@ -39,6 +40,16 @@ class RandomLoad(NoiseLoad, PointOrSupportLoad):
         """The noise as a function of time, with what it shares with another load."""
         signal, cross = super().signal, self.cross_spectrum
         return signal if cross is None else replace(signal, shared=cross.shared(self.seed))
+
+    def generated(self, end: float, loads: Sequence[LoadTable] = ()) -> Mapping[str, Any]:
+        """Return the spectrum up to a time, s, and what the load has in common with another one, beside those asked."""
+        found, cross = super().generated(end, loads), self.cross_spectrum
+        if cross is None:
+            return found
+        (other,) = (load for load in loads if isinstance(load, RandomLoad) and load.name == cross.load)
+        signals = self.at_full_amplitude().signal, other.at_full_amplitude().signal
+        bands = compared_cross_spectrum(*signals, cross.shared(self.seed), end)
+        return {**found, "cross_spectrum": {"load": cross.load, "delay": cross.delay, "bands": bands}}
 
     def frequency_words(self, step: float) -> tuple[str, str]:
         """Return the frequency below which 99 % of the power lie, the rms, the steps in a period, and the coherence."""

@@ -46,7 +46,7 @@ def describe_march(
     summary["wall_time"] |= accounts.tally.seconds()
     summary["checkpoints"] = consumers.costs()
     end = min(model.case.time.end, accounts.tally.steps * model.step)
-    if generated := [found for load in model.case.load if (found := load.generated(end)) is not None]:
+    if generated := [found for load in model.case.load if (found := load.generated(end, model.case.load)) is not None]:
         summary["random_loads"] = generated
     statistics, rule = consumers.recorder.statistics, consumers.rule
     doubts = doubts_of(model, accounts)

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, ReportSection, TableBlock, Words
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words
 from gapbeam.postprocess.report.number_text import number
 
 COHERENCE_HEADER = ("x (m)", "distance (m)", "coherence there", "asked", "generated", "95 % interval", "within")
+CROSS_HEADER = ("band (Hz)", "asked", "generated", "95 % interval", "phase error (degrees)", "within")
 HEADER = ("band (Hz)", "asked", "generated", "ratio", "95 % interval of the ratio", "within")
 
 
@@ -24,8 +25,33 @@ def random_loads_section(summary: dict[str, Any], anchor: str = "random-loads") 
 
 
 def _of_load(load: dict[str, Any]) -> list[Block]:
-    """Return spectrum and, of a load along the beam, coherence."""
-    return [*_spectrum(load), *_coherence(load)]
+    """Return spectrum, coherence of a load along the beam, and what a load has in common with another one."""
+    return [*_spectrum(load), *_coherence(load), *_cross_spectrum(load)]
+
+
+def _cross_spectrum(load: dict[str, Any]) -> list[Block]:
+    """Return the coherence with another load; nothing for loads that name none, and of earlier releases."""
+    found = load.get("cross_spectrum")
+    if not found:
+        return []
+    both = f"`{load['name']}` and `{found['load']}`"
+    if not found["bands"]:
+        return [Words(f"The run is too short to compare the coherence of {both} with the one asked for.")]
+    rows = [_cross_row(band) for band in found["bands"]]
+    inside = sum(row[-1] == "yes" for row in rows)
+    words = (
+        f"Coherence of {both} at the phase asked for: {inside} of {len(rows)} bands lie within the interval that "
+        "chance leaves. The phase error is the phase generated less the one asked for."
+    )
+    return [Words(words), TableBlock(f"Coherence of {both}", CROSS_HEADER, rows)]
+
+
+def _cross_row(band: dict[str, Any]) -> tuple[Cell, ...]:
+    low, value, high = band["low"], band["generated"], band["high"]
+    return (
+        f"{number(band['from'])} to {number(band['to'])}", band["asked"], value, f"{low:.3f} to {high:.3f}",
+        band["phase_error"], _within(low, value, high),
+    )  # fmt: skip
 
 
 def _coherence(load: dict[str, Any]) -> list[Block]:

@@ -25,9 +25,11 @@ Frequencies = Annotated[tuple[NonNegative, ...], Field(min_length=2, max_length=
 
 
 class CrossSpectrum(Table):
-    """What a random load has in common with another random load of the same seed and highest frequency."""
+    """What a random load has in common with another one of the same type, seed and highest frequency."""
 
-    load: Name = Field(description="name of the other random load, which has no cross_spectrum", examples=["drag"])
+    load: Name = Field(
+        description="name of the other load of the same type, which has no cross_spectrum", examples=["drag"]
+    )
     coherence: Number | Rows = Field(
         description="absolute value of the cross-spectral density over the root of the product of both densities, from "
         "0 to 1: one number, or one for each of `frequencies`, no unit; its square is what signal analyzers show",
@@ -49,11 +51,13 @@ class CrossSpectrum(Table):
         examples=[[10.0, 100.0]],
     )
 
-    def shared(self, seed: int) -> SharedNoise:
-        """Return the noise that is shared, of a seed."""
+    def shared(self, seed: int, part: str = "") -> SharedNoise:
+        """Return the noise that is shared, of a seed; `part`: of a load of several signals, behind its name."""
         frequencies = self.frequencies or (0.0,)
         phases = tuple(radians(phase) for phase in self._rows(self.phase))
-        return SharedNoise(noise_key(seed, self.load), frequencies, self._rows(self.coherence), phases, self.delay)
+        return SharedNoise(
+            noise_key(seed, self.load + part), frequencies, self._rows(self.coherence), phases, self.delay
+        )
 
     def words(self) -> str:
         """Return coherence and partner in words."""

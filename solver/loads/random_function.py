@@ -20,7 +20,7 @@ Source: Oppenheim and Schafer, Discrete-Time Signal Processing (2010), chapters 
 from __future__ import annotations
 
 from collections.abc import Hashable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from math import ceil, log2
 from typing import TypeVar
@@ -199,6 +199,7 @@ class _Blocks:
 
     def __init__(self, spectrum: PowerSpectrum, key: int, shared: SharedNoise | None) -> None:
         self._spectrum, self._key, self._shared = spectrum, key, shared
+        self._form = None if shared is None else replace(shared, key=0)  # filters do not depend on it
         self._white = lru_cache(maxsize=2)(self._normal)
         self._kept = lru_cache(maxsize=BLOCKS_KEPT)(self._samples)
         self.with_following = lru_cache(maxsize=BLOCKS_KEPT)(self._with_following)
@@ -213,7 +214,7 @@ class _Blocks:
         white = [np.concatenate([self._white(block - 1), self._white(block)])]
         if self._shared is not None:
             white.append(self._shared.white(block, length, sample_rate(self._spectrum)))
-        lines = [np.fft.rfft(one) * by for one, by in zip(white, _responses(self._spectrum, self._shared), strict=True)]
+        lines = [np.fft.rfft(one) * by for one, by in zip(white, _responses(self._spectrum, self._form), strict=True)]
         return np.asarray(np.fft.irfft(sum(lines[1:], lines[0]), 2 * length)[length:])
 
     def _with_following(self, block: int) -> Array:

@@ -17,7 +17,8 @@ from gapbeam.solver.loads.generated_coherence import compared_coherence
 from gapbeam.solver.loads.line_patterns import Profile, line_patterns
 from gapbeam.solver.loads.load_parts import LoadPart
 from gapbeam.solver.loads.load_table import OF_MODEL, LoadTable
-from gapbeam.solver.loads.noise_load import PEAK, NoiseLoad
+from gapbeam.solver.loads.noise_load import PEAK
+from gapbeam.solver.loads.paired_noise_load import PairedNoiseLoad
 from gapbeam.solver.loads.places import LineForce
 from gapbeam.solver.loads.random_function import RandomSignal
 from gapbeam.solver.loads.spectra.spectrum_choice import SpectrumChoice
@@ -27,6 +28,7 @@ from gapbeam.solver.table import NonNegative, Number, Table, Whole
 MOST_ROWS = 200
 LEAST_RATIO = 0.02  # of a coherence length to the length of the load: shorter ones need no patterns, and many points
 PER_HALF_WAVE, MORE = 2.0, 4  # stations that bending waves need
+OF_PATTERNS = ("span", "coherence", "velocity_profile", "stations")  # keys
 Stations = Annotated[Whole, Field(ge=2, le=48)]
 
 
@@ -44,10 +46,10 @@ class VelocityProfile(Table):
     )
 
 
-class RandomLineLoad(NoiseLoad):
+class RandomLineLoad(PairedNoiseLoad):
     """A random force per length along the beam, whose coherence falls with the distance of two places."""
 
-    of_model: ClassVar[tuple[str, ...]] = (*OF_MODEL, "span", "coherence", "velocity_profile", "stations")
+    of_model: ClassVar[tuple[str, ...]] = (*OF_MODEL, *OF_PATTERNS)
 
     type: Literal["random-line-load"] = Field(description="kind of load")
     span: tuple[Number, Number] = Field(description="x where the load begins and ends, m", examples=[[0.1, 0.9]])
@@ -109,7 +111,8 @@ class RandomLineLoad(NoiseLoad):
         return self._signal(1)
 
     def _signal(self, number: int) -> RandomSignal:
-        return RandomSignal(self.spectrum.spectrum(), self.seed, f"{self.name} {number}", self.ramp)
+        own = RandomSignal(self.spectrum.spectrum(), self.seed, f"{self.name} {number}", self.ramp)
+        return self._with_shared(own, f" {number}")
 
     def generated(self, end: float, loads: Sequence[LoadTable] = ()) -> Mapping[str, Any]:
         """Return spectrum and coherence of the load up to a time, s, beside those asked for."""
@@ -132,6 +135,20 @@ class RandomLineLoad(NoiseLoad):
         """Yield a span without length, coherences and profiles that are none, and too short coherence lengths."""
         yield from super().faults(key)
         yield from self._shape_faults(key)
+
+    def _noise_faults(self, key: Key, other: PairedNoiseLoad, number: int) -> Iterator[Fault]:
+        """Yield noise that cannot be shared, and another span, coherence, profile or number of stations."""
+        yield from super()._noise_faults(key, other, number)
+        for name in OF_PATTERNS:
+            own, theirs = getattr(self, name), getattr(other, name)
+            if own != theirs:
+                yield Fault(
+                    (*key, name),
+                    f"another one than that of {other.name}",
+                    "the same in both: each pattern of forces shares its noise with one of the other load",
+                    f"{name} as in {other.name}",
+                    (("load", number, name),),
+                )
 
     def _shape_faults(self, key: Key) -> Iterator[Fault]:
         """Yield what is wrong with span, coherence and profile."""

@@ -9,6 +9,7 @@ import pytest
 
 from gapbeam.postprocess.report.blocks import TableBlock, Words
 from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
+from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
 
 WHITE = {"type": "white", "density": 2.0, "low": 5.0, "high": 105.0}
@@ -106,3 +107,38 @@ def test_the_report_compares_two_loads() -> None:
     assert section is not None
     assert isinstance(section.blocks[-1], Words)
     assert "too short to compare the coherence of `lift` and `drag`" in section.blocks[-1].text
+
+
+FLOW: dict[str, Any] = {"type": "random-line-load", "span": (0.2, 1.2), "stations": 8, "seed": 5, "ramp": 0.1}
+ALONG: dict[str, Any] = FLOW | {"spectrum": WHITE, "coherence": {"type": "exponential", "length": 0.3}}
+
+
+def drag_and_lift(**others: Any) -> tuple[RandomLineLoad, RandomLineLoad]:
+    """Return two loads along the beam, of which the second one names the first."""
+    cross = {"load": "drag", "coherence": 0.7, "phase": 30.0}
+    lift = ALONG | {"name": "lift", "cross_spectrum": cross} | others
+    return RandomLineLoad.model_validate(ALONG | {"name": "drag"}), RandomLineLoad.model_validate(lift)
+
+
+def test_loads_along_the_beam_share_the_noise_of_each_pattern() -> None:
+    """Forces at every station of both have the coherence asked for; those at two stations the product of both."""
+    loads = drag_and_lift()
+    assert all(inside(loads[1].generated(12.0, loads)["cross_spectrum"]["bands"]))
+    times = np.arange(int(200.0 * 260.0)) / 260.0
+    forces = []
+    for load in loads:
+        weights = np.array([pattern.weights for pattern in load.patterns])
+        signals = [part.time_function().value(times) for part in load.at_full_amplitude().parts]
+        forces.append(weights.T @ np.array(signals))
+    drag, lift = forces
+    alone = np.corrcoef(drag)[2]
+    both = np.corrcoef(np.concatenate([drag, lift]))[2, len(drag) :]
+    assert both == pytest.approx(0.7 * np.cos(np.radians(30.0)) * alone, abs=0.03)
+
+
+def test_loads_along_the_beam_have_the_same_patterns() -> None:
+    """A coherence, a span or a number of stations that differ are refused, each with its key."""
+    loads = dict(enumerate(drag_and_lift(stations=6, coherence={"type": "exponential", "length": 0.2}), 1))
+    found = list(loads[2].faults_among(("load", 2), loads))
+    assert [fault.key[-1] for fault in found] == ["coherence", "stations"]
+    assert not list(drag_and_lift()[1].faults_among(("load", 2), dict(enumerate(drag_and_lift(), 1))))

@@ -142,11 +142,12 @@ class RandomLineLoad(PairedNoiseLoad):
         for name in OF_PATTERNS:
             own, theirs = getattr(self, name), getattr(other, name)
             if own != theirs:
+                plain = isinstance(own, int | tuple)
                 yield Fault(
                     (*key, name),
-                    f"another one than that of {other.name}",
+                    f"{own}, with {theirs} of {other.name}" if plain else f"another one than that of {other.name}",
                     "the same in both: each pattern of forces shares its noise with one of the other load",
-                    f"{name} as in {other.name}",
+                    f"{name} = {list(theirs) if isinstance(theirs, tuple) else theirs}" if plain else "copy it",
                     (("load", number, name),),
                 )
 

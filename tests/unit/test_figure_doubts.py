@@ -102,7 +102,7 @@ def test_the_last_line_counts_doubts() -> None:
     """And says where the figure that ended the run is judged otherwise than good."""
     described = gathered().describe(Doubts({"stop": 0.05}, energy=-0.3))
     words = statistics_words({"statistics": described})
-    assert words == "; statistics: 7 not resolved by the step, 4 biased by the scheme"
+    assert words == "; statistics: 9 not resolved by the step, 4 biased by the scheme"
     assert described["scheme_bias"]["figures"][RMS] == -0.15
     assert described["verdict"] == "biased"
     until = StopRule(RMS, 0.1, 1.0).judge(gathered(), 4.0, True, Doubts())
@@ -117,3 +117,16 @@ def test_figures_that_may_be_0_are_not_asked_for() -> None:
     """Means and percentiles of probes, along and across; mean forces never are 0."""
     assert not any(map(may_be_asked, ("probe.tip.mean", "probe.tip.lateral_mean", "probe.a.b.low", "probe.a.high")))
     assert all(map(may_be_asked, ("probe.tip.rms", "probe.tip.lateral_rms", "face.a.mean_force", "face.a.work_rate")))
+
+
+def test_no_bias_is_claimed_where_impacts_are_missed() -> None:
+    """Of figures that hang on short touches; mean force and work rate keep theirs."""
+    doubts = Doubts({"stop": 0.1}, contacts={"stop": 2.0}, table=TABLE)
+    for figure in ("contact_share", "rms_force", "impact_rate"):
+        assert doubts.bias(f"face.stop.{figure}") is None
+        assert doubts.on(f"face.stop.{figure}", 0.01) == "not resolved"
+    assert doubts.bias("face.stop.mean_force") == pytest.approx(-0.4)
+    assert doubts.on("face.stop.work_rate", 0.01) == "biased"
+    assert set(doubts.describe(["face.stop.contact_share", "face.stop.mean_force"])["figures"]) == {
+        "face.stop.mean_force"
+    }

@@ -71,7 +71,11 @@ def test_long_touches_miss_nothing() -> None:
         ("face.a.b.impact_rate", 2.0 * MOST_MISSED, "not resolved"),
         ("face.a.b.impact_impulse", 2.0 * MOST_MISSED, "not resolved"),
         ("face.a.b.impact_rate", 0.5 * MOST_MISSED, "good"),
+        ("face.a.b.contact_share", 2.0 * MOST_MISSED, "not resolved"),
+        ("face.a.b.rms_force", 2.0 * MOST_MISSED, "not resolved"),
+        ("face.a.b.rms_force", 0.5 * MOST_MISSED, "good"),
         ("face.a.b.mean_force", 1.0, "good"),
+        ("face.a.b.work_rate", 1.0, "good"),
         ("probe.a.b.impact_rate", 1.0, "good"),
     ],
 )

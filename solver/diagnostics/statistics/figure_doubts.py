@@ -34,6 +34,14 @@ WORK_RATE = "work_rate"
 PARTS_OF_WORK = tuple(f"{mode}_{WORK_RATE}" for mode in SLIP_MODES)
 """Figures of a face that depend on when its impacts begin and end as well."""
 
+OF_SHORT_CONTACTS = ("contact_share", "rms_force")
+"""Figures of a face that hang on touches and partings which are short beside a step, as those of impacts do.
+
+By how much they are off is not known where many of these are missed. Measured on a tube in three holes, a tenth of its
+impacts missed: the contact share was 5 % low where a mass with as many steps in its contacts has 10 % too much; the
+mean force and the work rate were off by 0.2 and 0.1 %.
+"""
+
 LEAST_STEPS = 6.0
 """In the time of an impact. Of a bounce with 6 steps, whose first half counts, 3 % is missing; with 4, 6 %."""
 
@@ -63,6 +71,8 @@ class Doubts:
         if kind == "probe":
             return 0.5 * self.energy if figure.endswith("rms") else None
         row = bias_at(self.table, self.contacts[of]) if of in self.contacts else None
+        if row is not None and self.missed_of(name) > MOST_MISSED:
+            return None
         if row is None:
             return self.energy if figure == "mean_force" or figure.endswith(WORK_RATE) else None
         return {
@@ -74,10 +84,11 @@ class Doubts:
         }.get(figure)
 
     def missed_of(self, name: str) -> float:
-        """Return the part of the impacts that a figure lacks; 0 for figures that do not count them."""
+        """Return the part of the impacts that a figure lacks; 0 for figures that do not hang on single impacts."""
         owner, _, figure = name.rpartition(".")
         kind, _, face = owner.partition(".")
-        return self.missed.get(face, 0.0) if kind == "face" and figure in (*COUNTED, *PARTS_OF_WORK) else 0.0
+        concerned = kind == "face" and figure in (*COUNTED, *PARTS_OF_WORK, *OF_SHORT_CONTACTS)
+        return self.missed.get(face, 0.0) if concerned else 0.0
 
     def splits_too_early(self, name: str) -> bool:
         """Return whether a figure is a part of a work rate that steps are too long to separate from the others."""
@@ -104,7 +115,7 @@ class Doubts:
                 "a longer wear.impact_time or a smaller time.step separates the parts; their sum is not concerned"
             )
         if doubt == "not resolved":
-            return f"{self.missed_of(name):.1%} of the impacts that it counts fell between two steps and were missed"
+            return f"{self.missed_of(name):.1%} of the impacts of its face fell between two steps and were missed"
         bias = self.bias(name) or 0.0
         return f"the scheme in its step makes it about {abs(bias):.1%} too {'small' if bias < 0.0 else 'large'}"
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words
@@ -35,15 +36,9 @@ def _cross_spectrum(load: dict[str, Any]) -> list[Block]:
     if not found:
         return []
     both = f"`{load['name']}` and `{found['load']}`"
-    if not found["bands"]:
-        return [Words(f"The run is too short to compare the coherence of {both} with the one asked for.")]
-    rows = [_cross_row(band) for band in found["bands"]]
-    inside = sum(row[-1] == "yes" for row in rows)
-    words = (
-        f"Coherence of {both} at the phase asked for: {inside} of {len(rows)} bands lie within the interval that "
-        "chance leaves. The phase error is the phase generated less the one asked for."
-    )
-    return [Words(words), TableBlock(f"Coherence of {both}", CROSS_HEADER, rows)]
+    before = f"Coherence of {both} at the phase asked for"
+    behind = "The phase error is the phase generated less the one asked for."
+    return _compared(both, CROSS_HEADER, [_cross_row(band) for band in found["bands"]], before, behind)
 
 
 def _cross_row(band: dict[str, Any]) -> tuple[Cell, ...]:
@@ -59,18 +54,20 @@ def _coherence(load: dict[str, Any]) -> list[Block]:
     found = load.get("coherence")
     if not found:
         return []
-    name = f"`{load['name']}`"
-    if not found["places"]:
-        return [Words(f"The run is too short to compare the coherence of {name} with the one asked for.")]
-    rows = [_coherence_row(one) for one in found["places"]]
+    name, rows = f"`{load['name']}`", [_coherence_row(one) for one in found["places"]]
+    before = f"{name} acts as forces at {len(rows) + 1} stations. Their correlation with the one at x = "
+    before += f"{number(found['from'])} m over {number(found['independent'])} independent pairs" if rows else ""
+    behind = "What is asked of two stations is the coherence spread over the reach of both, beside it that at their "
+    return _compared(name, COHERENCE_HEADER, rows, before, f"{behind}distance.")
+
+
+def _compared(what: str, header: tuple[str, ...], rows: Sequence[tuple[Cell, ...]], *words: str) -> list[Block]:
+    """Return a table of coherences; `words` stand before and behind how many of them lie in their intervals."""
+    if not rows:
+        return [Words(f"The run is too short to compare the coherence of {what} with the one asked for.")]
     inside = sum(row[-1] == "yes" for row in rows)
-    words = (
-        f"{name} acts as forces at {len(rows) + 1} stations. Their correlation with the one at x = "
-        f"{number(found['from'])} m over {number(found['independent'])} independent pairs: {inside} of {len(rows)} lie "
-        "within the interval that chance leaves. What is asked of two stations is the coherence spread over the reach "
-        "of both, beside it that at their distance."
-    )
-    return [Words(words), TableBlock(f"Coherence of {name}", COHERENCE_HEADER, rows)]
+    counted = f"{inside} of {len(rows)} lie within the interval that chance leaves"
+    return [Words(f"{words[0]}: {counted}. {words[1]}"), TableBlock(f"Coherence of {what}", header, rows)]
 
 
 def _coherence_row(one: dict[str, Any]) -> tuple[float, float, float, float, float, str, str]:

@@ -147,7 +147,8 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     whole["mesh"] = _mesh(draw, whole["mesh"], whole["contact"].get("mass") == "redistributed")
     whole["time"] = _time(draw, whole)
     if "state" in whole.get("analysis", {}):  # it stands in the place of a pose
-        whole["analysis"] = {key: value for key, value in whole["analysis"].items() if key != "start"}
+        left = "state" if (draw.focus.table, draw.focus.key) == ("Transient", "start") else "start"
+        whole["analysis"] = {key: value for key, value in whole["analysis"].items() if key != left}
     if "mode" in whole.get("analysis", {}):
         whole["analysis"] = _start(draw, whole["analysis"], whole["probe"])
     if "continuation" in whole.get("analysis", {}):

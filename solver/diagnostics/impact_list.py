@@ -62,8 +62,9 @@ class ImpactList:
             self._room = MOST - len(self._kept)
 
     def _all(self) -> Array:
-        self._kept = np.concatenate([self._kept, *self._new])
-        self._new.clear()
+        if self._new:
+            self._kept = np.concatenate([self._kept, *self._new])
+            self._new.clear()
         return self._kept
 
     def as_json(self) -> dict[str, Any]:

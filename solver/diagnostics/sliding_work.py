@@ -16,6 +16,7 @@ from __future__ import annotations
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gapbeam.solver.diagnostics.contact_peaks import by_face
 from gapbeam.solver.record_table import SLIP_MODES
@@ -72,19 +73,23 @@ class SlidingWork:
         ways = np.linalg.norm(moved, axis=1)
         done = force * ways
         self.work += done
-        spans = self._spans(step, operators)
+        pressed = by_face(contact, force) > 0.0
+        spans = self._spans(step, pressed, operators)
         for point in np.flatnonzero(done):
             face = contact.faces[point]
             share = impact_share(self.pressed_for[face], spans[face], modes)
             self.parts[:, point] += by_mode(done[point], ways[point] / step.size, share, modes)
-        pressed = by_face(contact, force) > 0.0
         for face, touches in enumerate(pressed):
             self.pressed_for[face] = pressed_after(self.pressed_for[face], spans[face], touches)
 
-    def _spans(self, step: Step, operators: Operators) -> Array:
+    def _spans(self, step: Step, pressed: NDArray[np.bool_], operators: Operators) -> Array:
         """Return how long each face is pressed in a step, if a force acts on it, (faces,), s."""
-        before = self.contact.penetration_of(step.old, operators)
-        depth = self.contact.penetration_of(step.new, operators)
-        deepest = [points[np.argmax(depth[points])] for points in self.contact.points_of_faces]
-        spans = zip(self.pressed_for, before[deepest], depth[deepest], strict=True)
-        return np.array([pressed_span(*one, step.size) for one in spans])
+        spans, closing = np.full(len(pressed), step.size), np.flatnonzero(pressed & (self.pressed_for == 0.0))
+        if len(closing):
+            before = self.contact.penetration_of(step.old, operators)
+            depth = self.contact.penetration_of(step.new, operators)
+            for face in closing:
+                points = self.contact.points_of_faces[face]
+                deepest = points[np.argmax(depth[points])]
+                spans[face] = pressed_span(0.0, before[deepest], depth[deepest], step.size)
+        return spans

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import logging
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -55,8 +54,8 @@ def describe_march(
         if rule is not None:
             summary["statistics"]["until"] = rule.judge(statistics, accounts.time, consumers.met, doubts)
         LOG.info("%s", in_words(summary["statistics"]))
-    steps = doubts.impact_steps if isfinite(doubts.impact_steps) else None
-    if (worn := wear_figures(model, accounts, summary.get("statistics"), statistics, steps)) is not None:
+    worn = wear_figures(model, accounts, summary.get("statistics"), statistics, doubts.too_few_steps)
+    if worn is not None:
         summary["wear"] = worn
         LOG.info("%s", wear_words(worn))
     findings = assumptions(model, consumers.recorder, accounts, recorded_content(folder, comm))

@@ -18,7 +18,7 @@ import numpy as np
 
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST_STEPS, PARTS_OF_WORK, WORK_RATE
+from gapbeam.solver.diagnostics.statistics.figure_doubts import PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.diagnostics.statistics.largest_of_map import largest_of_map
 from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
@@ -36,7 +36,7 @@ def wear_figures(
     accounts: Accounts,
     statistics: Mapping[str, Any] | None,
     gathered: RunStatistics | None = None,
-    impact_steps: float | None = None,
+    too_few_steps: str | None = None,
 ) -> dict[str, Any] | None:
     """Return what the summary reports about wear; None for a case without [wear].
 
@@ -45,7 +45,7 @@ def wear_figures(
         accounts: At its end.
         statistics: Of the summary; None: the run has none.
         gathered: What they were made of.
-        impact_steps: Steps in the time that counts as impact; None: nothing counts as impact.
+        too_few_steps: Of `Doubts`: how many steps an impact has and needs; None: it has enough.
     """
     wear, work, parts = model.case.wear, accounts.sliding.by_face, accounts.sliding.parts_by_face
     if wear is None or work is None or parts is None:
@@ -67,7 +67,7 @@ def wear_figures(
             | all_rates(work_rate(float(done), accounts.time, figure), of_case.coefficient, of_case.area)
         )
     limits = model.system.contact.slip_modes._asdict()
-    doubt = None if impact_steps is None or impact_steps >= LEAST_STEPS else _parts_doubt(impact_steps)
+    doubt = None if too_few_steps is None else f"its parts are not resolved: wear.impact_time {too_few_steps}"
     return {"area": wear.area, "seconds": accounts.time, **limits, "parts_doubt": doubt, "faces": faces}
 
 
@@ -106,10 +106,6 @@ def wear_words(found: Mapping[str, Any]) -> str:
     rows = found["faces"].items()
     words = "wear: " + "; ".join(f"{face} {_last_known(of_face)}{_shares(of_face)}" for face, of_face in rows)
     return words if found["parts_doubt"] is None else f"{words}; {found['parts_doubt']}"
-
-
-def _parts_doubt(impact_steps: float) -> str:
-    return f"its parts are not resolved: wear.impact_time has {impact_steps:.2g} steps, and needs {LEAST_STEPS:g}"
 
 
 def work_rate(work: float, time: float, figure: Mapping[str, Any] | None) -> dict[str, Any]:

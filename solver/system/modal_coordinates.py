@@ -33,7 +33,6 @@ class ModalSystem:
         gaps: Phi, (m, n).
         loads: L_k = X^T f_k, (loads, n).
         dashpots: beta_j = X^T b_j and c_j, (k, n) and (k,); k = 0 without dashpots.
-        restraint: Y, (n, r), with X^T K_restraint X = Y Y^T: what of K is the weak restraint, of rank r, 1/s.
         modal_damping: What dashpots add that damp one mode each, (n,), 1/s; they are not among `dashpots`.
     """
 
@@ -43,7 +42,6 @@ class ModalSystem:
     gaps: Array
     loads: Array
     dashpots: RankOnes
-    restraint: Array
     modal_damping: Array
 
     @property
@@ -82,6 +80,13 @@ class ModalSystem:
         moved = circles.surface @ traced_on(contact, self.shapes)
         return np.ascontiguousarray(moved.reshape(-1, 4, len(self.squares)))
 
+    @cached_property
+    def restraint(self) -> Array:
+        """Y, (n, r), with X^T K_restraint X = Y Y^T: what of K is the weak restraint, of rank r, 1/s."""
+        operators = self.system.operators
+        assert isinstance(operators, DenseOperators)
+        return _root(self.shapes.T @ operators.restraint @ self.shapes)
+
     def coordinates(self, x: Array) -> Array:
         """Return q = X^T M x, (n,), of DOFs x, (n,)."""
         return np.asarray(self.shapes.T @ self.system.operators.apply_mass(x))
@@ -106,7 +111,6 @@ def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:
         np.ascontiguousarray(contact.gap_matrix @ traced_on(contact, shapes)),
         np.array([load.pattern @ shapes for load in system.loads]).reshape(len(system.loads), operators.size),
         dashpots,
-        _root(shapes.T @ operators.restraint @ shapes),
         modal_damping,
     )
 

@@ -90,9 +90,16 @@ class Doubts:
         concerned = kind == "face" and figure in (*COUNTED, *PARTS_OF_WORK, *OF_SHORT_CONTACTS)
         return self.missed.get(face, 0.0) if concerned else 0.0
 
+    @property
+    def too_few_steps(self) -> str | None:
+        """How many steps the time of an impact has, and needs, where it has too few for the parts of a work rate."""
+        if self.impact_steps >= LEAST_STEPS:
+            return None
+        return f"has {self.impact_steps:.2g} steps, and needs {LEAST_STEPS:g}"
+
     def splits_too_early(self, name: str) -> bool:
         """Return whether a figure is a part of a work rate that steps are too long to separate from the others."""
-        return self.impact_steps < LEAST_STEPS and name.rpartition(".")[2] in PARTS_OF_WORK
+        return self.too_few_steps is not None and name.rpartition(".")[2] in PARTS_OF_WORK
 
     def on(self, name: str, relative: float, least: float = LEAST) -> Doubt | None:
         """Return the doubt on a figure that is known within a relative error by chance; None: there is none.
@@ -111,7 +118,7 @@ class Doubts:
         """Return a doubt on a figure in a sentence."""
         if doubt == "not resolved" and self.splits_too_early(name):
             return (
-                f"the time that counts as impact has {self.impact_steps:.2g} steps, and needs {LEAST_STEPS:g}: "
+                f"the time that counts as impact {self.too_few_steps}: "
                 "a longer wear.impact_time or a smaller time.step separates the parts; their sum is not concerned"
             )
         if doubt == "not resolved":

@@ -27,6 +27,7 @@ from gapbeam.solver.march.compiled.plan_arrays import (
     room_for,
     room_for_records,
     scheme_table,
+    sliding_rows,
     state_of,
     wall_rows,
 )
@@ -84,7 +85,7 @@ class CompiledLoop:
         self.plan, self.modal = plan, modal
         self._table = modal_table(plan, modal)
         self._scheme = scheme_table(plan)
-        self._room = room_for(self._table)
+        self._room, self._slides = room_for(self._table), sliding_rows(modal)
         self._march_steps = march_steps if self._table.around is None else march_around
 
     @classmethod
@@ -109,7 +110,7 @@ class CompiledLoop:
         accounts = Accounts.opened(plan.system, plan.law, paused.state, plan.dt)
         self._march_steps(
             self._table, self._scheme, self._law(paused.state), self._motion(paused), self._room,
-            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self.modal, accounts, 0, 1),
+            ledger_arrays_of(accounts), limits_of(accounts), room_for_records(self.modal, accounts, self._slides, 0, 1),
             factor_rows(plan, 0, 0), wall_rows(plan, 0, 0), 0, 1, 0, plan.max_iterations,
         )  # fmt: skip
 
@@ -161,7 +162,7 @@ class CompiledLoop:
             wanted = agreed(min(size, min(ends) - done, rows))
             started = time.perf_counter()
             ledgers = ledger_arrays_of(accounts)
-            records = room_for_records(self.modal, accounts, wanted, every, between_snapshots)
+            records = room_for_records(self.modal, accounts, self._slides, wanted, every, between_snapshots)
             status, taken, recorded = self._march_steps(
                 self._table, self._scheme, law, motion, self._room, ledgers, limits_of(accounts), records,
                 factor_rows(plan, origin + done, wanted), wall_rows(plan, origin + done, wanted),

@@ -1,7 +1,7 @@
 """Rows of whole SIMD lanes: the modal coordinates of a kernel, filled up with coordinates that never move.
 
-Loops over rows are compiled to work on 16 numbers at a time, and what is left of a row takes as long as all before it:
-products with 64 numbers take two thirds of the time of those with 59.
+Loops over rows are compiled to work on 16 numbers at a time, and what is left of a row is worked on one by one: rows
+of 64 numbers take less time than those of 59.
 """
 
 from __future__ import annotations

@@ -130,8 +130,21 @@ def room_for(table: Modal) -> Room:
     return Room._make([*vectors, room_for_solution(m)])
 
 
+def sliding_rows(modal: ModalSystem) -> tuple[Array, Array]:
+    """Return the motions of points along faces, and of surfaces at stations, in whole lanes; see `SlidingArrays`."""
+    contact = modal.system.contact
+    turning = contact.measures_sliding and contact.turning is not None
+    tangents = widened(modal.tangents) if contact.measures_sliding else np.zeros((0, 0, 0))
+    return tangents, widened(modal.surfaces) if turning else np.zeros((0, 4, 0))
+
+
 def room_for_records(
-    modal: ModalSystem, accounts: Accounts, steps: int, every: int, between_snapshots: int = 0
+    modal: ModalSystem,
+    accounts: Accounts,
+    slides: tuple[Array, Array],
+    steps: int,
+    every: int,
+    between_snapshots: int = 0,
 ) -> Records:
     """Return room for records and snapshots of some steps, for impacts that may end in them, and the work of sliding.
 
@@ -162,7 +175,7 @@ def room_for_records(
         residual=np.zeros(rows),
         iterations=np.zeros(rows, dtype=np.int64),
         snapshots=_room_for_snapshots(n, contact.size, steps, between_snapshots),
-        sliding=_sliding(modal, accounts, rows),
+        sliding=_sliding(modal, accounts, slides, rows),
     )
 
 
@@ -181,13 +194,12 @@ def _turning_levers(modal: ModalSystem) -> Array:
     return np.ascontiguousarray(reactions.turning.T.reshape(len(circles.points), 2, -1))
 
 
-def _sliding(modal: ModalSystem, accounts: Accounts, rows: int) -> SlidingArrays:
+def _sliding(modal: ModalSystem, accounts: Accounts, slides: tuple[Array, Array], rows: int) -> SlidingArrays:
     contact, so_far = modal.system.contact, accounts.sliding
-    turning = contact.measures_sliding and contact.turning is not None
     faces, parts = (len(contact.face_names) if contact.measures_sliding else 0), len(so_far.parts)
     return SlidingArrays(
-        tangents=widened(modal.tangents) if contact.measures_sliding else np.zeros((0, 0, 0)),
-        surface=widened(modal.surfaces) if turning else np.zeros((0, 4, 0)),
+        tangents=slides[0],
+        surface=slides[1],
         work=so_far.work,
         parts=so_far.parts,
         pressed_for=so_far.pressed_for,

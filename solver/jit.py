@@ -151,6 +151,11 @@ def entry(function: Function) -> Function:
     return _kept(function, _OPTIONS)
 
 
+def long_entry(function: Function) -> Function:
+    """As `entry`, for what takes a while: other threads of Python run meanwhile."""
+    return _kept(function, _OPTIONS | {"nogil": True})
+
+
 def allocating_entry(function: Function) -> Function:
     """As `entry`, for functions that make arrays."""
     return _kept(function, _OPTIONS | {"_nrt": True})

@@ -34,11 +34,8 @@ class Gauges:
 
         Collective.
         """
-        axial, equivalent = [], []
-        for one in u:
-            gradient = self.rows.pose(one)[1]
-            mean = np.zeros((len(self.shares), *gradient.shape[1:]))
-            np.add.at(mean, self.numbers, gradient * self.shares[self.numbers, None, None])
-            axial.append(axial_stress(mean, self.scales))
-            equivalent.append(deformation(mean, self.scales)[2])
-        return np.array(axial), np.array(equivalent)
+        gradient = self.rows.poses(u)[1]
+        mean = np.zeros((len(u), len(self.shares), *gradient.shape[2:]))
+        for cell, probe in enumerate(self.numbers):
+            mean[:, probe] += gradient[:, cell] * self.shares[probe]
+        return axial_stress(mean, self.scales), deformation(mean, self.scales)[2]

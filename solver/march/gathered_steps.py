@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
@@ -27,8 +28,8 @@ class StepBlock:
         steps: Steps of this block.
         time: Its end, s.
         pressure: Contact pressure there, (m,), Pa.
-        rows: Records that fell due, None: none did.
-        snapshots: Those that fell due, None: none did.
+        record: Makes the records that fell due.
+        show: Makes the snapshots that fell due.
         state: Returns the state at the end.
         since: Steps, parts of halved ones included, since the images of that state were formed anew.
         modal: As in `Paused`.
@@ -38,11 +39,21 @@ class StepBlock:
     steps: int
     time: float
     pressure: Array
-    rows: Rows | None
-    snapshots: Snapshots | None
+    record: Callable[[], Rows | None]
+    show: Callable[[], Snapshots | None]
     state: Callable[[], State]
     since: int = 0
     modal: tuple[Array, ...] | None = None
+
+    @cached_property
+    def rows(self) -> Rows | None:
+        """Records that fell due, None: none did; to be asked for block after block, for their maker has a memory."""
+        return self.record()
+
+    @cached_property
+    def snapshots(self) -> Snapshots | None:
+        """Those that fell due, None: none did."""
+        return self.show()
 
     @property
     def end(self) -> State:
@@ -97,7 +108,9 @@ class OpenBlock:
         end = self._end
         rows = self._recorder.rows(joined(self._instants)) if self._instants else None
         shown = Snapshots.of_states(self._shown) if self._shown else None
-        return StepBlock(self._done, self.steps, end.time, end.pressure, rows, shown, lambda: end, self._since)
+        return StepBlock(
+            self._done, self.steps, end.time, end.pressure, lambda: rows, lambda: shown, lambda: end, self._since
+        )
 
     def most_steps(self, seconds: float) -> int:
         """Return how many steps the next block may have.

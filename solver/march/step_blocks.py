@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING
 
-from gapbeam.solver.diagnostics.history_rows import Recorder
+from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
@@ -21,6 +21,8 @@ from gapbeam.solver.system.semi_discrete import State
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+
+    from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
 
 LOG = logging.getLogger("gapbeam")
 
@@ -133,7 +135,6 @@ def _compiled(
     plan: March, start: State | Paused, accounts: Accounts, recorder: Recorder, wanted: Wanted, comm: MPI.Comm
 ) -> Iterator[StepBlock]:
     from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-    from gapbeam.solver.march.compiled.record_instants import instants_of
 
     loop, count = CompiledLoop(plan), plan.steps
     agreed, between = agreement(comm), wanted.snapshots or 0
@@ -146,10 +147,18 @@ def _compiled(
         due = len(block.times)
         if due and done == count and not wanted.records(done, count):
             due -= 1
-        rows = recorder.rows(instants_of(block, due)) if due else None
-        end = partial(getattr, block, "end")
-        pressure, taken = block.motion.pressure, block.snapshots
-        yield StepBlock(done, block.steps, block.end_time, pressure, rows, taken, end, modal=block.carried)
+        record = partial(_rows_of, block, due, recorder)
+        end, show = partial(getattr, block, "end"), partial(getattr, block, "snapshots")
+        yield StepBlock(
+            done, block.steps, block.end_time, block.motion.pressure, record, show, end, modal=block.carried
+        )
+
+
+def _rows_of(block: CompiledBlock, due: int, recorder: Recorder) -> Rows | None:
+    """Return the first records of a block."""
+    from gapbeam.solver.march.compiled.record_instants import instants_of
+
+    return recorder.rows(instants_of(block, due)) if due else None
 
 
 def agreement(comm: MPI.Comm) -> Callable[[int], int]:

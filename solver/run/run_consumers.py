@@ -5,20 +5,24 @@ from __future__ import annotations
 import time
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from copy import copy
+from functools import partial
 from pathlib import Path
 from types import TracebackType
 
-import numpy as np
 from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumptions.assumption import let_pass
+from gapbeam.solver.diagnostics.contact_episodes import Episodes
+from gapbeam.solver.diagnostics.contact_peaks import Peaks
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
-from gapbeam.solver.errors import Interrupted, NotWritten, RunError
+from gapbeam.solver.errors import AssumptionBroken, Interrupted, NotWritten, RunError
+from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.gathered_steps import StepBlock
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.march.step_blocks import Wanted, agreement, marched, step_blocks_of
@@ -31,6 +35,7 @@ from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.field_pieces import AT_ONCE
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
+from gapbeam.solver.run.output.output_thread import OutputThread
 from gapbeam.solver.run.output.point_file import write_points
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.run.output.progress_file import ProgressFile
@@ -41,7 +46,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.solver.system.snapshots import Snapshots
 
-LEAST_BLOCKS = 50  # of a run with many fields: an assumption that is broken beyond all sense ends it after a block
+LEAST_BLOCKS = 32  # of a run with many fields: an assumption that is broken beyond all sense ends it after a few
 
 
 def steps_between(model: Model) -> dict[str, int]:
@@ -95,7 +100,7 @@ class RunConsumers:
             left.restore(self.accounts, self.recorder)
         self._trouble: NotWritten | None = None
         self._looked = 0.0  # last time at which the rule could have ended the march, s
-        self._passed = (0, 0.0)  # looks and penetration that were let pass
+        self._passed: tuple[bytes, ...] = ()  # largest pose and penetration that were let pass
         self._history: HistoryWriter | None = None
         kept = None if left is None else int(left.header["records"])
         on_rank_zero(comm, lambda: self._open_history(folder, kept))
@@ -130,7 +135,7 @@ class RunConsumers:
         if isinstance(self._start, State):
             self._record(self.recorder.row(self._start, self.accounts), Snapshots.of_states([self._start]))
             on_rank_zero(self.comm, self._begin_history)
-            self._let_pass()
+            self._let_pass(self.accounts.peaks, self.accounts.episodes)
         together = plan.steps // (fields_every * LEAST_BLOCKS) if self.rule is None else 1
         stops = fields_every * min(AT_ONCE, max(1, together))
         wanted = Wanted(every["history_interval"], stops, True, kept_steps(self.model), fields_every)
@@ -139,30 +144,34 @@ class RunConsumers:
         else:
             agreed = agreement(self.comm)
             blocks_of_steps = step_blocks_of(steps, plan.steps, self.accounts, self.recorder, wanted, agreed=agreed)
+        beside = steps is None and self.comm.size == 1 and why_not_compiled(plan) is None  # the loop needs no Python
         begun = 0 if isinstance(self._start, State) else self._start.done
         self._looked = begun // fields_every * fields_every * self.model.step
         clock, before = time.perf_counter(), self.accounts.tally.march
         progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0, begin=self.accounts.time)
         try:
-            with progress:
+            with OutputThread(beside) as output, progress:
                 for step_block in blocks_of_steps:
                     if self.model.law.keeps_set:
                         self.plastic_set = step_block.end.plastic_set
-                    self._record(step_block.rows, step_block.snapshots)
+                    output.do(partial(self._take, step_block, copy(self.accounts.peaks), copy(self.accounts.episodes)))
                     closed = self._closed_faces(step_block.pressure)
                     progress.advance(step_block.time, step_block.steps, f"contact: {' and '.join(closed) or 'none'}")
                     self._progress.report(self.accounts, step_block.steps, closed)
-                    wish = interruption.agreed(self._wish())
-                    if wish == Wish.GIVE_UP:
-                        self._give_up()
-                    self._let_pass()
-                    ends = wanted.shows(step_block.done, plan.steps) and self._may_end(step_block, plan.steps)
+                    wish, ends = self._wish(interruption), False
+                    if self.rule is not None and wanted.shows(step_block.done, plan.steps):
+                        output.wait()
+                        ends = self._may_end(self.rule, step_block, plan.steps)
                     over = ends or step_block.done == plan.steps
                     if step_block.done in wanted.also or (case.output.keep_checkpoint if over else wish != Wish.NONE):
+                        output.wait()
+                        wish = self._wish(interruption)
                         self.accounts.tally.march = before + time.perf_counter() - clock
                         self._pause(step_block, Wish.NONE if over else wish)
                     if ends:
                         break
+                output.wait()
+                self._wish(interruption)
         finally:
             self.accounts.tally.march = before + time.perf_counter() - clock
             self._progress.remove()
@@ -223,6 +232,11 @@ class RunConsumers:
         if self._trouble is None:
             self._history.commit()
 
+    def _take(self, step_block: StepBlock, peaks: Peaks, episodes: Episodes) -> None:
+        """Write records and fields of a block, and look whether the assumptions hold up to its end. Collective."""
+        self._record(step_block.rows, step_block.snapshots)
+        self._let_pass(peaks, episodes)
+
     def _record(self, rows: Rows | None, snapshots: Snapshots | None) -> None:
         """Write records and fields; what goes wrong is kept until all ranks can hear of it. Collective."""
         try:
@@ -233,28 +247,39 @@ class RunConsumers:
         except NotWritten as trouble:
             self._trouble = self._trouble or trouble
 
-    def _let_pass(self) -> None:
+    def _let_pass(self, peaks: Peaks, episodes: Episodes) -> None:
         """End the run where an assumption of the equations is broken beyond all sense, by the bits of every rank."""
-        watch, accounts = self.recorder.watch, self.accounts
-        if watch is None or (watch.looks, float(np.max(accounts.peaks.deepest))) == self._passed:
+        watch = self.recorder.watch
+        if watch is None:
             return
-        self._passed = watch.looks, float(np.max(accounts.peaks.deepest))
-        let_pass([*of_pose(watch, self.model.case), *of_contact(self.model.case, accounts.peaks, accounts.episodes)])
+        largest = watch.closest.tobytes(), peaks.deepest.tobytes()
+        if largest == self._passed:
+            return
+        self._passed = largest
+        try:
+            let_pass([*of_pose(watch, self.model.case), *of_contact(self.model.case, peaks, episodes)])
+        except AssumptionBroken:
+            watch.end()  # blocks that are computed already are recorded, but say no more about where it broke
+            raise
 
-    def _may_end(self, step_block: StepBlock, last: int) -> bool:
+    def _may_end(self, rule: StopRule, step_block: StepBlock, last: int) -> bool:
         """Return whether the interval at which the run is to end is narrow enough. Collective."""
-        rule, statistics = self.rule, self.recorder.statistics
-        if rule is None or statistics is None:
+        statistics = self.recorder.statistics
+        if statistics is None:
             return False
         looks, self._looked = rule.looks_between(self._looked, step_block.time), step_block.time
         if looks or step_block.done == last:
             self.met = on_rank_zero(self.comm, lambda: rule.met(statistics))
         return self.met
 
-    def _wish(self) -> Wish:
-        if self._trouble is not None:
-            return Wish.GIVE_UP
-        return Wish.CHECKPOINT if self._checkpoints is not None and self._checkpoints.due else Wish.NONE
+    def _wish(self, interruption: Interruption) -> Wish:
+        """Return what all ranks wish, and end the run where files cannot be written. Collective."""
+        due = self._checkpoints is not None and self._checkpoints.due
+        own = Wish.CHECKPOINT if due else Wish.NONE
+        wish = interruption.agreed(own if self._trouble is None else Wish.GIVE_UP)
+        if wish == Wish.GIVE_UP:
+            self._give_up()
+        return wish
 
     def _give_up(self) -> None:
         def report() -> None:

@@ -87,13 +87,18 @@ class ModalSystem:
         assert isinstance(operators, DenseOperators)
         return _root(self.shapes.T @ operators.restraint @ self.shapes)
 
+    @cached_property
+    def _columns(self) -> Array:
+        """X^T, row by row."""
+        return np.ascontiguousarray(self.shapes.T)
+
     def coordinates(self, x: Array) -> Array:
         """Return q = X^T M x, (n,), of DOFs x, (n,)."""
         return np.asarray(self.shapes.T @ self.system.operators.apply_mass(x))
 
     def dofs(self, q: Array) -> Array:
         """Return X q; q is (n,) or, row by row, (times, n)."""
-        return np.asarray(q @ self.shapes.T) if q.ndim == 1 else row_product(q, self.shapes.T)
+        return np.asarray(q @ self.shapes.T) if q.ndim == 1 else row_product(q, self._columns)
 
 
 def modal_system(system: SemiDiscreteSystem) -> ModalSystem | None:

@@ -13,6 +13,7 @@ import numpy as np
 from gapbeam.solver.system.operators import Array
 
 ROWS = 8
+COLUMNS = 1024  # at once, so that they stay in the cache from one block of rows to the next
 
 
 def row_product(rows: Array, matrix: Array) -> Array:
@@ -20,4 +21,8 @@ def row_product(rows: Array, matrix: Array) -> Array:
     times, count = len(rows), -(-len(rows) // ROWS)
     blocks = np.zeros((count, ROWS, rows.shape[1]))
     blocks.reshape(count * ROWS, rows.shape[1])[:times] = rows
-    return np.asarray((blocks @ matrix).reshape(count * ROWS, matrix.shape[1])[:times])
+    product = np.empty((count, ROWS, matrix.shape[1]))
+    for begin in range(0, matrix.shape[1], COLUMNS):
+        some = slice(begin, begin + COLUMNS)
+        np.matmul(blocks, matrix[:, some], out=product[..., some])
+    return product.reshape(count * ROWS, matrix.shape[1])[:times]

@@ -120,7 +120,7 @@ class ContactOperator:
         return csr_matrix((self.interface.size, self.interface.size))
 
     def spread(self, forces: Array) -> Array:
-        """Return the forces at the points where the faces were integrated, N: f itself but for resultants."""
+        """Return the forces at the points where the faces were integrated, N, of f, (m,) or (m, times): often f."""
         return forces
 
     @property

@@ -15,7 +15,10 @@ from mpi4py import MPI
 import gapbeam
 import gapbeam.solver.march.step_blocks
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.run import run_consumers
 from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.output.field_files import FieldWriter
+from gapbeam.solver.run.output.output_thread import OutputThread
 from gapbeam.solver.run.run_case import run_case
 from tests.shared.command import DEMO
 from tests.shared.models import COARSE, GRAVITY, beam_case
@@ -139,3 +142,40 @@ def test_a_signal_ends_a_compiled_run(tmp_path: Path) -> None:
     with h5py.File(history_file) as history:
         assert len(history["time"]) > 1
         assert f"t = {history['time'][-1]:.6g} s" in outcome.message
+
+
+def test_output_in_a_second_thread_has_the_same_bits(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Records and fields are those of a run that does one thing after the other."""
+    case, seen, write = case_of(), set(), FieldWriter.write
+
+    def noting(self: FieldWriter, *what: Any) -> None:
+        seen.add(threading.current_thread() is threading.main_thread())
+        write(self, *what)
+
+    monkeypatch.setattr(FieldWriter, "write", noting)
+    beside = run_case(case, tmp_path / "beside", MPI.COMM_SELF)
+    assert seen == {True, False}  # the field of the start, and all others
+    monkeypatch.setattr(run_consumers, "OutputThread", lambda _beside: OutputThread(beside=False))
+    in_turn = run_case(case, tmp_path / "in-turn", MPI.COMM_SELF)
+    assert beside.exit_status == in_turn.exit_status == 0
+    same_history(beside.folder, in_turn.folder, 0.0)
+    with h5py.File(beside.folder / "fields.h5") as first, h5py.File(in_turn.folder / "fields.h5") as second:
+        assert sorted(first["velocity"]) == sorted(second["velocity"])
+        for name in ("displacement", "velocity", "contact_pressure"):
+            assert all(np.array_equal(first[name][number], second[name][number]) for number in first[name]), name
+    for name in ("penetration", "energy", "impacts", "assumptions"):
+        assert beside.summary[name] == in_turn.summary[name], name
+
+
+def test_files_and_figures_end_together_where_an_assumption_is_broken(tmp_path: Path) -> None:
+    """Blocks that were computed before the error was heard are in the history, too."""
+    push = {**PUSH, "amplitude": 3.0e5}
+    case = beam_case({"mesh": COARSE, "model": MODEL, "time": {"end": 2.0, "step": 5.0e-5}}, (GRAVITY, push), {})
+    outcome = run_case(case, tmp_path / "broken", MPI.COMM_SELF)
+    assert outcome.exit_status == 4
+    assert "rotation" in outcome.message
+    with h5py.File(outcome.folder / "history.h5") as history:
+        records = len(history["time"])
+        assert records == outcome.summary["convergence"]["steps"] + 1 < 20_000
+        deepest = float(history["penetration"][:].max())
+    assert outcome.summary["penetration"]["largest"] == pytest.approx(deepest, rel=1e-12)

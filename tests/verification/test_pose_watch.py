@@ -88,7 +88,7 @@ def test_sag_of_a_cantilever(kind: str) -> None:
     # sigma = E k t/2, E I k = rho A g s^2 / 2 at a distance s from the free end
     assert found[STRESS, 0] == pytest.approx(3.0 * YOUNG * unit * (LENGTH - place) ** 2 / THICKNESS, rel=0.06)
     overhang, faces = LENGTH - 0.05, watch_of(model).rows
-    displacement, gradient = faces.pose(seat_of(model).state.u[VALUE])
+    (displacement,), (gradient,) = faces.poses(seat_of(model).state.u[VALUE][None])
     end, edge = np.argmax(faces.places[:, 0]), np.argmin(np.abs(faces.places[:, 0] - 0.05))
     turn = [abs(gradient[k, 1, 0] - gradient[k, 0, 1]) / 2.0 for k in (end, edge)]
     assert turn[0] - turn[1] == pytest.approx(2.0 * unit * overhang**3 / THICKNESS**2, rel=0.06)

@@ -181,16 +181,16 @@ class CircleOperator(ContactOperator):
         return replace(moved, around=self.around.with_gaps_of(faces), circles=circles)
 
     def spread(self, forces: Array) -> Array:
-        """Return the forces at the points where the faces were integrated, N.
+        """Return the forces at the points where the faces were integrated, (q,) or (q, times), N.
 
         A station shares its force among the points around it by the cosine of their angle to its direction.
         """
         circles = self.circles
-        found = np.zeros(self.around.size)
+        found = np.zeros((self.around.size, *forces.shape[1:]))
         found[self.kept] = forces[self.others]
         for point, members in zip(circles.points, circles.members, strict=True):
             share = self.around.weights[members] * np.maximum(self.around.across[members] @ self.across[point], 0.0)
-            found[members] = forces[point] * share / share.sum()
+            found[members] = np.multiply.outer(share / share.sum(), forces[point])
         return self.around.spread(found)
 
     def at_stations(self, columns: Array) -> Array:

@@ -71,7 +71,7 @@ class ResultantOperator(ContactOperator):
         return replace(moved, distributed=self.distributed.worn(below))
 
     def spread(self, forces: Array) -> Array:
-        """Return P^T f, the forces at the quadrature points, (q,), N, for resultants f, (m,), N."""
+        """Return P^T f, the forces at the quadrature points, (q, ...), N, for resultants f, (m, ...), N."""
         return np.asarray(self._shared_by @ forces)
 
     @cached_property

@@ -18,6 +18,7 @@ import numpy as np
 from gapbeam.solver.system.operators import Array
 
 LOOKS = 200  # over the span of a run
+TOGETHER = 64  # looks at once
 HIGHER = 1.1  # times the largest strain energy looked at so far
 ROTATION, STRAIN, STRESS, TRAVEL, ASIDE = range(5)
 
@@ -33,8 +34,8 @@ class PoseRows(Protocol):
     def on_faces(self) -> int:
         """How many of them lie on base and gland; they come first."""
 
-    def pose(self, u: Array) -> tuple[Array, Array]:
-        """Return displacement (k, d) and gradient (k, d, d) of marched DOFs u, (n,). Collective."""
+    def poses(self, u: Array) -> tuple[Array, Array]:
+        """Return displacement (times, k, d) and gradient (times, k, d, d) of marched DOFs u, (times, n). Collective."""
 
 
 @dataclass(frozen=True)
@@ -103,82 +104,92 @@ class PoseWatch:
 
         Collective.
         """
+        chosen = []
         for place in np.flatnonzero((times >= self.due) | ~(strain_energy <= HIGHER * self.highest)):
             time, energy = float(times[place]), float(strain_energy[place])
             if time < self.due and energy <= HIGHER * self.highest:
                 continue
-            self._look(time, u[place])
+            chosen.append(place)
             self.highest = max(self.highest, energy)
             if time >= self.due:
                 self.due = time + self.scales.span / LOOKS
-            self.looks += 1
+        for first in range(0, len(chosen), TOGETHER):
+            some = chosen[first : first + TOGETHER]
+            self._look(times[some], u[some])
+            self.looks += len(some)
 
-    def _look(self, time: float, u: Array) -> None:
-        displacement, gradient = self.rows.pose(u)
+    def end(self) -> None:
+        """Look no more."""
+        self.due = self.highest = np.inf
+
+    def _look(self, times: Array, u: Array) -> None:
+        displacement, gradient = self.rows.poses(u)
         rotation, strain, stress = deformation(gradient, self.scales)
-        found = np.stack([rotation, strain, stress / self.scales.strength])
-        at = np.argmax(found, axis=1)
-        for row, point in enumerate(at):
-            self._keep(row, float(found[row, point]), time, self.rows.places[point])
-        faces = self.rows.on_faces
-        inside = displacement[:faces] - self.moved(time, u)
+        places, faces = self.rows.places, self.rows.on_faces
+        self._keep(ROTATION, rotation, times, places)
+        self._keep(STRAIN, strain, times, places)
+        self._keep(STRESS, np.asarray(stress / self.scales.strength), times, places)
         if faces:
-            moved = np.abs(np.mean(inside, axis=0))
-            share = moved[0] / self.scales.support_length
-            if len(moved) > 2:
-                share = max(share, moved[1] / self.scales.width)
-            self._keep(TRAVEL, float(share), time, np.mean(self.rows.places[:faces], axis=0))
-        if faces and self.scales.radius:
-            aside = np.linalg.norm(inside[:, 1:] - rolled(self.rows.places[:faces], gradient[:faces]), axis=1)
-            point = int(np.argmax(aside))
-            self._keep(ASIDE, float(aside[point]) / self.scales.radius, time, self.rows.places[point])
+            inside = displacement[:, :faces].copy()
+            for one, (time, marched) in zip(inside, zip(times, u, strict=True), strict=True):
+                one -= self.moved(time, marched)
+            moved = np.abs(np.mean(inside, axis=1))
+            share = moved[:, 0] / self.scales.support_length
+            if moved.shape[1] > 2:
+                share = np.maximum(share, moved[:, 1] / self.scales.width)
+            self._keep(TRAVEL, share[:, None], times, np.mean(places[:faces], axis=0, keepdims=True))
+            if self.scales.radius:
+                aside = np.linalg.norm(inside[..., 1:] - rolled(places[:faces], gradient[:, :faces]), axis=-1)
+                self._keep(ASIDE, aside / self.scales.radius, times, places[:faces])
         if not self.looks:
-            self.at_start = float(np.max(rotation))
+            self.at_start = float(np.max(rotation[0]))
 
-    def _keep(self, row: int, value: float, time: float, place: Array) -> None:
-        if not value <= self.closest[row, 0]:
-            self.closest[row] = value, time, *place
+    def _keep(self, row: int, found: Array, times: Array, places: Array) -> None:
+        """Keep the largest of values at times and places, (times, places), if it exceeds what was kept."""
+        time, place = np.unravel_index(np.argmax(found), found.shape)
+        if not found[time, place] <= self.closest[row, 0]:
+            self.closest[row] = found[time, place], times[time], *places[place]
 
 
 def rolled(places: Array, gradient: Array) -> Array:
-    """Return the motion across the beam of surface points by its rotation about its axis, (k, 2), m.
+    """Return the motion across the beam of surface points by its rotation about its axis, (..., k, 2), m.
 
     A round beam that rolls keeps its radii.
 
     Args:
         places: The points, (k, 3), m.
-        gradient: du/dx there, (k, 3, 3).
+        gradient: du/dx there, (..., k, 3, 3).
     """
-    turned = 0.5 * (gradient[:, 2, 1] - gradient[:, 1, 2])
-    return np.stack([-turned * places[:, 2], turned * places[:, 1]], axis=1)
+    turned = 0.5 * (gradient[..., 2, 1] - gradient[..., 1, 2])
+    return np.stack([-turned * places[:, 2], turned * places[:, 1]], axis=-1)
 
 
 def deformation(gradient: Array, scales: PoseScales) -> tuple[Array, Array, Array]:
-    """Return rotation (rad), size of the strain, and von Mises stress (Pa), (k,) each, of gradients (k, d, d)."""
-    turned = 0.5 * (gradient - np.swapaxes(gradient, 1, 2))
+    """Return rotation (rad), size of the strain and von Mises stress (Pa), (..., k), of gradients (..., k, d, d)."""
+    turned = 0.5 * (gradient - np.swapaxes(gradient, -1, -2))
     strain = strain_of(gradient, scales)
-    mean = np.trace(strain, axis1=1, axis2=2) / 3.0
-    deviator = strain - mean[:, None, None] * np.identity(3)
-    stress = 2.0 * scales.shear_modulus * np.sqrt(1.5 * np.sum(deviator**2, axis=(1, 2)))
-    return np.sqrt(0.5 * np.sum(turned**2, axis=(1, 2))), np.sqrt(np.sum(strain**2, axis=(1, 2))), stress
+    mean = np.trace(strain, axis1=-2, axis2=-1) / 3.0
+    deviator = strain - mean[..., None, None] * np.identity(3)
+    stress = 2.0 * scales.shear_modulus * np.sqrt(1.5 * np.sum(deviator**2, axis=(-2, -1)))
+    return np.sqrt(0.5 * np.sum(turned**2, axis=(-2, -1))), np.sqrt(np.sum(strain**2, axis=(-2, -1))), stress
 
 
 def axial_stress(gradient: Array, scales: PoseScales) -> Array:
-    """Return sigma_xx = 2 mu (e_xx + nu / (1 - 2 nu) tr e) of gradients (k, d, d), (k,), Pa."""
+    """Return sigma_xx = 2 mu (e_xx + nu / (1 - 2 nu) tr e) of gradients (..., k, d, d), (..., k), Pa."""
     strain, nu = strain_of(gradient, scales), scales.poisson_ratio
     if scales.thin == "beam":  # exact for nu = 1/2, too
-        return np.asarray(2.0 * scales.shear_modulus * (1.0 + nu) * strain[:, 0, 0])
-    total = np.trace(strain, axis1=1, axis2=2)
-    return np.asarray(2.0 * scales.shear_modulus * (strain[:, 0, 0] + nu / (1.0 - 2.0 * nu) * total))
+        return np.asarray(2.0 * scales.shear_modulus * (1.0 + nu) * strain[..., 0, 0])
+    total = np.trace(strain, axis1=-2, axis2=-1)
+    return np.asarray(2.0 * scales.shear_modulus * (strain[..., 0, 0] + nu / (1.0 - 2.0 * nu) * total))
 
 
 def strain_of(gradient: Array, scales: PoseScales) -> Array:
-    """Return the strain of gradients (k, d, d) in space, (k, 3, 3)."""
-    dimension, nu = gradient.shape[1], scales.poisson_ratio
-    strain = np.zeros((len(gradient), 3, 3))
-    strain[:, :dimension, :dimension] = 0.5 * (gradient + np.swapaxes(gradient, 1, 2))
+    """Return the strain of gradients (..., k, d, d) in space, (..., k, 3, 3)."""
+    dimension, nu = gradient.shape[-1], scales.poisson_ratio
+    strain = np.zeros((*gradient.shape[:-2], 3, 3))
+    strain[..., :dimension, :dimension] = 0.5 * (gradient + np.swapaxes(gradient, -1, -2))
     if scales.thin == "plane":
-        strain[:, 2, 2] = -nu / (1.0 - nu) * (strain[:, 0, 0] + strain[:, 1, 1])
+        strain[..., 2, 2] = -nu / (1.0 - nu) * (strain[..., 0, 0] + strain[..., 1, 1])
     elif scales.thin == "beam":
-        strain[:, 1, 1] = strain[:, 2, 2] = -nu * strain[:, 0, 0]
+        strain[..., 1, 1] = strain[..., 2, 2] = -nu * strain[..., 0, 0]
     return strain

@@ -15,7 +15,7 @@ from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
 from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
-from gapbeam.solver.jit import compiled, compiled_apart, entry
+from gapbeam.solver.jit import compiled, compiled_apart, entry, long_entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product, set_products
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Records, Room, Scheme, WallRows
@@ -34,7 +34,7 @@ DONE, FAILED, NOT_FINITE, CREATED = 0, 1, 2, 3  # why a kernel came back
 FRESH_GAPS = 50  # steps, after which gaps are formed anew from the DOFs
 
 
-@entry
+@long_entry
 def march_steps(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
     records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,
@@ -65,7 +65,7 @@ def march_steps(
     )
 
 
-@entry
+@long_entry
 def march_around(
     modal: Modal, scheme: Scheme, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays, limits: Limits,
     records: Records, factors: Array, walls: WallRows, first: int, every: int, last: int, most: int,

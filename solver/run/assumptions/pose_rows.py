@@ -18,6 +18,7 @@ from gapbeam.solver.loads.support_walls import shifts_at
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.supports.body_motions import body_shifts
 from gapbeam.solver.system.operators import Array, Interface, Operators
+from gapbeam.solver.system.ordered_products import row_product
 
 
 @dataclass(frozen=True)
@@ -40,12 +41,15 @@ class ModelPose:
     interface: Interface | None
     operators: Operators
 
-    def pose(self, u: Array) -> tuple[Array, Array]:
-        """Return displacement (k, d) and gradient (k, d, d) of marched DOFs u, (n,). Collective."""
-        beam = u[: self.matrix.shape[1]]  # bodies of supports come after it
-        values = self.matrix @ (beam if self.interface is None else self.interface.trace(u, self.operators))
+    def poses(self, u: Array) -> tuple[Array, Array]:
+        """Return displacement (times, k, d) and gradient (times, k, d, d) of marched DOFs u, (times, n). Collective."""
+        if self.interface is None:
+            assert isinstance(self.matrix, np.ndarray)
+            values = row_product(u[:, : self.matrix.shape[1]], self.matrix.T)  # bodies of supports come after the beam
+        else:
+            values = np.stack([self.matrix @ self.interface.trace(one, self.operators) for one in u])
         count, d = len(self.places), self.dimension
-        return values[: count * d].reshape(count, d), values[count * d :].reshape(count, d, d)
+        return values[:, : count * d].reshape(-1, count, d), values[:, count * d :].reshape(-1, count, d, d)
 
 
 def watch_of(model: Model) -> PoseWatch:

@@ -129,8 +129,8 @@ class FieldWriter:
         contact = model.system.contact
         pressures = np.zeros((len(snapshots.times), len(self._rows.places)))
         here = (self._contact_nodes >= self._first) & (self._contact_nodes < self._first + pressures.shape[1])
-        forces = np.stack([contact.spread(contact.weights * pressure) for pressure in snapshots.pressure])
-        nodal = ((self._hat_forces @ forces.T).T / self._hat_areas)[:, here]
+        forces = contact.spread(contact.weights[:, None] * snapshots.pressure.T)
+        nodal = ((self._hat_forces @ forces).T / self._hat_areas)[:, here]
         pressures[:, self._contact_nodes[here] - self._first] = nodal
         vectors = np.split(self._corners.vectors(np.concatenate(snapshots[1:3])), len(VECTOR_FIELDS))
         values = dict(zip(VECTOR_FIELDS, vectors, strict=True))

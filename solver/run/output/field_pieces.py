@@ -17,7 +17,7 @@ from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
 from gapbeam.solver.run.output.repeated_hdf5 import RepeatedFile
 from gapbeam.solver.system.operators import Array
 
-AT_ONCE = 8  # fields of a file, at most
+AT_ONCE = 16  # fields of a file, at most
 
 
 class FieldPieces:

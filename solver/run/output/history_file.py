@@ -7,6 +7,7 @@ checkpoint costs what is new, and whatever happens to the run, the records up to
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -19,9 +20,10 @@ from gapbeam.solver.run.output.atomic_files import Sink, copy_beside, own_folder
 from gapbeam.solver.run.output.hdf5_contents import Shape, refuse_other_data
 from gapbeam.solver.system.operators import Array
 
-BLOCK = 256  # records that lie side by side in a file
-KEPT = 2**12  # records kept in memory between writes, at most
-KEPT_BYTES = 2**22
+BLOCK = 1024  # records that lie side by side in a file
+KEPT = 2**13  # records kept in memory between writes, at most
+KEPT_BYTES = 2**23  # and of these at most, but for the fewest
+LEAST_KEPT = 256
 GATHERED = 2**14  # records copied at once
 SMALL = 2**20  # bytes of a piece that is continued
 
@@ -45,6 +47,7 @@ class HistoryWriter:
         self._length, self._begun = kept or 0, False
         self._first = 0  # record of the file that is written
         self._file: h5py.File | None = None
+        self._columns: dict[str, h5py.Dataset] = {}  # of the file that is written
         self._sink: Sink
         self._target = folder / HISTORY_FILE
         if kept is not None:
@@ -64,7 +67,7 @@ class HistoryWriter:
         self._rows.append(rows)
         self._waiting += len(rows["time"])
         size = sum(values.nbytes for values in rows.values()) // max(len(rows["time"]), 1)
-        if self._waiting >= min(KEPT, max(BLOCK, KEPT_BYTES // max(size, 1))):
+        if self._waiting >= min(KEPT, max(LEAST_KEPT, KEPT_BYTES // max(size, 1))):
             self.flush()
 
     def flush(self) -> None:
@@ -74,7 +77,7 @@ class HistoryWriter:
         end = self._length + self._waiting
         with written(part_of(self._target)):
             file = self._file or self._begin()
-            for name, data in along_time(file).items():
+            for name, data in self._columns.items():
                 data.resize(end - self._first, axis=0)
                 data[self._length - self._first :] = np.concatenate([rows[name] for rows in self._rows])
             file.flush()
@@ -89,7 +92,7 @@ class HistoryWriter:
         if self._file is None:
             return
         with written(self._target):
-            file, self._file = self._file, None
+            file, self._file, self._columns = self._file, None, {}
             self._put(file, self._target)
 
     def close(self) -> None:
@@ -102,9 +105,10 @@ class HistoryWriter:
             self._sink = Sink(copy_beside(whole), new=False)
             file = self._file = h5py.File(self._sink, "r+")
             ends = [first for first, _ in pieces[1:]] + [self._length]
-            _resize(file, pieces[0][0])
+            columns = along_time(file)
+            _resize(columns, pieces[0][0])
             for (first, path), end in zip(pieces, ends, strict=True):
-                _copy(path, file, min(end, self._length) - first)
+                _copy(path, columns, min(end, self._length) - first)
             self._file = None
             self._put(file, whole)
         for _, path in pieces:  # in order: those that are left go on after what was gathered
@@ -120,7 +124,7 @@ class HistoryWriter:
         if self._file is not None:
             with suppress(OSError, RuntimeError, ValueError):
                 self._file.close()
-            self._file = None
+            self._file, self._columns = None, {}
         with suppress(OSError, AttributeError):
             self._sink.close()
             part_of(self._target).unlink()
@@ -138,7 +142,8 @@ class HistoryWriter:
             self._first, self._target = first, path
             self._sink = Sink(copy_beside(path), new=False)
             self._file = h5py.File(self._sink, "r+")
-            _resize(self._file, self._length - first)
+            self._columns = along_time(self._file)
+            _resize(self._columns, self._length - first)
             return self._file
         own_folder(self._folder / HISTORY_FOLDER)
         self._first, self._target = self._length, self._folder / HISTORY_FOLDER / f"{self._length:012d}.h5"
@@ -155,7 +160,7 @@ class HistoryWriter:
     def _open_new(self) -> h5py.File:
         self._sink = Sink(part_of(self._target), new=True)
         self._file = h5py.File(self._sink, "w")
-        _create(self._file, self._labels)
+        self._columns = _create(self._file, self._labels)
         return self._file
 
     def _put(self, file: h5py.File, path: Path) -> None:
@@ -175,16 +180,18 @@ def along_time(file: h5py.File) -> dict[str, h5py.Dataset]:
     return {name: data for name, data in file.items() if name == "time" or has_time(data)}
 
 
-def _create(file: h5py.File, labels: dict[str, tuple[str, ...]]) -> None:
+def _create(file: h5py.File, labels: dict[str, tuple[str, ...]]) -> dict[str, h5py.Dataset]:
+    """Make all datasets of a file; return those along time, by name."""
     file.attrs["format"] = FORMAT_VERSION
     time = file.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(BLOCK,))
     time.attrs["units"], time.attrs["long_name"] = "s", "time"
     time.make_scale("time")
+    scales = {"time": time}
     for dimension, names in labels.items():
         if names:
-            scale = file.create_dataset(dimension, data=list(names), dtype=h5py.string_dtype())
-            scale.make_scale(dimension)
-    shapes = _shapes(labels)
+            scales[dimension] = file.create_dataset(dimension, data=list(names), dtype=h5py.string_dtype())
+            scales[dimension].make_scale(dimension)
+    shapes, columns = _shapes(labels), {"time": time}
     for record in HISTORY:
         if record.name not in shapes:
             continue
@@ -192,7 +199,9 @@ def _create(file: h5py.File, labels: dict[str, tuple[str, ...]]) -> None:
         data = file.create_dataset(record.name, (0, *shape), "f8", maxshape=(None, *shape), chunks=(BLOCK, *shape))
         data.attrs["units"], data.attrs["long_name"] = record.unit, record.meaning
         for axis, dimension in enumerate(record.dims):
-            data.dims[axis].attach_scale(file[dimension])
+            data.dims[axis].attach_scale(scales[dimension])
+        columns[record.name] = data
+    return columns
 
 
 def _shapes(labels: dict[str, tuple[str, ...]]) -> dict[str, Shape]:
@@ -229,15 +238,15 @@ def _check_there(folder: Path, kept: int, labels: dict[str, tuple[str, ...]]) ->
             )
 
 
-def _resize(file: h5py.File, count: int) -> None:
-    for data in along_time(file).values():
+def _resize(columns: Mapping[str, h5py.Dataset], count: int) -> None:
+    for data in columns.values():
         data.resize(count, axis=0)
 
 
-def _copy(path: Path, target: h5py.File, count: int) -> None:
+def _copy(path: Path, columns: Mapping[str, h5py.Dataset], count: int) -> None:
     """Add the first records of a piece."""
     with h5py.File(path, "r") as piece:
-        for name, data in along_time(target).items():
+        for name, data in columns.items():
             begin = len(data)
             data.resize(begin + count, axis=0)
             for first in range(0, count, GATHERED):

@@ -25,9 +25,9 @@ COUNTED = [
     ("CHANGELOG.md", "[gallery](docs/gallery.md) of {} cases", SCENES),
 ]
 QUOTED = [
-    ("README.md", "29 403 DOFs takes 23 ms", "textbook.md", ("29 403 DOFs", "23 ms")),
-    ("README.md", "about 200 times less than a textbook", "textbook.md", ("About 200 times",)),
-    ("README.md", "25 us", "models.md", ("25 us",)),
+    ("README.md", "29 403 DOFs takes 25 ms", "textbook.md", ("29 403 DOFs", "25 ms")),
+    ("README.md", "about 170 times less than a textbook", "textbook.md", ("About 170 times",)),
+    ("README.md", "7 us", "models.md", ("takes 7 us per step",)),
     ("docs/how-to/install.md", "The image takes 1.92 GB", "container-image.md", ("1.92 GB",)),
     ("CHANGELOG.md", "1.92 GB instead of 3.29 GB", "container-image.md", ("1.92 GB", "3.29 GB")),
 ]

@@ -40,7 +40,7 @@ from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, State
 
 LOG = logging.getLogger("gapbeam")
-COMPILES = "the time loop is compiled, which takes about half a minute, once"
+COMPILES = "the time loop is compiled, which takes up to a minute, once"
 CADENCE = 0.2  # s of wall time between blocks
 FIRST_STEPS = 64  # of the first block, before it is known what a step costs
 MOST_RECORDS = 2048  # of a block

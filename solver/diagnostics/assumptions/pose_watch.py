@@ -18,7 +18,7 @@ import numpy as np
 from gapbeam.solver.system.operators import Array
 
 LOOKS = 200  # over the span of a run
-TOGETHER = 64  # looks at once
+TOGETHER = 2**16  # points of all poses that are looked at together
 HIGHER = 1.1  # times the largest strain energy looked at so far
 ROTATION, STRAIN, STRESS, TRAVEL, ASIDE = range(5)
 
@@ -113,8 +113,9 @@ class PoseWatch:
             self.highest = max(self.highest, energy)
             if time >= self.due:
                 self.due = time + self.scales.span / LOOKS
-        for first in range(0, len(chosen), TOGETHER):
-            some = chosen[first : first + TOGETHER]
+        together = max(1, TOGETHER // max(1, len(self.rows.places)))
+        for first in range(0, len(chosen), together):
+            some = chosen[first : first + together]
             self._look(times[some], u[some])
             self.looks += len(some)
 

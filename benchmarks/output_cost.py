@@ -1,48 +1,49 @@
 """Wall time of a compiled march with all its output, with few fields, and of its time loop alone.
 
-    environment/run python3 -m benchmarks.output_cost [runs]
+    environment/run python3 -m benchmarks.output_cost
 
 `cases/li2013.toml` as a reduced model: 20 000 steps, a record of each, with the 400 fields of the case and with two.
-Runs in turns, each with a results folder of its own.
+Nine runs of each in turns, each with a results folder of its own.
 """
 
 from __future__ import annotations
 
-import statistics
-import sys
 import tempfile
-from collections.abc import Sequence
 from pathlib import Path
+from statistics import median
 
 import gapbeam
+from benchmarks.table import Cell, Table, machine_words, options, seconds
 
 CASE = Path(__file__).parents[1] / "cases" / "li2013.toml"
 REDUCED: dict[str, object] = {"model.type": "reduced"}
-FIELDS: dict[str, dict[str, object]] = {"400 fields": {}, "2 fields": {"output.fields_interval": 1.0}}
-RUNS = 7
+MANY, FEW = "400 fields", "2 fields"
+FIELDS: dict[str, dict[str, object]] = {MANY: {}, FEW: {"output.fields_interval": 1.0}}
+RUNS = 9
 
 
-def main(words: Sequence[str]) -> None:
-    """Print the table."""
-    runs = int(words[0]) if words else RUNS
-    found: dict[str, list[tuple[float, float]]] = {name: [] for name in FIELDS}
-    for _ in range(runs):
+def table() -> Table:
+    """Return the table of both."""
+    marches: dict[str, list[float]] = {name: [] for name in FIELDS}
+    loops: dict[str, list[float]] = {name: [] for name in FIELDS}
+    for _ in range(RUNS):
         for name, keys in FIELDS.items():
             with tempfile.TemporaryDirectory() as folder:
-                outcome = gapbeam.run(CASE, REDUCED | keys, Path(folder) / "run")
-            spent = outcome.summary["wall_time"]
-            found[name].append((1.0e6 * spent["per_step"], 1.0e6 * spent["advance"]))
-    print(f"us a step, the least and the median of {runs} runs\n")
-    print("| output | march with output | time loop |\n|---|---|---|")
-    for name, spent in found.items():
-        print(f"| {name} | {' | '.join(_least_and_median(column) for column in zip(*spent, strict=True))} |")
-    shares = [1.0 - few[0] / many[0] for many, few in zip(*found.values(), strict=True)]
-    print(f"\nfields take {100.0 * statistics.median(shares):.0f} % of a march, by the median of pairs")
-
-
-def _least_and_median(values: Sequence[float]) -> str:
-    return f"{min(values):.1f}, {statistics.median(values):.1f}"
+                spent = gapbeam.run(CASE, REDUCED | keys, Path(folder) / "run").summary["wall_time"]
+            marches[name].append(spent["per_step"])
+            loops[name].append(spent["advance"])
+    rows: list[tuple[Cell, ...]] = [
+        (name, *(seconds(of(values[name])) for values in (marches, loops) for of in (min, median))) for name in FIELDS
+    ]
+    share = median(1.0 - few / many for many, few in zip(marches[MANY], marches[FEW], strict=True))
+    return Table(
+        "output_cost",
+        "A step of a compiled march with its output",
+        ("output", "march, least", "march, median", "time loop, least", "time loop, median"),
+        tuple(rows),
+        (machine_words(), f"fields take {100.0 * share:.0f} % of a march, by the median of pairs"),
+    )
 
 
 if __name__ == "__main__":
-    main(sys.argv[1:])
+    table().write(options(__doc__).output)

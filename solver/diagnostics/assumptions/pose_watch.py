@@ -132,7 +132,7 @@ class PoseWatch:
         self._keep(STRESS, np.asarray(stress / self.scales.strength), times, places)
         if faces:
             inside = displacement[:, :faces].copy()
-            for one, (time, marched) in zip(inside, zip(times, u, strict=True), strict=True):
+            for one, time, marched in zip(inside, times, u, strict=True):
                 one -= self.moved(time, marched)
             moved = np.abs(np.mean(inside, axis=1))
             share = moved[:, 0] / self.scales.support_length

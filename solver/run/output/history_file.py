@@ -22,7 +22,7 @@ from gapbeam.solver.system.operators import Array
 
 BLOCK = 1024  # records that lie side by side in a file
 KEPT = 2**13  # records kept in memory between writes, at most
-KEPT_BYTES = 2**23  # and of these at most, but for the fewest
+KEPT_BYTES = 2**23  # their size at most, where that leaves LEAST_KEPT of them
 LEAST_KEPT = 256
 GATHERED = 2**14  # records copied at once
 SMALL = 2**20  # bytes of a piece that is continued

@@ -33,7 +33,7 @@ ARROWS = {
 }
 RECORDS = "gapbeam.solver.record_table"  # the one module that postprocess reads of another package
 
-LONGEST = 320  # lines
+LONGEST = 500  # lines
 # DOLFINx and what it stands on come from the environment, not from PyPI.
 OF_ENVIRONMENT = {"dolfinx", "ufl", "basix", "petsc4py", "slepc4py", "mpi4py"}
 IMPORTED_AS = {
@@ -311,7 +311,7 @@ def test_words_that_are_not_used() -> None:
 
 
 def test_no_file_is_long() -> None:
-    """At most 320 lines in a module."""
+    """At most 500 lines in a module."""
     lengths = {place(path): len(path.read_text(encoding="utf-8").splitlines()) for path in FILES}
     assert {name: length for name, length in lengths.items() if length > LONGEST} == {}
 

@@ -18,7 +18,6 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated, NoReturn
 
-import click
 import typer
 from rich.console import Console, Group
 
@@ -36,6 +35,7 @@ from gapbeam.process.launcher import end_with_launcher, leave
 from gapbeam.process.lost_screen import outlive_the_screen
 from gapbeam.process.process_environment import REMARKS, is_somewhere, refuse_cramped, words_of_the_command
 from gapbeam.process.terminal_text import OptionWords, harmless, with_options
+from gapbeam.process.usage_errors import BadParameter, ClickException, UsageError
 
 INPUT_FAULT = 2
 DOUBTFUL = 5  # finished, but what was asked for cannot be claimed
@@ -125,7 +125,7 @@ def run(
     from gapbeam.interface.single_case import run as run_file
 
     if overwrite and resume:
-        raise click.UsageError("--overwrite replaces the results of an earlier run, --resume goes on with it: give one")
+        raise UsageError("--overwrite replaces the results of an earlier run, --resume goes on with it: give one")
     overrides: Mapping[str, object] | list[str] = override or []
     began, limit = time.monotonic(), None if wall_time is None else duration(wall_time)
     taken = None if tolerance is None else level_within(case, override or [], tolerance, limit)
@@ -166,7 +166,7 @@ def duration(text: str, option: str = "--wall-time") -> float:
     except ValueError:
         seconds = 0.0
     if not 0.0 < seconds < float("inf"):
-        raise click.BadParameter(f'found "{text}"; expected a time such as 2h30m, 45m, 90s or 90', param_hint=option)
+        raise BadParameter(f'found "{text}"; expected a time such as 2h30m, 45m, 90s or 90', param_hint=option)
     return seconds
 
 
@@ -230,14 +230,14 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
         _refuse_empty(arguments or [])
         refuse_cramped()
         return abort_together(lambda: app(arguments, standalone_mode=False) or 0)
-    except click.exceptions.Exit as leaving:
+    except typer.Exit as leaving:
         return int(leaving.exit_code)
-    except click.ClickException as fault:
+    except ClickException as fault:
         if talks:
             fault.message = harmless(with_options(fault.message))
             fault.show()
         return INPUT_FAULT
-    except (KeyboardInterrupt, click.Abort):
+    except (KeyboardInterrupt, typer.Abort):
         if talks:
             print("gapbeam: interrupted", file=sys.stderr)
         return INTERRUPTED
@@ -258,9 +258,9 @@ def _refuse_empty(arguments: list[str]) -> None:
     """
     for before, word in pairwise(["gapbeam", *arguments]):
         if not word.strip():
-            raise click.UsageError(f"nothing but an empty word behind {before}: is a variable of the shell not set?")
+            raise UsageError(f"nothing but an empty word behind {before}: is a variable of the shell not set?")
         if re.fullmatch(r"--[\w-]+=\s*", word):
-            raise click.UsageError(f"nothing behind {word.strip()}: is a variable of the shell not set?")
+            raise UsageError(f"nothing behind {word.strip()}: is a variable of the shell not set?")
 
 
 def _log_to_terminal(talks: bool) -> None:

@@ -3,12 +3,16 @@
 from __future__ import annotations
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-import click
+import typer
 from typer.core import TyperGroup
 
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.process.terminal_text import harmless
+
+if TYPE_CHECKING:
+    from click import Command
 
 SYNONYMS = {
     "simulate": "run", "solve": "run", "start": "run", "resume": "run", "init": "new", "create": "new",
@@ -24,9 +28,7 @@ SYNONYMS = {
 class SuggestingGroup(TyperGroup):
     """Commands; in the place of "No such command" with the nearest one."""
 
-    def resolve_command(
-        self, ctx: click.Context, args: list[str]
-    ) -> tuple[str | None, click.Command | None, list[str]]:
+    def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Command | None, list[str]]:
         """Return the command of the first word.
 
         Raises:

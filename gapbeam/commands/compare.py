@@ -5,11 +5,11 @@ from __future__ import annotations
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import click
 import typer
 
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import screen
+from gapbeam.process.usage_errors import BadParameter
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -30,7 +30,7 @@ def fraction(text: str, option: str | None = None) -> float:
     except ValueError:
         value = -1.0
     if not 0.0 < value < 1.0:
-        raise click.BadParameter(
+        raise BadParameter(
             f'found "{text}"; expected a fraction such as 2% or 0.02, between 0 and 1', param_hint=option
         )
     return value

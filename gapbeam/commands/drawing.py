@@ -3,13 +3,21 @@
 from __future__ import annotations
 
 import re
+from enum import StrEnum
 from pathlib import Path
 from typing import Annotated, Any, Literal, get_args
 
-import click
 import typer
 
 from gapbeam.commands.terminal import progress_bar
+from gapbeam.process.usage_errors import BadParameter
+
+PictureFormat = StrEnum("PictureFormat", ["png", "pdf", "svg"])
+AccelerationChoice = StrEnum("AccelerationChoice", ["absolute", "relative"])
+SamplingChoice = StrEnum("SamplingChoice", ["mean", "pick"])
+WindowChoice = StrEnum("WindowChoice", ["rectangular", "hann", "flattop", "blackman"])
+StressChoice = StrEnum("StressChoice", {"axial": "axial", "von_mises": "von-mises"})
+TableChoice = StrEnum("TableChoice", ["history", "points", "wear", "impacts"])
 
 ResultsArgument = Annotated[Path, typer.Argument(metavar="RESULTS", help="results folder of a run")]
 
@@ -18,26 +26,22 @@ def plot(
     results: ResultsArgument,
     output: Annotated[Path | None, typer.Option(help="folder; by default RESULTS/figures")] = None,
     format_: Annotated[
-        list[str] | None,
-        typer.Option("--format", click_type=click.Choice(["png", "pdf", "svg"]), help="may be repeated; default png"),
+        list[PictureFormat] | None,
+        typer.Option("--format", help="may be repeated; default png"),
     ] = None,
     probe: Annotated[str | None, typer.Option(help="name of a probe; by default the first")] = None,
     component: Annotated[str | None, typer.Option(help="x, y or z; by default the bending direction")] = None,
     acceleration: Annotated[
-        str, typer.Option(click_type=click.Choice(["absolute", "relative"]), help="relative: to the support")
-    ] = "absolute",
+        AccelerationChoice, typer.Option(help="relative: to the support")
+    ] = AccelerationChoice.absolute,
     rate: Annotated[float, typer.Option(min=1e-6, help="sampling rate of the smoothed acceleration, Hz")] = 2000.0,
     points: Annotated[int, typer.Option(min=1, help="points of its moving average")] = 5,
     sampling: Annotated[
-        str, typer.Option(click_type=click.Choice(["mean", "pick"]), help="mean over an interval, or its last value")
-    ] = "mean",
+        SamplingChoice, typer.Option(help="mean over an interval, or its last value")
+    ] = SamplingChoice.mean,
     periods: Annotated[int | None, typer.Option(min=1, help="forcing periods in the spectra")] = None,
     window: Annotated[
-        str | None,
-        typer.Option(
-            click_type=click.Choice(["rectangular", "hann", "flattop", "blackman"]),
-            help="of the spectra; by default rectangular over whole periods",
-        ),
+        WindowChoice | None, typer.Option(help="of the spectra; by default rectangular over whole periods")
     ] = None,
     harmonics: Annotated[int, typer.Option(min=1, help="highest harmonic in figures and tables")] = 10,
     tolerance: Annotated[float, typer.Option(min=0.0, help="of the period, as a fraction of the range")] = 0.01,
@@ -80,11 +84,15 @@ def plot(
     from gapbeam.interface.shown_results import plot as draw
     from gapbeam.postprocess.plot import TABLES_FILE
 
-    chosen: dict[str, Any] = {"acceleration": acceleration, "sampling": sampling, "window": window}
+    chosen: dict[str, Any] = {
+        "acceleration": acceleration.value,
+        "sampling": sampling.value,
+        "window": None if window is None else window.value,
+    }
     paths = draw(
         results,
         output,
-        tuple(format_ or ("png",)),
+        tuple(one.value for one in format_ or [PictureFormat.png]),
         probe,
         component,
         rate=rate,
@@ -117,18 +125,14 @@ def render(
     size: Annotated[str, typer.Option(metavar="WIDTHxHEIGHT", help="in pixels")] = "1600x900",
     frames_per_second: Annotated[float, typer.Option(min=0.1, help="speed of the film")] = 20.0,
     stress: Annotated[
-        str | None,
-        typer.Option(
-            click_type=click.Choice(["axial", "von-mises"]),
-            help="color the beam by this stress; by default by contact pressure",
-        ),
+        StressChoice | None, typer.Option(help="color the beam by this stress; by default by contact pressure")
     ] = None,
 ) -> int:
     """Draw the deformed beam in its support, off-screen: pictures and a film."""
     from gapbeam.interface.shown_results import render as draw
 
     factor, pixels = _scale(scale), _size(size)
-    colored: Any = stress
+    colored: Any = None if stress is None else stress.value
     with progress_bar("drawing") as bar:
         paths = draw(results, output, factor, film, frames, pixels, frames_per_second, bar.show, colored)
     _print_paths(paths)
@@ -162,17 +166,13 @@ def export(
     end: Annotated[float | None, typer.Option("--to", help="last time, s")] = None,
     every: Annotated[int, typer.Option(min=1, help="write one record of so many")] = 1,
     table: Annotated[
-        str,
-        typer.Option(
-            click_type=click.Choice(["history", "points", "wear", "impacts"]),
-            help="records over time, or contact points, wear or impacts, one a row",
-        ),
-    ] = "history",
+        TableChoice, typer.Option(help="records over time, or contact points, wear or impacts, one a row")
+    ] = TableChoice.history,
 ) -> int:
     """Write records as columns over time, for spreadsheets (CSV), MATLAB (MAT) or data frames (Parquet)."""
     from gapbeam.interface.shown_results import export as write
 
-    chosen: Any = table
+    chosen: Any = table.value
     print(write(results, output, record or (), begin, end, every, chosen))
     return 0
 
@@ -183,13 +183,13 @@ def _scale(given: str) -> Literal["auto"] | float:
     try:
         return float(given)
     except ValueError:
-        raise click.BadParameter(f'"{given}" is neither auto nor a number', param_hint="--scale") from None
+        raise BadParameter(f'"{given}" is neither auto nor a number', param_hint="--scale") from None
 
 
 def _size(given: str) -> tuple[int, int]:
     match = re.fullmatch(r"(\d{1,5})[xX×](\d{1,5})", given)
     if match is None:
-        raise click.BadParameter(f'"{given}" is not like 1600x900', param_hint="--size")
+        raise BadParameter(f'"{given}" is not like 1600x900', param_hint="--size")
     return int(match[1]), int(match[2])
 
 

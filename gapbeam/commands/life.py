@@ -6,11 +6,11 @@ from math import inf
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
-import click
 import typer
 
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import progress_bar, screen
+from gapbeam.process.usage_errors import BadParameter
 
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
@@ -42,7 +42,7 @@ def life(
 
     longest = inf if at_most is None else long_time(at_most)
     if longest is None:
-        raise click.BadParameter(
+        raise BadParameter(
             f'found "{at_most}"; expected a time such as 40y, 300d, 2000h or 90 (seconds)', param_hint="--at-most"
         )
     folder = output if output is not None else Path("results") / f"{case.stem}-life"

@@ -7,11 +7,11 @@ from itertools import pairwise
 from pathlib import Path
 from typing import Annotated
 
-import click
 import typer
 
 from gapbeam.commands.study import StudyCommand
 from gapbeam.commands.terminal import screen
+from gapbeam.process.usage_errors import BadParameter
 
 COUNT = 4
 WIDTH = 180  # columns of the tables where there is no terminal to fit them to
@@ -47,7 +47,7 @@ def measured_frequencies(text: str | None, count: int) -> dict[int, float]:
     if not faults and len(found) < LEAST:
         faults.append(f"found {len(found)} frequency; expected at least {LEAST}, for two springs")
     if faults:
-        raise click.BadParameter("--measured: " + "; ".join(faults))
+        raise BadParameter("--measured: " + "; ".join(faults))
     return found
 
 

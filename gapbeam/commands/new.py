@@ -3,14 +3,15 @@
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Literal
 
-import click
 import typer
 
 from gapbeam.process.terminal_text import harmless
+from gapbeam.process.usage_errors import UsageError
 
 if TYPE_CHECKING:
     from gapbeam.new_case.answers import CaseAnswers, MaterialFigures
@@ -46,9 +47,9 @@ def new(
         print(*(f"{one.name:<{width}}  {one.title}" for one in known), sep="\n")
         return 0
     if case is None:
-        raise click.UsageError("the name of the case file is missing, such as: gapbeam new my.toml")
+        raise UsageError("the name of the case file is missing, such as: gapbeam new my.toml")
     if template is not None and yes:
-        raise click.UsageError("--template asks no questions: leave out --yes")
+        raise UsageError("--template asks no questions: leave out --yes")
     chosen = None if template is None else template_named(template)
     check_new(case)
     written = _written(case, yes) if chosen is None else copy_of(chosen, case)
@@ -62,10 +63,10 @@ def _written(case: Path, yes: bool) -> list[Path]:
 
     try:
         answers = asked((lambda _question, default, read: read(default)) if yes else _prompt)
-    except click.Abort as ended:
-        if click.get_text_stream("stdin").isatty():
+    except typer.Abort as ended:
+        if sys.stdin.isatty():
             raise
-        raise click.UsageError("the answers ended before the questions did; --yes takes all defaults") from ended
+        raise UsageError("the answers ended before the questions did; --yes takes all defaults") from ended
     text = answers.case_text(case)
     read_case_text(text, name=str(case))  # faults are reported, and nothing is written
     return write_new(case, text)
@@ -129,7 +130,7 @@ def _figures(ask: Ask) -> MaterialFigures:
 
 
 def _prompt(question: str, default: str, read: Callable[[str], object]) -> object:
-    return click.prompt(question, default=default, value_proc=read)
+    return typer.prompt(question, default=default, value_proc=read)
 
 
 def one_of(known: object) -> Callable[[str], str]:
@@ -143,7 +144,7 @@ def one_of(known: object) -> Callable[[str], str]:
             return text.strip()
         close = near(text, names)
         hint = f"; did you mean {close}?" if close else ""
-        raise click.UsageError(f'"{harmless(text)}" is none of {", ".join(names)}{hint}')
+        raise UsageError(f'"{harmless(text)}" is none of {", ".join(names)}{hint}')
 
     return read
 
@@ -169,7 +170,7 @@ def number(text: str, shown: str | None = None) -> float:
     except ValueError:
         value = float("nan")
     if not abs(value) < float("inf"):
-        raise click.UsageError(f'"{harmless(shown or text)}": expected a number')
+        raise UsageError(f'"{harmless(shown or text)}": expected a number')
     return value
 
 
@@ -181,7 +182,7 @@ def positive(text: str, shown: str | None = None) -> float:
     """
     value = number(text, shown)
     if not value > 0.0:
-        raise click.UsageError(f'"{harmless(shown or text)}": expected more than 0')
+        raise UsageError(f'"{harmless(shown or text)}": expected more than 0')
     return value
 
 
@@ -190,7 +191,7 @@ def whole_up_to(most: int) -> Callable[[str], int]:
 
     def read(text: str) -> int:
         if not re.fullmatch(r"\s*\d{1,9}\s*", text) or not 1 <= int(text) <= most:
-            raise click.UsageError(f'"{harmless(text)}": expected a whole number from 1 to {most}')
+            raise UsageError(f'"{harmless(text)}": expected a whole number from 1 to {most}')
         return int(text)
 
     return read

@@ -8,10 +8,11 @@ import traceback
 from collections.abc import Callable
 from typing import TYPE_CHECKING, ParamSpec
 
-import click
+import typer
 
 from gapbeam.meshes.versions.launcher_variables import rank_of_launcher
 from gapbeam.process.terminal_text import harmless, with_options
+from gapbeam.process.usage_errors import ClickException
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -76,12 +77,12 @@ def abort_together(work: Callable[[], int]) -> int:
     ranks = _duplicated_ranks()
     try:
         return work()
-    except (KeyboardInterrupt, click.exceptions.Exit, click.Abort):
+    except (KeyboardInterrupt, typer.Exit, typer.Abort):
         raise
     except BaseException as error:
         if ranks is None:
             raise
-        status = 2 if isinstance(error, click.ClickException) else getattr(error, "exit_status", None)
+        status = 2 if isinstance(error, ClickException) else getattr(error, "exit_status", None)
         if status is not None and _came_together(ranks):
             raise
         try:

@@ -12,12 +12,12 @@ from itertools import takewhile
 from pathlib import Path
 from typing import Any
 
-import click
 import pytest
 import typer
 
 from docs.site.code_blocks import Block, blocks, kind_of
 from gapbeam.command_line import app
+from gapbeam.process.usage_errors import ClickException, UsageError
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
 from gapbeam.solver.case.reading.key_faults import check_types
@@ -35,7 +35,7 @@ BASES = (DEMO, {**DEMO, "analysis": {"type": "transient"}}, PERIODIC)
 """Where a part of a case may stand: parts of an analysis leave out its type."""
 TARGETS = set(re.findall(r"^([a-z-]+):", (PROJECT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE))
 GROUP: Any = typer.main.get_command(app)
-COMMANDS: Mapping[str, click.Command] = GROUP.commands
+COMMANDS: Mapping[str, Any] = GROUP.commands
 TAPLO = {"include", "exclude", "schema"}
 """The settings of taplo, which pages show beside case files."""
 WHOLE = {name for name, field in Case.model_fields.items() if field.is_required()}
@@ -152,7 +152,7 @@ def parsed(words: list[str]) -> dict[str, Any]:
         known = {option for parameter in GROUP.params for option in parameter.opts} | {"--help"}
         return {} if words[0] in known else pytest.fail(f"no option {words[0]}")
     if words[0] not in COMMANDS:
-        raise click.UsageError(f"no command {words[0]}")
+        raise UsageError(f"no command {words[0]}")
     if "--help" in words:
         return {}
     return dict(COMMANDS[words[0]].make_context(words[0], words[1:]).params)
@@ -201,7 +201,7 @@ def test_commands_are_known(page: Path, words: list[str]) -> None:
 )
 def test_wrong_commands_are_refused(words: list[str]) -> None:
     """Unknown commands and options, values of the wrong type and missing arguments are faults."""
-    with pytest.raises(click.ClickException):
+    with pytest.raises(ClickException):
         parsed(words)
 
 

@@ -324,6 +324,24 @@ def test_folders_are_packages_of_gapbeam() -> None:
         assert (PROJECT / "gapbeam" / package).resolve() == (PROJECT / package).resolve()
 
 
+def test_commands_need_no_click_beside_typer() -> None:
+    """No click is loaded but that of typer, which has its own from 0.29 on and takes no types of another."""
+    wrong = []
+    for path in FILES:
+        typed = [
+            inner
+            for node in ast.walk(tree(path))
+            if isinstance(node, ast.If) and "TYPE_CHECKING" in ast.unparse(node.test)
+            for inner in ast.walk(ast.Module(node.body, []))
+        ]
+        for node in ast.walk(tree(path)):
+            loads = isinstance(node, ast.Import) and any(one.name.split(".")[0] == "click" for one in node.names)
+            loads |= isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "click"
+            if (loads and node not in typed) or (isinstance(node, ast.keyword) and node.arg == "click_type"):
+                wrong.append(place(path, node.lineno))
+    assert wrong == []
+
+
 def test_third_party_imports_are_declared() -> None:
     """Whatever is imported is a dependency in pyproject.toml, comes with one, or is DOLFINx's company."""
     needs = [*ABOUT["project"]["dependencies"], *ABOUT["project"]["optional-dependencies"]["workers"]]

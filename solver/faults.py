@@ -16,7 +16,8 @@ class Fault:
     """One fault, made to be read by the person who wrote the case file.
 
     The checks know the key and the other keys that take part in a contradiction (`related`);
-    `reading.case_reader` adds `where`, the place in words with file and line, before anybody reads it.
+    `reading.case_reader` adds `where`, the place in words with file and line, before anybody reads it. `lacks` names
+    the arrays of tables in which an entry was looked for and not found: none is missed where one is faulty itself.
     """
 
     key: Key
@@ -25,6 +26,7 @@ class Fault:
     hint: str = ""
     related: tuple[Key, ...] = ()
     where: str = ""
+    lacks: tuple[str, ...] = ()
 
     def __str__(self) -> str:
         lines = [_short(self.where), f"  found:    {_short(self.found)}", f"  expected: {self.expected}"]

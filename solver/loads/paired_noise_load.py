@@ -89,8 +89,8 @@ class PairedNoiseLoad(NoiseLoad):
         if cross.load == self.name:
             yield Fault(place, f'"{cross.load}", the load itself', f"the name of another load of type {kind}", try_this)
         elif cross.load not in by_name:
-            if len(loads) == 1 + max(loads):  # else it may be one with a fault of its own
-                yield Fault(place, f'"{cross.load}", which no load is called', "the name of another load", try_this)
+            found = f'"{cross.load}", which no load is called'
+            yield Fault(place, found, "the name of another load", try_this, lacks=("load",))
         else:
             number, other = by_name[cross.load]
             named = ("load", number, "name")

@@ -90,7 +90,7 @@ BAD_KEYS = {
     "friction as a number": (
         'stiffness = "auto"',
         "friction = 0.2",
-        ["[contact.friction]", "0.2", "a table [contact.friction]", "below it coefficient = 0.2"],
+        ["[contact] friction", "0.2", "a table friction", "friction = { coefficient = 0.2 }"],
     ),
     "infinite modulus": (
         "young_modulus = 2.1e11",
@@ -344,7 +344,7 @@ BAD_NAMES = {
     "load with kind": (
         'type = "gravity"',
         'types = "gravity"',
-        ["[[load]] number 1 type", "missing", "did you mean `type` by `types`?"],
+        ["[[load]] number 1 types", "unknown key `types`", '"harmonic_force"', "did you mean `type`?"],
     ),
     "misspelled scheme": (
         'scheme = "discrete-gradient"',

@@ -166,18 +166,23 @@ from gapbeam.solver.case.reading.known_keys import numbered
 from gapbeam.solver.faults import Fault, Key
 
 
-def contradictions(tables: Mapping[str, object]) -> list[Fault]:
+def contradictions(tables: Mapping[str, object], incomplete: frozenset[str] = frozenset()) -> list[Fault]:
     """Return the faults found by all checks whose tables are there.
 
     Args:
         tables: The tables without faults of their own, by name; loads and probes as {number: entry}.
+        incomplete: Arrays of tables that lack an entry, since it has a fault of its own. What is said of such an array
+            as a whole, or of another table for the sake of it, may be the lack of that entry, and is left out.
     """
     faults: dict[tuple[Key, str], Fault] = {}  # a key that clashes with several others is reported once
     for check in CHECKS:
         names = inspect.signature(check).parameters
         if set(names) <= set(tables):
+            partial = incomplete & set(names)
             for fault in check(**{name: tables[name] for name in names}):
-                faults.setdefault((fault.key, fault.found), fault)
+                of_an_entry = len(fault.key) > 1 and fault.key[0] in partial
+                if (of_an_entry or not partial) and not incomplete & set(fault.lacks):
+                    faults.setdefault((fault.key, fault.found), fault)
     return list(faults.values())
 
 

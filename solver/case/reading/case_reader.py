@@ -18,7 +18,7 @@ from gapbeam.solver.case.checks.all_checks import contradictions
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.json_schema import schema
 from gapbeam.solver.case.model_choice import chosen_case
-from gapbeam.solver.case.reading.key_faults import MOST_FAULTS, check_types
+from gapbeam.solver.case.reading.key_faults import MOST_FAULTS, check_types, incomplete
 from gapbeam.solver.case.reading.known_keys import label
 from gapbeam.solver.case.reading.line_numbers import key_lines, line_of
 from gapbeam.solver.case.reading.magnitudes import beyond_reason
@@ -102,7 +102,7 @@ def _case(data: dict[str, Any], text: str, path: Path, overrides: Overrides) -> 
     places = Places(path, data, key_lines(text), typed)
     case = None
     if "model" not in tables or tables["model"].decided:
-        wrong += contradictions(tables)
+        wrong += contradictions(tables, incomplete(wrong, data))
     elif not (wrong or faults):
         case, wrong = _chosen(data)
     if wrong:
@@ -191,7 +191,7 @@ class Places:
             named = ".".join(map(str, fault.key))
             fault = replace(fault, hint=re.sub(r'^add type = "(.*)"$', rf"add `overrides=` {named}=\1", fault.hint))
         if own:
-            place = f"`overrides=` {printable(own)}"
+            place = f"`overrides=` {printable(own)}{self._within(fault.key, own)}"
         elif beside:
             place = f"`overrides=` {printable(beside)}: {label(fault.key, self.data, self.root)}"
         else:
@@ -199,6 +199,12 @@ class Places:
         others = dict.fromkeys(self._typed(key) for key in fault.related)
         places = [place, *(f"`overrides=` {printable(name)}" for name in others if name and name != own)]
         return replace(fault, where=" with ".join(places))
+
+    def _within(self, key: Key, own: str) -> str:
+        """Return the rest of a key behind an override of a table around it, in words, or ""."""
+        whole = next(other for other, name in self.typed.items() if name == own)
+        rest = key[len(whole) :] if key[: len(whole)] == whole else ()
+        return f": {'.'.join(printable(part) for part in rest)}" if rest else ""
 
     def _needs_type(self, key: Key) -> str:
         """Return the override that made a table whose type is missing."""

@@ -45,9 +45,27 @@ def check_types(data: Mapping[str, Any], root: type[BaseModel] = Case) -> tuple[
     try:
         return numbered(dict(root.model_validate(data))), []
     except ValidationError as error:
-        keys = dict.fromkeys(_key(detail["loc"], data, root) for detail in error.errors(include_url=False))
+        keys = dict.fromkeys(_key(location, data, root) for location in _innermost(error))
     words = _without_echoes(list(keys)[:MOST_FAULTS], data, root)
-    return _intact(data, keys, root), [_fault(key, data, root) for key in words]
+    others = _of_the_other_form(data, keys, root)
+    known = {fault.key for fault in others}
+    intact = {name: table for name, table in _intact(data, keys, root).items() if (name,) not in known}
+    return intact, [*others, *(_fault(key, data, root) for key in words if key[:1] not in known)]
+
+
+def incomplete(faults: Iterable[Fault], data: Mapping[str, Any]) -> frozenset[str]:
+    """Return the arrays of tables of which an entry has a fault of its own."""
+    return frozenset(str(one.key[0]) for one in faults if len(one.key) > 1 and is_array(one.key[0], data))
+
+
+def _innermost(error: ValidationError) -> list[tuple[int | str, ...]]:
+    """Return the locations of faults, without those of a table or list around another: its form is what was asked for.
+
+    An array counts its sound entries only: with a fault in its last one, it is too short besides.
+    """
+    places = [detail["loc"] for detail in error.errors(include_url=False)]
+    around = {place[:size] for place in places for size in range(len(place))}
+    return [place for place in places if place not in around]
 
 
 def _intact(data: Mapping[str, Any], faulty: Iterable[Key], root: type[BaseModel]) -> dict[str, Any]:
@@ -68,15 +86,17 @@ def _intact(data: Mapping[str, Any], faulty: Iterable[Key], root: type[BaseModel
 def _key(location: tuple[int | str, ...], data: Mapping[str, Any], root: type[BaseModel]) -> Key:
     """Return the key that pydantic's location speaks of, without union members and items of lists."""
     key: Key = ()
+    chosen = False  # the member of the union at the key: its name is no key, even where it is also that of a key
     for part in location:
         models = candidates(key, data, root)
         if len(key) == 1 and part in FORMS and array_models(root.model_fields[str(key[0])].annotation):
             continue
         if isinstance(part, int) and not (len(key) == 1 and is_array(key[0], data, root)):
             break
-        if isinstance(part, str) and part in map(type_name, models):
+        if not chosen and isinstance(part, str) and part in map(type_name, models):
+            chosen = True
             continue
-        key = (*key, part)
+        key, chosen = (*key, part), False
         if not candidates(key, data, root):
             break
     return key
@@ -138,11 +158,16 @@ def _union_fault(key: Key, value: object, models: list[type[BaseModel]]) -> Faul
     chosen = value.get("type") if isinstance(value, Mapping) else value
     if isinstance(value, Mapping):
         if "type" not in value:
-            close = near("type", value)
+            strange = [name for name in value if not any(name in model.model_fields for model in models)]
+            close = near("type", strange)
+            if close:
+                return Fault((*key, close), f"the unknown key `{close}`", f"type = {known}", "did you mean `type`?")
             alike = max(models, key=lambda model: len(set(value) & set(model.model_fields)))
-            hint = f"did you mean `type` by `{close}`?" if close else f"add type = {toml_value(type_name(alike))}"
+            hint = f"add type = {toml_value(type_name(alike))}"
             return Fault((*key, "type"), "nothing: the key is missing", f"type = {known}", hint)
         key = (*key, "type")
+    elif isinstance(value, list) and len(key) == 1:
+        return _only_once(key, value)
     elif isinstance(key[-1], int):
         return Fault(key, shown(value), f"a table with type = {known}")
     elif value is None:
@@ -164,7 +189,41 @@ def _not_a_table(
         double = f"write [[{name}]], with two brackets, above each entry"
         return Fault(key, shown(value), f"entries that start with [[{name}]]", double)
     if isinstance(value, list) and len(key) == 1:
-        return Fault(key, shown(value), f"one table [{name}]", f"write [{name}], with single brackets, and only once")
-    line = next(filter(None, (example(model, field) for field in model.model_fields)), "")
+        return _only_once(key, value)
+    needed = [field for field, info in model.model_fields.items() if info.is_required()] or list(model.model_fields)[:1]
+    lines = [line for line in (example(model, field) for field in needed) if line]
+    if len(key) > 1 and isinstance(key[-1], str):
+        inner = f"{key[-1]} = {{ {', '.join(lines)} }}"
+        return Fault(key, shown(value), f"a table {key[-1]} of keys and values", f"for example {inner}")
     place = f"[[{name}]]" if array else header(key, {}, root)
-    return Fault(key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {line}")
+    return Fault(key, shown(value), f"a table {place} of keys and values", f"write {place} and below it {lines[0]}")
+
+
+def _only_once(key: Key, value: object) -> Fault:
+    """Return the fault of an array of tables where the case has one table."""
+    hint = f"write [{key[0]}], with single brackets, and only once"
+    return Fault(key, shown(value), f"one table [{key[0]}]", hint)
+
+
+def _of_the_other_form(data: Mapping[str, Any], keys: Iterable[Key], root: type[BaseModel]) -> list[Fault]:
+    """Return a fault for each name that may be a table or an array of tables and has the keys of the other form."""
+    faults = []
+    for name, field in root.model_fields.items():
+        models, entries = models_in(field.annotation), array_models(field.annotation)
+        value = data.get(name)
+        if not entries or len(entries) == len(models) or not any(key[0] == name for key in keys):
+            continue
+        given = [value] if isinstance(value, Mapping) else value if isinstance(value, list) else []
+        if len(given) != 1 or not isinstance(given[0], Mapping):  # several entries are no single table
+            continue
+        many = isinstance(value, list)
+        here = {key for model in models if (model in entries) == many for key in model.model_fields}
+        there = {key for model in models if (model in entries) != many for key in model.model_fields}
+        strange = [key for key in given[0] if key in there - here]
+        if strange and not set(given[0]) & (here - there):
+            belong = f"{', '.join(strange)} belong{'s' * (len(strange) == 1)} there"
+            one = (f"one table [{name}]", f"write [{name}], with single brackets: {belong}")
+            several = (f"entries that start with [[{name}]]", f"write [[{name}]], with two brackets: {belong}")
+            expected, hint = one if many else several
+            faults.append(Fault((name,), shown(given[0]), expected, hint))
+    return faults

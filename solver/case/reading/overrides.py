@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import re
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
@@ -13,6 +14,10 @@ from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.table import type_name
 from gapbeam.solver.wording.near_names import near
 from gapbeam.solver.wording.short_words import either, printable
+
+QUOTED = re.compile(r"""("(?:[^"\\]|\\.)*"|'[^']*')""")
+POINT_WITHOUT_DIGIT = re.compile(r"(?<![\w.])(?P<sign>[+-]?)\.(?P<digits>\d)")
+POINT_WITHOUT_DECIMALS = re.compile(r"(?<![\w.])(?P<number>[+-]?\d[\d_]*)\.(?![\d.])(?=[eE\s,\]}]|$)")
 
 Overrides = Mapping[str, object] | Sequence[str]
 
@@ -80,12 +85,25 @@ def pairs(overrides: Overrides) -> Iterator[tuple[str, object] | Fault]:
 
 
 def parse_value(text: str) -> object:
-    """Return a value typed on the command line: a TOML value, or else the text itself."""
-    try:
-        data = read_toml(f"value = {text}")
-    except (ValueError, RecursionError):
-        return text
-    return data["value"] if list(data) == ["value"] else text
+    """Return a value typed on the command line: a TOML value, or else the text itself.
+
+    Numbers may lack a digit on one side of the point, as most programs read them: .025, 2., [-.5, 1.e3].
+    """
+    for words in (text, _with_digits(text)):
+        try:
+            data = read_toml(f"value = {words}")
+        except (ValueError, RecursionError):
+            continue
+        return data["value"] if list(data) == ["value"] else text
+    return text
+
+
+def _with_digits(text: str) -> str:
+    """Return a text with a digit on both sides of the point of every number outside quotes."""
+    parts = QUOTED.split(text)
+    parts[::2] = [POINT_WITHOUT_DIGIT.sub(r"\g<sign>0.\g<digits>", part) for part in parts[::2]]
+    parts[::2] = [POINT_WITHOUT_DECIMALS.sub(r"\g<number>.0", part) for part in parts[::2]]
+    return "".join(parts)
 
 
 def _place(data: dict[str, Any], name: str) -> tuple[dict[str, Any], Key] | Fault:

@@ -31,10 +31,12 @@ def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case) -> st
     homes = [table for table in tables(root) if word in table.model.model_fields]
     here = {table.header for table in tables(root) if table.model is model}
     homes = [table for table in homes if table.header in here] or homes  # another type of the same table is nearest
+    names = {table.strip("[]") for table in here}
+    homes = [table for table in homes if table.header.strip("[]") in names] or homes  # or another form of it
     types = {
         home.header: [f'"{one.kind}"' for one in homes if one.header == home.header and one.kind] for home in homes
     }
-    places = [f"{table} of type {either(kinds)}" if kinds else table for table, kinds in types.items()]
+    places = [f"{table} of type {either(dict.fromkeys(kinds))}" if kinds else table for table, kinds in types.items()]
     if word == name:
         return f"`{name}` belongs in {either(places)}"
     return f"did you mean `{word}`, which belongs in {either(places)}?"

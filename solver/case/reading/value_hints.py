@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 import re
 
-from pydantic import BaseModel
+from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gapbeam.solver.case.reading.value_words import example, options, toml_value
 from gapbeam.solver.wording.near_names import near
@@ -21,8 +21,17 @@ FACTORS = {
 _NUMBER = re.compile(r"\s*([+-]?(?:\d+[.,]?\d*|[.,]\d+)(?:[eE][+-]?\d+)?)\s*(\S*)\s*")
 
 
+def fits(model: type[BaseModel], name: str, value: object) -> bool:
+    """Return whether a key takes a value, as far as it is looked at by itself."""
+    try:
+        TypeAdapter(model.model_fields[name].rebuild_annotation()).validate_python(value)
+    except ValidationError:
+        return False
+    return True
+
+
 def hint_for(model: type[BaseModel], name: str, value: object) -> str:
-    """Return what to write instead of a value that was refused."""
+    """Return what to write instead of a value that was refused; the key takes every value that it names."""
     allowed = options(model, name)
     types = {option.get("type") for option in allowed}
     choices = [choice for option in allowed for choice in option.get("enum", [option.get("const")])]
@@ -32,20 +41,20 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
         case str() if close := near(value, names):
             return f"did you mean {name} = {toml_value(close)}?"
         case str() if numeric or any(isinstance(choice, int) for choice in choices):
-            return _without_quotes(name, value) or f"a number without quotes: {example(model, name)}"
+            return _without_quotes(model, name, value) or f"a number without quotes: {example(model, name)}"
         case str() if "array" in types:
             return f"numbers in brackets, without quotes: {example(model, name)}"
         case str() if "boolean" in types:
             return f"{name} = true or {name} = false, without quotes"
         case float() if not math.isfinite(value):
             return "a finite number"
-        case float() if "integer" in types and value.is_integer():
+        case float() if "integer" in types and value.is_integer() and fits(model, name, int(value)):
             return f"a whole number without decimal point: {name} = {int(value)}"
         case int() | float() if types == {"string"} and not names and not isinstance(value, bool):
             return f'quotes: {name} = "{value}"'
-        case int() | float() if value < 0 and numeric and not isinstance(value, bool):
+        case int() | float() if value < 0 and numeric and fits(model, name, -value):
             return "no minus sign"
-        case list() | tuple() if len(value) == 1 and numeric:
+        case list() | tuple() if len(value) == 1 and numeric and fits(model, name, value[0]):
             return f"the number without brackets: {name} = {toml_value(value[0])}"
         case list() | tuple() if "array" in types and any(isinstance(item, str) for item in value):
             return "numbers without quotes"
@@ -53,15 +62,19 @@ def hint_for(model: type[BaseModel], name: str, value: object) -> str:
     return f"for example {line}" if line else ""
 
 
-def _without_quotes(name: str, text: str) -> str:
+def _without_quotes(model: type[BaseModel], name: str, text: str) -> str:
     """Return a hint where a text is a number in disguise: in quotes, with a decimal comma, with a unit."""
     match = _NUMBER.fullmatch(text[:60])
     if not match:
         return ""
     number, unit = float(match[1].replace(",", ".")), match[2].lower()
     point = " and write a decimal point" if "," in match[1] else ""
+    meant = number * FACTORS.get(unit, 1.0)
+    meant = float(f"{meant:.12g}")
+    if not fits(model, name, meant):
+        return ""
     if not unit:
         return f"remove the quotes{point}: {name} = {toml_value(number)}"
     if unit not in FACTORS:
         return "write the number alone, without quotes and unit, in SI units"
-    return f"remove the quotes and the unit{point}: {name} = {float(f'{number * FACTORS[unit]:.12g}')!r}"
+    return f"remove the quotes and the unit{point}: {name} = {meant!r}"

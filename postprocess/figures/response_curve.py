@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,9 +11,17 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from gapbeam.postprocess.figures.figure_style import BLACK, BLUE, DOUBLE, GRAY, GREEN, PURPLE, VERMILION, panels
+from gapbeam.postprocess.results.curve_parts import branch_parts, stable_parts
 
 COLORS = (BLACK, BLUE, GREEN, PURPLE)
-MARKS = {"fold": "o", "period doubling": "s", "Neimark-Sacker": "^"}
+MARKS = {
+    "fold": "o",
+    "pitchfork": "D",
+    "branch point": "X",
+    "period doubling": "s",
+    "Neimark-Sacker": "^",
+    "grazing": "|",
+}
 STYLES = {True: "-", False: "--", None: ":"}  # of lines, by whether a response is stable; None: not known
 SUFFIX = ".peak_to_peak"
 ALIKE = 1.0e-6
@@ -28,18 +35,16 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
     """
     points: list[dict[str, Any]] = curve["points"]
     values = np.array([point["value"] for point in points])
-    stable = np.array([STYLES[point["stable"]] for point in points])
-    branch = np.array([point.get("branch", 1) for point in points])
     probes = [name.removesuffix(SUFFIX) for name in points[0] if name.endswith(SUFFIX)]
     figure, axes = panels(2, 1, width=DOUBLE, height=2.2, sharex=True)
     motion, multiplier = axes[:, 0]
     for number, probe in enumerate(probes):
         color = COLORS[number % len(COLORS)]
         heights = 1.0e3 * np.array([point[probe + SUFFIX] for point in points])
-        _draw(motion, values, heights, stable, branch, color)
+        _draw(motion, points, values, heights, color)
         _mark(motion, points, heights)
     largest = np.array([point["largest_multiplier"] for point in points])
-    _draw(multiplier, values, largest, stable, branch, BLACK)
+    _draw(multiplier, points, values, largest, BLACK)
     _mark(multiplier, points, largest)
     multiplier.axhline(1.0, color=GRAY, linewidth=0.6)
     if np.ptp(largest) < ALIKE * largest.max():  # the range of round-off would be drawn otherwise
@@ -53,20 +58,12 @@ def draw_response_curve(curve: Mapping[str, Any]) -> Figure:
 
 
 def _draw(
-    panel: Axes, values: np.ndarray, heights: np.ndarray, stable: np.ndarray, branch: np.ndarray, color: str
+    panel: Axes, points: Sequence[Mapping[str, Any]], values: np.ndarray, heights: np.ndarray, color: str
 ) -> None:
-    for part in _runs(stable, branch):
-        style = str(stable[part.start])
-        goes_on = part.stop < len(values) and branch[part.stop] == branch[part.start]
-        end = part.stop + 1 if goes_on else part.stop  # up to where the next part of the branch begins
-        panel.plot(values[part.start : end], heights[part.start : end], style, color=color)
-
-
-def _runs(stable: np.ndarray, branch: np.ndarray) -> Iterator[slice]:
-    """Yield the parts of one stability and one branch."""
-    changes = (stable[1:] != stable[:-1]) | (np.diff(branch) != 0)
-    edges = [0, *(np.flatnonzero(changes) + 1), len(stable)]
-    yield from (slice(start, stop) for start, stop in pairwise(edges))
+    for _, branch in branch_parts(points):
+        x, y = values[branch], heights[branch]
+        for stable, part in stable_parts(points[branch]):
+            panel.plot(x[part], y[part], STYLES[stable], color=color)
 
 
 def _mark(panel: Axes, points: Sequence[Mapping[str, Any]], heights: np.ndarray) -> None:

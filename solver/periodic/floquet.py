@@ -26,6 +26,9 @@ UNKNOWN = "not known"
 FOLD = "fold"
 PERIOD_DOUBLING = "period doubling"
 NEIMARK_SACKER = "Neimark-Sacker"
+PITCHFORK = "pitchfork"
+BRANCH_POINT = "branch point"
+GRAZING = "grazing"
 
 
 @dataclass(frozen=True)
@@ -64,6 +67,20 @@ class Stability:
     def doubling_test(self) -> float:
         """The product of 1 + mu_i, which changes its sign where one multiplier passes -1."""
         return float(np.prod(1.0 + self.multipliers).real)
+
+    @property
+    def unit_test(self) -> float:
+        """The product of 1 - mu_i, which changes its sign where one multiplier passes +1."""
+        return float(np.prod(1.0 - self.multipliers).real)
+
+    @property
+    def unstable(self) -> int:
+        """Number of multipliers outside of the unit circle."""
+        return int(np.sum(np.abs(self.multipliers) > 1.0 + NEAR_ONE))
+
+    def distance(self, place: complex) -> float:
+        """Return the distance of the nearest multiplier from a place on the unit circle."""
+        return float(np.min(np.abs(self.multipliers - place), initial=np.inf))
 
     @property
     def unstable_pairs(self) -> int:

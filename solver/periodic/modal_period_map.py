@@ -12,6 +12,7 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.turning_tangent import monodromy_along
 from gapbeam.solver.march.python.march import EffectiveOperators, March
+from gapbeam.solver.periodic.floquet import Stability, stability_of
 from gapbeam.solver.periodic.stepped_period import passed_period, refuse_parts
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
@@ -86,6 +87,25 @@ class ModalMap:
             return self.coordinates(passed.end), self.tangent_along(places)
         end, tangent = self._loop.tangent(self.state(x))
         return self.coordinates(end), tangent
+
+    def stability(self, tangent: Array) -> Stability:
+        """Return the multipliers of P'(x), (2n, 2n)."""
+        return stability_of(tangent)
+
+    def reach(self, x: Array) -> Array:
+        """Return the largest depth of each face over the period, (faces,), m; negative where it stays open."""
+        system = self.modal.system
+        contact, operators = system.contact, system.operators
+        deepest = np.full(contact.size, -np.inf)
+        for number, u in enumerate(self.history(x)[0]):
+            np.maximum(deepest, contact.depth(contact.interface.trace(u, operators), number * self.dt), out=deepest)
+        found = np.full(len(contact.face_names), -np.inf)
+        np.maximum.at(found, contact.faces, deepest)
+        return found
+
+    def part(self, count: int) -> ModalMap | None:
+        """Return the flow over the first of `count` equal parts of the period; None where these have no whole steps."""
+        return replace(self, steps=self.steps // count) if self.steps % count == 0 else None
 
     def tangent_along(self, places: Array) -> Array:
         """Return the derivative of the state by that a period before, (2n, 2n), along q at the ends of all steps."""

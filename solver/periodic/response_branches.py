@@ -1,33 +1,53 @@
-"""Branches of periodic responses that together cover a range of a parameter, as far as they can be followed.
+"""Branches of periodic responses over a range of a parameter.
 
-The first branch goes through the response of the case. Where it cannot be followed to an end of the range, a second one
-starts at that end, from a march there, and is followed up to where the first one ended.
+One branch goes through the response of the case, others through those that marches find at both ends of the range, and
+in the middle of an interval that is not covered then. Where the system is symmetric, symmetric responses are followed
+as such, and a branch leaves each of their pitchforks; so does one from each branch point. A branch ends where it meets
+one that is known.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, replace
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+import numpy as np
 
 from gapbeam.solver.errors import NotConverged
-from gapbeam.solver.periodic.continuation import END_OF_RANGE, CurveSettings, ResponseCurve, follow
-from gapbeam.solver.periodic.shooting import PeriodMap
+from gapbeam.solver.periodic.continuation import (
+    END_OF_RANGE,
+    CurvePoint,
+    CurveSettings,
+    ResponseCurve,
+    branch_off,
+    follow,
+)
+from gapbeam.solver.periodic.floquet import BRANCH_POINT, PITCHFORK
+from gapbeam.solver.periodic.half_wave import HalfWaveMap, half_wave, is_symmetric
+from gapbeam.solver.periodic.known_orbits import KnownOrbits
+from gapbeam.solver.periodic.shooting import PeriodMap, shoot
 from gapbeam.solver.system.operators import Array
 
 NOT_COVERED = 1.0e-3  # of the range; smaller gaps are the length of a step
+TWINS = 0.1  # relative difference of the first steps to both sides of a pitchfork
+NEARBY = 4.0  # steps of a branch from where it met a known one to the pitchfork there
+ENDS = 2  # of an interval
 
 
 @dataclass(frozen=True)
 class Branches:
-    """What was found of the periodic responses over a range.
+    """Periodic responses that were found over a range.
 
     Attributes:
         curves: The branches; the first goes through the response of the case.
         missing: Intervals of the range where no branch was found, and why, in the order of the parameter.
+        unstable: Intervals where branches were found, but no stable response.
     """
 
     curves: tuple[ResponseCurve, ...]
     missing: tuple[tuple[float, float, str], ...]
+    unstable: tuple[tuple[float, float], ...]
 
 
 def follow_branches(
@@ -36,8 +56,9 @@ def follow_branches(
     start: Array,
     settings: CurveSettings,
     start_at: Callable[[float], Array],
+    periods: int = 1,
 ) -> Branches:
-    """Follow the branch through a response, and others from those ends of the range that it cannot be followed to.
+    """Follow the branches of periodic responses over a range.
 
     Args:
         map_at: The period map for a value of the parameter.
@@ -45,38 +66,183 @@ def follow_branches(
         start: State near the periodic response there, (2n,).
         settings: Range and steps.
         start_at: Returns a state near a periodic response for a value of the parameter, (2n,), by a march.
+        periods: Forcing periods in a period of the response.
 
     Raises:
         NotConverged: There is no periodic response near the start.
     """
-    first = follow(map_at, value, start, settings)
-    curves, missing = [first], list[tuple[float, float, str]]()
-    for low, high, why in _not_reached(first, settings):
-        end = low if low == settings.low else high
-        within = replace(settings, low=low, high=high, first_step=_scaled(settings.first_step, settings, high - low))
+    search = _Search(map_at, settings, half_wave(map_at(value), start), periods)
+    search.through(value, start)
+    failed = {end: not search.from_march(end, start_at) for end in (settings.low, settings.high)}
+    for low, high in search.gaps():
+        search.from_march(0.5 * (low + high), start_at)
+    missing = [(low, high, search.reason(low, high, failed)) for low, high in search.gaps()]
+    stable = [_span(pair) for curve in search.curves for pair in _stable_pairs(curve.points)]
+    unstable = _gaps([*stable, *((low, high) for low, high, _ in missing)], settings)
+    return Branches(tuple(search.curves), tuple(missing), tuple(unstable))
+
+
+@dataclass
+class _Search:
+    """Branches as they are found.
+
+    Attributes:
+        map_at: The period map for a value of the parameter.
+        settings: Range and steps.
+        half: The map over half a period where the system is symmetric, or None.
+        periods: Forcing periods in a period of the response.
+        curves: The branches.
+    """
+
+    map_at: Callable[[float], PeriodMap]
+    settings: CurveSettings
+    half: HalfWaveMap | None
+    periods: int
+    curves: list[ResponseCurve] = field(default_factory=list)
+
+    def __post_init__(self) -> None:
+        self.known = KnownOrbits(self.map_at, self.images, self.settings.tolerance)
+
+    def half_at(self, value: float) -> HalfWaveMap:
+        """Return the map over half a period for a value of the parameter."""
+        whole = self.map_at(value)
+        half = whole.part(2)
+        assert half is not None
+        return HalfWaveMap(whole, half)
+
+    def mirror(self, value: float, x: Array) -> Array | None:
+        """Return the mirror image of a response, (2n,); None where the system has none."""
+        return None if self.half is None else self.half_at(value).after(x)
+
+    def images(self, value: float, x: Array) -> Sequence[Array]:
+        """Return the states of a response after whole forcing periods, and those of its mirror image."""
+        mirrored = self.mirror(value, x)
+        part = self.map_at(value).part(self.periods)
+        assert part is not None
+        found = list[Array]()
+        for start in (x,) if mirrored is None else (x, mirrored):
+            found.append(start)
+            for _ in range(self.periods - 1):
+                found.append(part.after(found[-1]))
+        return found[1:]
+
+    def through(self, value: float, start: Array) -> None:
+        """Follow the branch through a response, and those that leave its pitchforks and branch points.
+
+        Raises:
+            NotConverged: There is no periodic response near the start.
+        """
+        x = shoot(self.map_at(value), start, self.settings.tolerance).x
+        symmetric = self.half is not None and is_symmetric(self.half_at(value), x)
+        maps = self.half_at if symmetric else self.map_at
+        first = follow(maps, value, x, self.settings, self.known.holds, self.mirror, symmetric)
+        found = [self._kept(first)]
+        while found:
+            curve = found.pop(0)
+            for place, event in enumerate(curve.points):
+                if event.event == PITCHFORK and not curve.symmetric:  # a branch ends there
+                    found += self._symmetric(event)
+                elif event.event in (PITCHFORK, BRANCH_POINT):
+                    found += self._crossing(curve, place)
+
+    def from_march(self, value: float, start_at: Callable[[float], Array]) -> bool:
+        """Follow the branch through the response that a march leads to, if it is new; return whether one exists."""
         try:
-            branch = follow(map_at, end, start_at(end), within)
+            x = shoot(self.map_at(value), start_at(value), self.settings.tolerance).x
+            if not self.known.holds(value, x):
+                self.through(value, x)
         except NotConverged:
-            missing.append((low, high, f"{why}, and no periodic response was found at the end of the range"))
-            continue
-        curves.append(branch)
-        covered = [point.value for point in branch.points]
-        left = (max(covered), high) if end == low else (low, min(covered))
-        if left[1] - left[0] > NOT_COVERED * settings.range:
-            missing.append((*left, f"{why}, from both sides"))
-    return Branches(tuple(curves), tuple(missing))
+            return False
+        return True
+
+    def gaps(self) -> list[tuple[float, float]]:
+        """Return the intervals of the range that no branch covers."""
+        return _gaps([_span(curve.points) for curve in self.curves], self.settings)
+
+    def reason(self, low: float, high: float, failed: dict[float, bool]) -> str:
+        """Return why no branch covers an interval."""
+        reasons = list[str]()
+        for curve in self.curves:
+            near = self.settings.range * NOT_COVERED
+            for point, ending in zip((curve.points[0], curve.points[-1]), curve.endings, strict=True):
+                if ending != END_OF_RANGE and min(abs(point.value - low), abs(point.value - high)) <= near:
+                    reasons.append(ending)
+        why = reasons[0] if reasons else "the branches turn back"
+        if failed.get(low) or failed.get(high):
+            return f"{why}, and no periodic response was found at the end of the range"
+        return f"{why}, from both sides" if len(reasons) >= ENDS else why
+
+    def _kept(self, curve: ResponseCurve) -> ResponseCurve:
+        self.curves.append(curve)
+        self.known.curves.append(curve.points)
+        return curve
+
+    def _symmetric(self, event: CurvePoint) -> list[ResponseCurve]:
+        """Return the curve of symmetric responses through a pitchfork that another branch has come to, if it is new."""
+        try:
+            x = shoot(self.half_at(event.value), event.x, self.settings.tolerance).x
+            if self.known.holds(event.value, x):
+                return []
+            curve = follow(self.half_at, event.value, x, self.settings, self.known.holds, self.mirror, symmetric=True)
+        except NotConverged:
+            return []
+        return [self._kept(curve)]
+
+    def _crossing(self, curve: ResponseCurve, place: int) -> list[ResponseCurve]:
+        """Return the new branches from a pitchfork or a branch point, one of two that mirror each other.
+
+        A branch point whose branches both lie at the same side of it, alike, is named a pitchfork.
+        """
+        event = curve.points[place]
+        if self._is_reached(event):
+            return []
+        found = [
+            branch_off(self.map_at, event, self.settings, self.known.holds, self.mirror, sign)
+            for sign in ((1.0,) if event.event == PITCHFORK else (1.0, -1.0))
+        ]
+        found = [branch for branch in found if branch.points]
+        if len(found) == ENDS and event.event == BRANCH_POINT:
+            first, second = (branch.points[1].value - event.value for branch in found)
+            if abs(first - second) <= TWINS * max(abs(first), abs(second)):
+                found.pop()
+                self._rename(curve, place)
+        return [self._kept(branch) for branch in found]
+
+    def _is_reached(self, event: CurvePoint) -> bool:
+        """Return whether another branch has come as near to a pitchfork as some of its own steps, or begins there."""
+        scale = self.map_at(event.value).scale
+        for curve in self.curves:
+            for end, before in ((curve.points[0], curve.points[1:2]), (curve.points[-1], curve.points[-2:-1])):
+                step = sum(float(np.linalg.norm(scale * (end.x - point.x))) for point in before)
+                images = (event.x, *self.images(event.value, event.x))
+                if not curve.symmetric and any(np.linalg.norm(scale * (end.x - x)) <= NEARBY * step for x in images):
+                    return True
+        return False
+
+    def _rename(self, curve: ResponseCurve, place: int) -> None:
+        points = list(curve.points)
+        points[place] = replace(points[place], event=PITCHFORK)
+        number = next(number for number, one in enumerate(self.curves) if one is curve)
+        self.curves[number] = replace(curve, points=tuple(points))
 
 
-def _not_reached(curve: ResponseCurve, settings: CurveSettings) -> list[tuple[float, float, str]]:
-    """Return the intervals at the ends of the range that a curve ends before; none where it turns back at a fold."""
-    stopped = [ending for ending in curve.endings if ending != END_OF_RANGE]
-    if not stopped:
-        return []
-    values = [point.value for point in curve.points]
-    ends = (settings.low, min(values)), (max(values), settings.high)
-    return [(low, high, stopped[0]) for low, high in ends if high - low > NOT_COVERED * settings.range]
+def _span(points: Sequence[CurvePoint]) -> tuple[float, float]:
+    values = [point.value for point in points]
+    return min(values), max(values)
 
 
-def _scaled(share: float, settings: CurveSettings, length: float) -> float:
-    """Return a share of the whole range as one of a part of it, at most a tenth."""
-    return min(0.1, share * settings.range / length)
+def _stable_pairs(points: Sequence[CurvePoint]) -> Iterator[tuple[CurvePoint, CurvePoint]]:
+    """Yield the pairs of neighbors on a branch of which one at least is not known to be unstable."""
+    for pair in pairwise(points):
+        if any(point.stability.stable is not False for point in pair):
+            yield pair
+
+
+def _gaps(spans: Sequence[tuple[float, float]], settings: CurveSettings) -> list[tuple[float, float]]:
+    """Return the intervals of the range outside of all spans, but for the smallest."""
+    reached, gaps = settings.low, list[tuple[float, float]]()
+    for low, high in [*sorted(spans), (settings.high, settings.high)]:
+        if low - reached > NOT_COVERED * settings.range:
+            gaps.append((reached, low))
+        reached = max(reached, high)
+    return gaps

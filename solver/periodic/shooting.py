@@ -35,6 +35,15 @@ class PeriodMap(Protocol):
     def with_tangent(self, x: Array) -> tuple[Array, Array]:
         """Return P(x), (2n,), and P'(x), (2n, 2n)."""
 
+    def stability(self, tangent: Array) -> Stability:
+        """Return the multipliers of a response from the derivative of this map there, (2n, 2n)."""
+
+    def reach(self, x: Array) -> Array:
+        """Return how deep each face gets over the period, (faces,), m; negative where it stays open."""
+
+    def part(self, count: int) -> PeriodMap | None:
+        """Return the flow over the first of `count` equal parts of the period; None where these have no whole steps."""
+
 
 @dataclass(frozen=True)
 class Orbit:

@@ -64,12 +64,17 @@ def scheme_of_period(case: Case) -> TimeScheme:
 
 
 def with_whole_steps(model: Model) -> tuple[Model, int]:
-    """Return a model whose step goes a whole number of times into a forcing period, at most as long, and that number.
+    """Return a model whose step goes a whole number of times into half a forcing period, at most as long.
+
+    Symmetric responses repeat with the sign changed after half a period.
+
+    Returns:
+        The model, and the number of steps in a forcing period.
 
     Collective.
     """
     period = 1.0 / forcing_frequencies(model.case.load)[0]
-    count = max(1, ceil(period / model.step - WHOLE))
+    count = 2 * max(1, ceil(0.5 * period / model.step - WHOLE))
     return _timed(model, step=period / count), count
 
 

@@ -150,7 +150,7 @@ def _follow_curve(
         words = f"interrupted in the march at {asked.key} = {at:g}, before the curve from there"
         return map_at(at).coordinates(end_of_march(plan, seat, lambda _time, _steps: stop(words)))
 
-    branches = follow_branches(map_at, value, x, settings, start_at)
+    branches = follow_branches(map_at, value, x, settings, start_at, analysis.periods)
     unit = unit_of(asked.key, held)
     rows = curve_rows(branches.curves, model_at)
     if comm.rank == 0:
@@ -168,6 +168,14 @@ def _follow_curve(
     }
     for curve in branches.curves:
         _log_curve(asked.key, unit, curve)
+    for low, high in branches.unstable:
+        LOG.info(
+            "no stable response of %d forcing periods from %.6g to %.6g %s: a march settles on another motion there",
+            analysis.periods,
+            low,
+            high,
+            unit,
+        )
 
 
 def _log_curve(key: str, unit: str, curve: ResponseCurve) -> None:

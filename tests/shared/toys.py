@@ -35,16 +35,20 @@ def stopped_oscillator(
     gap: float = 0.0,
     damping_ratio: float = 0.0,
     force: Callable[[float], float] | None = None,
+    other: float | None = None,
 ) -> SemiDiscreteSystem:
-    """A mass on a spring that meets a stop when its displacement exceeds `gap`."""
+    """A mass on a spring that meets a stop when its displacement exceeds `gap`; where it is below `-other`, another."""
+    sides, gaps = [-1.0] + [1.0] * (other is not None), [gap] + [other] * (other is not None)
     contact = ContactOperator(
         interface=Interface(1, np.array([0]), np.array([0])),
-        gap_matrix=csr_matrix([[-1.0]]),
-        weights=np.array([1.0]),
-        initial_gap=np.array([gap]),
-        faces=np.array([0]),
-        support=Support((Face("stop", -1.0),), area=1.0),
-        positions=np.zeros((1, 3)),
+        gap_matrix=csr_matrix(np.array(sides)[:, None]),
+        weights=np.ones(len(sides)),
+        initial_gap=np.array(gaps, dtype=float),
+        faces=np.arange(len(sides)),
+        support=Support(
+            tuple(Face(name, side) for name, side in zip(("stop", "other"), sides, strict=False)), area=1.0
+        ),
+        positions=np.zeros((len(sides), 3)),
     )
     loads = (Load("force", np.array([1.0]), force),) if force else ()
     mass_damping = 2.0 * damping_ratio * np.sqrt(spring / mass)

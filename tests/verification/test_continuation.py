@@ -3,17 +3,23 @@
 from __future__ import annotations
 
 from functools import cache
-from math import pi, sqrt
+from itertools import pairwise
+from math import cos, pi, sqrt
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
+from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.periodic.continuation import CurveSettings, ResponseCurve, follow
-from gapbeam.solver.periodic.floquet import FOLD, PERIOD_DOUBLING, UNKNOWN
+from gapbeam.solver.periodic.floquet import FOLD, GRAZING, PERIOD_DOUBLING, PITCHFORK, UNKNOWN
 from gapbeam.solver.periodic.modal_period_map import ModalMap
-from gapbeam.solver.periodic.response_branches import follow_branches
+from gapbeam.solver.periodic.response_branches import Branches, follow_branches
 from gapbeam.solver.periodic.shooting import shoot
+from gapbeam.solver.system.modal_coordinates import modal_system
+from tests.shared.toys import stopped_oscillator
 from tests.verification.test_shooting import oscillator_map, physical
 
 HARDENING = {"zeta": 0.05, "gap": 1.0, "stop": 2.0, "force": 0.2}
@@ -91,8 +97,8 @@ def test_folds_are_where_marches_jump() -> None:
     The response between the folds is unstable, with a real multiplier above 1, which is 1 at the folds.
     """
     curve = hardening_curve()
-    high, low = curve.events
-    assert [high.event, low.event] == [FOLD, FOLD]
+    high, low = (event for event in curve.events if event.event == FOLD)
+    assert {event.event for event in curve.events} == {FOLD, GRAZING}
     assert low.value == pytest.approx(1.08, abs=0.01)
     for fold in (high, low):
         assert fold.stability.multipliers[0].real == pytest.approx(1.0, abs=0.01)
@@ -148,6 +154,84 @@ def test_a_curve_that_ends_says_why() -> None:
     )
     assert len(curve.points) == 7
     assert curve.endings == ("3 points, the largest number",) * 2
+
+
+def two_sided_map(omega: float, steps: int = 200) -> ModalMap:
+    """The period map of x'' + 0.04 x' + x + 10 <x - 0.5> - 10 <-x - 0.5> = cos(omega t)."""
+    system = stopped_oscillator(1.0, 1.0, 0.5, 0.02, lambda t: cos(omega * t), other=0.5)
+    modal = modal_system(system)
+    assert modal is not None
+    return ModalMap(modal, kelvin_voigt(10.0), scheme_of("discrete-gradient"), 2.0 * pi / omega / steps, steps)
+
+
+def marched(omega: float, x: np.ndarray | None = None) -> np.ndarray:
+    """The state after a march from rest, or from a state."""
+    return settled(two_sided_map(omega), np.zeros(2) if x is None else x)
+
+
+@cache
+def two_sided_branches() -> Branches:
+    return follow_branches(two_sided_map, 1.15, marched(1.15), CurveSettings(0.65, 2.2), marched)
+
+
+def test_grazing_is_where_the_linear_response_fills_the_gap() -> None:
+    """The amplitude F / sqrt((1 - w^2)^2 + (2 zeta w)^2) of a linear response is the gap there."""
+    zeta, gap, force = 0.05, 1.0, 0.2
+    start = np.zeros(2)
+    curve = follow(lambda w: oscillator_map(400, w, zeta, gap, 2.0, force), 1.4, start, CurveSettings(1.05, 1.45))
+    (grazing,) = (event for event in curve.events if event.event == GRAZING)
+    omega = brentq(lambda w: force / sqrt((1.0 - w**2) ** 2 + (2.0 * zeta * w) ** 2) - gap, 1.0, 1.4)
+    assert grazing.value == pytest.approx(omega, rel=1e-3)
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_symmetric_responses_lose_their_symmetry_at_pitchforks() -> None:
+    """Between two stops alike, marches settle on a symmetric response outside of the pitchforks, and on none inside.
+
+    The multiplier at a pitchfork is +1, and the branch that leaves it mirrors itself where it ends.
+    """
+    found = two_sided_branches()
+    symmetric = found.curves[0]
+    assert symmetric.symmetric
+    forks = [event for event in symmetric.events if event.event == PITCHFORK]
+    assert len(forks) == 2
+    for fork in forks:
+        assert fork.stability.distance(1.0) < 1e-2
+    upper = max(fork.value for fork in forks)
+    for omega, mirrored in ((upper - 0.02, False), (upper + 0.02, True)):
+        near = min(symmetric.points, key=lambda point: abs(point.value - omega))
+        x = settled(two_sided_map(omega), shoot(two_sided_map(omega), near.x).x + 1.0e-3, 600)
+        places = two_sided_map(omega).history(x)[0][:, 0]
+        assert (abs(places.max() + places.min()) < 1e-3 * np.ptp(places)) == mirrored
+    (broken,) = (curve for curve in found.curves if not curve.symmetric)
+    ends = sorted(point.value for point in (broken.points[0], broken.points[-1]))
+    assert ends == pytest.approx(sorted(fork.value for fork in forks), abs=2e-3)
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_no_response_is_followed_twice() -> None:
+    """No inner point of a branch, nor its mirror image, lies on another branch; both ends of the range are marched."""
+    found = two_sided_branches()
+    assert found.missing == ()
+    responses = [point for curve in found.curves for point in curve.points]
+    for end in (0.65, 2.2):
+        x = shoot(two_sided_map(end), marched(end)).x
+        assert any(point.value == end and point.x == pytest.approx(x, abs=1e-6) for point in responses)
+    for curve in found.curves:
+        for point in curve.points[3:-3:5]:
+            half = two_sided_map(point.value).part(2)
+            assert half is not None
+            for other in found.curves:
+                same = [
+                    shoot(two_sided_map(point.value), first.x + share * (last.x - first.x)).x
+                    for first, last in pairwise(other.points)
+                    if min(first.value, last.value) < point.value < max(first.value, last.value)
+                    for share in [(point.value - first.value) / (last.value - first.value)]
+                ]
+                alike = [
+                    x for x in same for image in (point.x, -half.after(point.x)) if x == pytest.approx(image, abs=1e-5)
+                ]
+                assert len(alike) <= (2 if curve.symmetric else 1) * (other is curve)
 
 
 def linear_map(omega: float, without: tuple[float, float]) -> ModalMap:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
+from gapbeam.postprocess.results.curve_parts import branch_parts, stable_parts
 
 SUFFIX = ".peak_to_peak"
 _REPORTED = (
@@ -61,7 +61,7 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     axis = f"{curve['key']} ({curve['unit']})"
     texts = [_point_words(point, curve) for point in points]
     motion, multiplier = list[ChartCurve](), list[ChartCurve]()
-    for number, part in _parts(points):
+    for number, part in branch_parts(points):
         suffix = "" if number == 1 else f", branch {number}"
         inside, said = points[part], texts[part]
         for probe in probes:
@@ -93,13 +93,6 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     return ReportSection("Response curve", anchor, blocks)
 
 
-def _parts(points: Sequence[Mapping[str, Any]]) -> list[tuple[int, slice]]:
-    """Return number and points of every branch."""
-    numbers = [int(point.get("branch", 1)) for point in points]
-    starts = [place for place in range(len(numbers)) if place == 0 or numbers[place] != numbers[place - 1]]
-    return [(numbers[start], slice(start, stop)) for start, stop in pairwise([*starts, len(numbers)])]
-
-
 def _branch(
     name: str, points: Sequence[Mapping[str, Any]], heights: np.ndarray, texts: Sequence[str]
 ) -> list[ChartCurve]:
@@ -107,14 +100,12 @@ def _branch(
     values = np.array([float(point["value"]) for point in points])
     curves = []
     for wanted, words in ((True, name), (False, f"{name}, unstable"), (None, f"{name}, stability not known")):
-        # A part reaches to the first point of the next one, so that the curve does not break.
-        part = np.array([point["stable"] is wanted for point in points])
-        reached = part.copy()
-        for place, (now, after) in enumerate(pairwise(part)):
-            reached[place + 1] |= now and not after
-        if part.any():
-            drawn = np.where(reached, heights, np.nan)
-            curves.append(ChartCurve(words, values, drawn, "lines", dashed=not wanted, texts=texts, like=name))
+        parts = [part for stable, part in stable_parts(points) if stable is wanted]
+        if parts:
+            x = np.concatenate([np.append(values[part], np.nan) for part in parts])  # a gap between two parts
+            y = np.concatenate([np.append(heights[part], np.nan) for part in parts])
+            said = [text for part in parts for text in (*texts[part], "")]
+            curves.append(ChartCurve(words, x, y, "lines", dashed=not wanted, texts=said, like=name))
     events = [place for place, point in enumerate(points) if point["event"]]
     if events:
         text = [texts[place] for place in events]

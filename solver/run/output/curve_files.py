@@ -77,11 +77,12 @@ def write_curve(folder: Path, key: str, unit: str, periods: int, found: Branches
 
 
 def coverage(found: Branches) -> dict[str, Any]:
-    """Return why the first branch ends, and where no branch was found."""
+    """Return why the first branch ends, and where no branch, or none with a stable response, was found."""
     return {
         "endings": list(found.curves[0].endings),
         "branches": len(found.curves),
         "missing": [{"low": low, "high": high, "reason": why} for low, high, why in found.missing],
+        "unstable": [{"low": low, "high": high} for low, high in found.unstable],
     }
 
 

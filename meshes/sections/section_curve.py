@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from dataclasses import dataclass
 from typing import Literal
 
@@ -31,14 +30,3 @@ class SectionCurve:
     cells: int
     arc: bool = False
     side: Side = "inside"
-
-    def at(self, share: Array) -> tuple[Array, Array]:
-        """Return the places at shares of the way, (k, 2), and their derivatives by the share, (k, 2)."""
-        start, end = np.array(self.start), np.array(self.end)
-        if not self.arc:
-            return start + share[:, None] * (end - start), np.tile(end - start, (len(share), 1))
-        first = math.atan2(start[1], start[0])
-        turn = math.remainder(math.atan2(end[1], end[0]) - first, 2.0 * math.pi)
-        radius, angles = math.hypot(*self.start), first + share * turn
-        along = np.stack([np.cos(angles), np.sin(angles)], axis=1)
-        return radius * along, radius * turn * np.stack([-along[:, 1], along[:, 0]], axis=1)

@@ -7,9 +7,7 @@ from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise, product
 
-import numpy as np
-
-from gapbeam.meshes.sections.section_curve import Array, Place, SectionCurve, Side
+from gapbeam.meshes.sections.section_curve import Place, SectionCurve, Side
 
 CELLS_THROUGH = 4
 """Default number of structured cells through the thickness and across the width."""
@@ -50,47 +48,9 @@ class SectionPatches:
         inside = sum((degree * along - 1) * (degree * across - 1) for along, across in self._sizes())
         return len(self.points) + sum(degree * curve.cells - 1 for curve in self.curves) + inside
 
-    def quadrature(self, count: int) -> tuple[Array, Array]:
-        """Return Gauss points of all patches, (k, 2), m, and the areas that they stand for, (k,), m^2.
-
-        Args:
-            count: Points along each side of a patch. A patch is mapped from the unit square by transfinite
-                interpolation of its sides.
-        """
-        places, weights = np.polynomial.legendre.leggauss(count)
-        grid = np.array(list(product(0.5 * (1.0 + places), repeat=2)))
-        factors = np.array([0.25 * one * other for one, other in product(weights, repeat=2)])
-        found = [self._mapped(patch, grid) for patch in self.patches]
-        areas = [factors * np.abs(np.linalg.det(jacobian)) for _, jacobian in found]
-        return np.concatenate([place for place, _ in found]), np.concatenate(areas)
-
     def _sizes(self) -> Iterator[tuple[int, int]]:
         for patch in self.patches:
             yield self.curves[patch[0][0]].cells, self.curves[patch[1][0]].cells
-
-    def _mapped(self, patch: tuple[tuple[int, bool], ...], grid: Array) -> tuple[Array, Array]:
-        """Return the places of a patch at points of the unit square, (k, 2), and their Jacobians, (k, 2, 2)."""
-        s, t = grid.T
-        south, south_s = self._along(patch[0], s)
-        east, east_t = self._along(patch[1], t)
-        north, north_s = self._along(patch[2], 1.0 - s)
-        west, west_t = self._along(patch[3], 1.0 - t)
-        zero, one = np.zeros(1), np.ones(1)
-        a, b = (self._along(patch[0], end)[0][0] for end in (zero, one))
-        c, d = (self._along(patch[2], end)[0][0] for end in (zero, one))
-        s, t = s[:, None], t[:, None]
-        place = (1 - t) * south + t * north + (1 - s) * west + s * east
-        place -= (1 - s) * (1 - t) * a + s * (1 - t) * b + s * t * c + (1 - s) * t * d
-        by_s = (1 - t) * south_s - t * north_s - west + east + (1 - t) * (a - b) - t * (c - d)
-        by_t = north - south - (1 - s) * west_t + s * east_t + (1 - s) * (a - d) + s * (b - c)
-        return place, np.stack([by_s, by_t], axis=2)
-
-    def _along(self, side: tuple[int, bool], share: Array) -> tuple[Array, Array]:
-        number, backward = side
-        if not backward:
-            return self.curves[number].at(share)
-        place, slope = self.curves[number].at(1.0 - share)
-        return place, -slope
 
 
 def patches_of(curves: Sequence[SectionCurve], corners: Sequence[Sequence[Place]]) -> SectionPatches:

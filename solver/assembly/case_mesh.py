@@ -31,7 +31,7 @@ def geometry_of(case: Case) -> BeamGeometry:
     mesh, layout, profile = case.mesh, case.layout, case.profile
     section, steps = _sections(case)
     points = [point for load in case.load if (point := load.place.point) is not None]
-    points += [probe.point for probe in case.probe]
+    points += [one.point for one in (*case.probe, *case.joint, *case.mass)]
     return BeamGeometry(
         dimension=mesh.dimension,
         length=case.beam.length,

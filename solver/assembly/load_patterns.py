@@ -1,6 +1,6 @@
 """The forces of loads on a finite element space per unit factor, by where they act.
 
-* A force at a point: f = N(x_p)^T e.
+* A force at a point: f = N(x_p)^T e; on the axis it is distributed over the section (`assembly.section_rows`).
 * Forces along the axis: the sum of such forces.
 * A uniform acceleration of all mass, such as gravity: f = M e, with the consistent mass matrix.
 * An acceleration of the support: the equations are solved in its frame, where f = -M e.
@@ -10,13 +10,13 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, assert_never
+from typing import assert_never
 
 import numpy as np
 
 from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.assembly.point_rows import PointRow
-from gapbeam.solver.assembly.section_rows import row_at, section_rows
+from gapbeam.solver.assembly.section_rows import MotionRow, SectionRows, row_at
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import load_direction
@@ -25,32 +25,43 @@ from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, Suppor
 from gapbeam.solver.system.operators import Array, Operators
 
 
-def load_patterns(case: Case, space: Any, operators: Operators) -> tuple[Array, ...]:
+def load_patterns(case: Case, sections: SectionRows, operators: Operators) -> tuple[Array, ...]:
     """Return the forces of each load per unit factor on a vector space, (n,), N, and those of `attached_motions`.
+
+    Args:
+        case: The case.
+        sections: On its vector space.
+        operators: On the same space.
 
     Raises:
         UserError: A point or a section lies outside the mesh.
 
     Collective.
     """
-    rows: dict[float | tuple[float, ...], PointRow] = {}  # many parts of a load act at the same places
+    rows: dict[float | tuple[float, ...], PointRow | MotionRow] = {}  # many parts of a load act at the same places
 
-    def row(point: float | tuple[float, ...], name: str) -> PointRow:
+    def row(point: float | tuple[float, ...], name: str) -> PointRow | MotionRow:
         if point not in rows:
-            rows[point] = row_at(case, space, point, f"[[load]] {name}")
+            rows[point] = row_at(sections, point, f"[[load]] {name}")
         return rows[point]
 
     return (
-        *(_pattern(load, part, space, operators, row) for load, part in patterned(case.load)),
-        *section_rows(case, space, operators.size, [one.motion for one in attached_motions(case)]),
+        *(
+            _pattern(load, part, sections.space.mesh.geometry.dim, operators, row)
+            for load, part in patterned(case.load)
+        ),
+        *sections.of_motions([one.motion for one in attached_motions(case)], operators.size),
     )
 
 
 def _pattern(
-    load: Load, part: LoadPart, space: Any, operators: Operators, row: Callable[[Any, str], PointRow]
+    load: Load,
+    part: LoadPart,
+    dimension: int,
+    operators: Operators,
+    row: Callable[[float | tuple[float, ...], str], PointRow | MotionRow],
 ) -> Array:
     """Return the forces of a part of a load; `load_direction` has the sign of the inertia in a moving frame."""
-    dimension = space.mesh.geometry.dim
     direction = load_direction(load, dimension)
     match part.place:
         case PointForce(point):

@@ -1,83 +1,124 @@
 """The mean motions of cross-sections of a mesh, as rows of its DOFs, and the forces that work on these motions.
 
-A point on the axis of a hollow beam stands for its whole cross-section: it moves as the section does on average, and a
-force there is spread over the section.
+A point on the axis stands for its whole cross-section: it moves as the section carries it on average, and a force there
+is distributed over the section. A force at a single node of a solid would sink in without bound as cells get finer.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
 from typing import Any
 
 import numpy as np
 
-from gapbeam.solver.assembly.case_mesh import geometry_of
-from gapbeam.solver.assembly.point_rows import PointFinder, PointRow, point_row
-from gapbeam.solver.attachments.mean_motion import MeanMotion
-from gapbeam.solver.case.case import Case
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.assembly.point_rows import PointRow, point_row
+from gapbeam.solver.assembly.section_cut import SectionCut, SectionCutter
+from gapbeam.solver.attachments.mean_motion import DISPLACEMENTS, MeanMotion
 from gapbeam.solver.loads.load_directions import axis_point
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices, Operators
 
-POINTS = 4  # Gauss points through the thickness and across the width, or along each side of a patch
-INSIDE = 1.0e-9  # of the length, by which a section at an end lies in the body
-BEYOND = 0.2  # of a curved cell: how far coarse cells leave an arc
-FEWEST = 3  # points of a user's mesh that a section has to have
+CENTERED = 1.0e-9  # of the radius of gyration: a centroid this near to the axis lies on it
 
 
 @dataclass(frozen=True)
-class _Section:
-    """Points of a cross-section that lie in the body.
+class MotionRow:
+    """What gives the motion of a point from the nodes around it, on the nodes that this rank owns.
 
     Attributes:
-        rows: Basis functions at the points.
-        across: Their coordinates across the axis, (k, dimension - 1), m.
-        areas: Their weights, (k,).
+        nodes: Owned nodes (blocks), (k,).
+        factors: Of their displacements, (components, k, components).
     """
 
-    rows: tuple[PointRow, ...]
-    across: Array
-    areas: Array
+    nodes: Indices
+    factors: Array
+
+    def evaluate(self, x: Array, operators: Operators) -> Array:
+        """Return the displacement, (components,), or row by row of x, (times, components). Collective."""
+        components = len(self.factors)
+        moved = x.reshape(*x.shape[:-1], -1, components)[..., self.nodes, :]
+        return operators.sum(moved.reshape(*x.shape[:-1], -1) @ self.factors.reshape(components, -1).T)
+
+    def force(self, direction: Array, size: int) -> Array:
+        """Return the nodal forces of a unit force along a direction, (n,), local."""
+        pattern = np.zeros((size // len(self.factors), len(self.factors)))
+        pattern[self.nodes] = np.tensordot(direction, self.factors, axes=1)
+        return pattern.reshape(-1)
 
 
-def section_rows(case: Case, space: Any, size: int, motions: Sequence[MeanMotion]) -> Iterator[Array]:
-    """Yield the row of each mean motion: the motion is the scalar product of row and displacements, over all ranks.
+class SectionRows:
+    """The rows of mean motions on a mesh; each section is cut once."""
+
+    def __init__(self, space: Any) -> None:
+        """Prepare the mesh. Collective.
+
+        Args:
+            space: Blocked Lagrange space.
+        """
+        self.space = space
+        self.cutter = SectionCutter(space)
+        self.cuts = dict[float, SectionCut]()
+
+    def of_motions(self, motions: Sequence[MeanMotion], size: int) -> Iterator[Array]:
+        """Yield the row of each mean motion: the motion is the scalar product of row and displacements, over all ranks.
+
+        Args:
+            motions: The motions.
+            size: Number of DOFs that this rank owns.
+
+        Yields:
+            (size,).
+
+        Raises:
+            UserError: The mesh has no section at a place; on all ranks.
+
+        Collective.
+        """
+        for motion in motions:
+            nodes, factors = self._owned(motion, "a joint, a mass, a fluid or a restraint")
+            found = np.zeros((size // factors.shape[1], factors.shape[1]))
+            found[nodes] = factors
+            yield found.reshape(-1)
+
+    def of_axis(self, x: float, name: str) -> MotionRow:
+        """Return the row of the point on the axis at x, m, as its section carries it on average.
+
+        Args:
+            x: The place, m.
+            name: What to call the point in an error.
+
+        Raises:
+            UserError: The mesh has no section there; on all ranks.
+
+        Collective.
+        """
+        moments = self._cut(x, name).moments
+        center = moments[0, 1:] / moments[0, 0]
+        offset = np.zeros(3)
+        if np.hypot.reduce(center) > CENTERED * np.sqrt(np.trace(moments[1:, 1:]) / moments[0, 0]):
+            offset[-len(center) :] = -center
+        names = DISPLACEMENTS if len(moments) == 3 else ("axial", "vertical")
+        rows = [self._owned(MeanMotion(x, one, tuple(map(float, offset))), name) for one in names]
+        return MotionRow(rows[0][0], np.stack([factors for _, factors in rows]))
+
+    def _cut(self, x: float, name: str) -> SectionCut:
+        if x not in self.cuts:
+            self.cuts[x] = self.cutter.cut(x, name)
+        return self.cuts[x]
+
+    def _owned(self, motion: MeanMotion, name: str) -> tuple[Indices, Array]:
+        """Return the nodes of this rank, (k,), and the factors of their displacements, (k, dimension)."""
+        cut = self._cut(motion.x, name)
+        first, last = self.space.dofmap.index_map.local_range
+        mine = (cut.nodes >= first) & (cut.nodes < last)
+        return cut.nodes[mine] - first, cut.integrals[mine] @ motion.factors(cut.moments).T
+
+
+def row_at(sections: SectionRows, point: float | tuple[float, ...], name: str) -> PointRow | MotionRow:
+    """Return the row of a point of the body, or of the cross-section for a point on the axis.
 
     Args:
-        case: The case; its beam gives the box of the sections.
-        space: Blocked Lagrange space.
-        size: Number of DOFs that this rank owns.
-        motions: The motions.
-
-    Yields:
-        (size,).
-
-    Raises:
-        UserError: A section has hardly any points in the body; on all ranks.
-
-    Collective.
-    """
-    if not motions:
-        return
-    finder = PointFinder(space)
-    sections = {x: _section(case, finder, x) for x in dict.fromkeys(motion.x for motion in motions)}
-    for motion in motions:
-        section = sections[motion.x]
-        found = np.zeros(size)
-        for row, force in zip(section.rows, motion.weights(section.across, section.areas), strict=True):
-            found += row.force(force, size)
-        yield found
-
-
-def row_at(case: Case, space: Any, point: float | tuple[float, ...], name: str) -> PointRow:
-    """Return the row of a point of the body, or of the cross-section for a point on the axis of a hollow beam.
-
-    Args:
-        case: The case.
-        space: Blocked Lagrange space.
+        sections: Of the mesh.
         point: x on the axis, or all coordinates, m.
         name: What to call the point in an error.
 
@@ -87,43 +128,4 @@ def row_at(case: Case, space: Any, point: float | tuple[float, ...], name: str) 
     Collective.
     """
     place = axis_point(point)
-    hollow = case.profile.at(float(place[0])).beam.hollow
-    if not (hollow and case.mesh.file is None) or np.any(place[1:]):
-        return point_row(space, place, name)
-    section = _section(case, PointFinder(space), float(place[0]))
-    shares = section.areas / section.areas.sum()
-    nodes = np.concatenate([row.nodes for row in section.rows])
-    values = np.concatenate([share * row.values for share, row in zip(shares, section.rows, strict=True)])
-    found, slots = np.unique(nodes, return_inverse=True)
-    return PointRow(
-        found, np.bincount(slots, weights=values, minlength=len(found)).astype(float), section.rows[0].components
-    )
-
-
-def _section(case: Case, finder: PointFinder, place: float) -> _Section:
-    """Find the points of the cross-section at a place. Collective."""
-    beam, dimension = case.beam, finder.space.mesh.geometry.dim
-    x = min(max(place, INSIDE * beam.length), (1.0 - INSIDE) * beam.length)
-    across, areas = _quadrature(case, x, dimension)
-    rows = dict[int, PointRow]()
-    for number, away in enumerate(across):
-        point = np.pad(np.array([x, *away]), (0, 2 - len(away)))
-        with suppress(UserError):  # outside of the body
-            rows[number] = finder.row(point, f"the cross-section at x = {place:g} m", BEYOND)
-    if not (len(rows) == len(across) or (case.mesh.file is not None and len(rows) >= FEWEST)):
-        raise UserError(
-            f"the cross-section at x = {place:g} m has {len(rows)} of {len(across)} points in the "
-            "body; a joint or a mass needs a section that the body fills; move it along the beam"
-        )
-    return _Section(tuple(rows.values()), across[list(rows)], areas[list(rows)])
-
-
-def _quadrature(case: Case, x: float, dimension: int) -> tuple[Array, Array]:
-    """Return points of the cross-section at a place, (k, dimension - 1), m, and their weights, (k,)."""
-    beam = case.profile.at(x).beam
-    if (patches := geometry_of(case).at(x).section) is not None:
-        return patches.quadrature(POINTS)
-    places, weights = np.polynomial.legendre.leggauss(POINTS)
-    sides = (beam.thickness,) if dimension == 2 else (beam.width, beam.thickness)
-    across = np.array(list(product(*(0.5 * side * places for side in sides))))
-    return across, np.prod(np.array(list(product(*(weights for _ in sides)))), axis=1)
+    return point_row(sections.space, place, name) if np.any(place[1:]) else sections.of_axis(float(place[0]), name)

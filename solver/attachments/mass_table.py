@@ -14,11 +14,10 @@ from collections.abc import Iterator
 from pydantic import Field
 
 from gapbeam.solver.attachments.attached import Attached
-from gapbeam.solver.attachments.mean_motion import MeanMotion, MotionName
+from gapbeam.solver.attachments.mean_motion import DISPLACEMENTS, MeanMotion, MotionName
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.table import Name, NonNegative, Number, Positive, Table, Vector
 
-DISPLACEMENTS: tuple[MotionName, ...] = ("axial", "vertical", "lateral")
 ROTATIONS: tuple[MotionName, ...] = ("rotation", "lateral_rotation")
 
 

@@ -29,6 +29,8 @@ from gapbeam.solver.system.operators import Array
 MotionName = Literal["axial", "vertical", "lateral", "rotation", "lateral_rotation", "twist"]
 IN_PLANE: tuple[MotionName, ...] = ("axial", "vertical", "rotation")
 OUT_OF_PLANE: tuple[MotionName, ...] = ("lateral", "lateral_rotation", "twist")
+DISPLACEMENTS: tuple[MotionName, ...] = ("axial", "lateral", "vertical")
+"""Of a solid, in the order of their axes."""
 BENDING: tuple[MotionName, ...] = ("vertical", "rotation")
 SIDEWAYS: tuple[MotionName, ...] = ("lateral", "lateral_rotation")
 COUPLED = 1.0e-9  # of both second moments: a smaller product of inertia is round-off
@@ -73,36 +75,42 @@ class MeanMotion:
             along[{"axial": 0, "vertical": -1, "lateral": 1}[self.name]] = 1.0
         return along
 
-    def weights(self, across: Array, weights: Array) -> Array:
-        """Return what gives the motion from displacements at points of the section.
+    def factors(self, moments: Array) -> Array:
+        """Return F, which gives the motion as int u^T F s dA, with s = (1, y, z), in a slice (1, z).
 
         Args:
-            across: Coordinates of k points across the axis, (k, dimension - 1), m: z, or y and z.
-            weights: Of their areas, (k,).
+            moments: int s s^T dA of the section, (dimension, dimension).
 
         Returns:
-            (k, dimension), the factors of the displacements.
+            (dimension, dimension), a row for each component of the displacement.
         """
         (_, own), *carried = self.parts()
-        found = own.of_section(across, weights)
+        found = own.of_section(moments)
         for arm, part in carried:
-            found = found + arm * part.of_section(across, weights)
+            found = found + arm * part.of_section(moments)
         return found
 
-    def of_section(self, across: Array, weights: Array) -> Array:
-        """Return the same for the section itself, without the offset; arguments as there."""
-        dimension = across.shape[1] + 1
+    def of_section(self, moments: Array) -> Array:
+        """Return the same for the section itself, without the offset; the argument as there."""
+        dimension, area, first = len(moments), moments[0, 0], moments[0, 1:] / moments[0, 0]
+        found = np.zeros((dimension, dimension))
         if not self.turns:
-            return np.asarray(weights[:, None] / np.sum(weights) * self.direction(dimension))
-        arms = across - weights @ across / np.sum(weights)
-        found = np.zeros((len(weights), dimension))
+            found[:, 0] = self.direction(dimension) / area
+            return found
+        second = moments[1:, 1:] - area * np.outer(first, first)
         if self.name == "twist":
-            found[:, 1], found[:, 2] = -arms[:, 1], arms[:, 0]
-            second = np.sum(arms**2, axis=1)
-        else:
-            arm, other = arms[:, -1 if self.name == "rotation" else 0], arms[:, 0 if self.name == "rotation" else -1]
-            product = weights @ (arm * other)
-            if dimension == 3 and abs(product) > COUPLED * np.sqrt((weights @ arm**2) * (weights @ other**2)):
-                arm = arm - product / (weights @ other**2) * other
-            found[:, 0], second = -arm, arm**2
-        return np.asarray(weights[:, None] * found / (weights @ second))
+            found[1] = [first[1], 0.0, -1.0]
+            found[2] = [-first[0], 1.0, 0.0]
+            return np.asarray(found / np.trace(second))
+        arm = np.zeros(dimension)  # of s, about the centroid
+        which = dimension - 2 if self.name == "rotation" else 0
+        arm[1 + which] = 1.0
+        squares = second[which, which]
+        if dimension == 3:
+            product, other = second[0, 1], second[1 - which, 1 - which]
+            if abs(product) > COUPLED * np.sqrt(squares * other):
+                arm[2 - which] = -product / other
+                squares -= product**2 / other
+        arm[0] = -arm[1:] @ first
+        found[0] = -arm / squares
+        return found

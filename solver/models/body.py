@@ -29,7 +29,7 @@ from gapbeam.solver.assembly.face_quadrature import PointRule
 from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
 from gapbeam.solver.assembly.nitsche_terms import Nitsche
-from gapbeam.solver.assembly.section_rows import row_at
+from gapbeam.solver.assembly.section_rows import SectionRows, row_at
 from gapbeam.solver.attachments.mean_motion import IN_PLANE
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
@@ -183,7 +183,8 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     marched = isinstance(case.model, FullModel) and not explicit
     operators = PetscOperators(forms, space, correction, explicit, moved, _solver(case, meshed), marched)
     contact, patch = gathered(case, contact)
-    patterns = load_patterns(case, space, operators)
+    sections = SectionRows(space)
+    patterns = load_patterns(case, sections, operators)
     if isinstance(case.model, FullModel) and (springs := holding_springs(case, patterns)) is not None:
         operators.hold(springs)
     body = Body(
@@ -192,7 +193,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         operators,
         contact,
         patterns,
-        {probe.name: row_at(case, space, probe.point, f"[[probe]] {probe.name}") for probe in case.probe},
+        {probe.name: row_at(sections, probe.point, f"[[probe]] {probe.name}") for probe in case.probe},
         np.stack([operators.apply_mass(motion) for motion in _rigid_motions(space)]),
         gamma,
         patch,

@@ -18,7 +18,7 @@ from gapbeam.meshes.section_figures import mean_section
 from gapbeam.meshes.sizing.expected_size import expected_cells, expected_nodes
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.solver.assembly.case_mesh import geometry_of, mesh_of_case, sizing_of
-from gapbeam.solver.assembly.section_rows import row_at
+from gapbeam.solver.assembly.section_rows import SectionRows, row_at
 from gapbeam.solver.case.case import Beam, Case
 from gapbeam.solver.models.body import mesh_beam
 
@@ -97,20 +97,6 @@ def test_formulas_are_those_by_hand(name: str) -> None:
 
 
 @ALL
-def test_patches_fill_the_section(name: str) -> None:
-    """Gauss points of the patches integrate area, first and second moments; curved patches nearly so."""
-    patches = case_of(name).beam.patches(4, 4)
-    _, _, area, second = SECTIONS[name]
-    assert patches is not None
-    places, areas = patches.quadrature(5)
-    accuracy = 1e-8 if name == "round" else 1e-12
-    assert areas.sum() == pytest.approx(area, rel=accuracy)
-    places = places - case_of(name).beam.centroid
-    assert areas @ places[:, 1] ** 2 == pytest.approx(second, rel=100.0 * accuracy)
-    assert np.abs(areas @ places).max() < 1e-12 * area * HIGH
-
-
-@ALL
 @pytest.mark.parametrize("cells", [2, 4, 6])
 def test_meshes_fill_the_section(name: str, cells: int) -> None:
     """Volume and second moment of the mesh; those of round sections converge with the fourth power of the cells."""
@@ -156,13 +142,12 @@ def test_the_faces_of_a_support_look_at_it(name: str) -> None:
         assert np.all(side * x[:, 2] >= -1e-9 if curved else np.isclose(x[:, 2], 0.5 * side * HIGH))
 
 
-@pytest.mark.parametrize("name", ["tube", "box"])
+@ALL
 @pytest.mark.parametrize("cells", [1, 4])
-def test_the_axis_of_a_hollow_beam_is_its_section(name: str, cells: int) -> None:
-    """Forces that are spread over the section have the resultant of a force on the axis, and rigid motions agree."""
-    case = case_of(name, cells_through_thickness=cells, cells_across_width=cells)
-    space = mesh_beam(case, MPI.COMM_SELF).space
-    row = row_at(case, space, 0.123, "probe")
+def test_a_point_on_the_axis_is_its_section(name: str, cells: int) -> None:
+    """Forces over the section have the resultant of a force on the axis, also where the centroid lies elsewhere."""
+    space = mesh_beam(case_of(name, cells_through_thickness=cells, cells_across_width=cells), MPI.COMM_SELF).space
+    row = row_at(SectionRows(space), 0.123, "probe")
     places = space.tabulate_dof_coordinates()
     assert len(row.nodes) > 8
     size = 3 * len(places)
@@ -171,15 +156,6 @@ def test_the_axis_of_a_hollow_beam_is_its_section(name: str, cells: int) -> None
         force = row.force(unit, size).reshape(-1, 3)
         assert force.sum(axis=0) == pytest.approx(unit, abs=1e-12)
         assert np.cross(places, force).sum(axis=0) == pytest.approx(np.cross([0.123, 0.0, 0.0], unit), abs=1e-9)
-
-
-def test_the_axis_of_a_solid_beam_is_a_point() -> None:
-    """The web of an I section, or a disc, has a node or a cell there."""
-    for name in ("i", "round"):
-        case = case_of(name)
-        row = row_at(case, mesh_beam(case, MPI.COMM_SELF).space, 0.123, "probe")
-        assert len(row.nodes) <= 27
-        assert row.values.sum() == pytest.approx(1.0)
 
 
 def test_a_rectangle_is_what_it_was() -> None:

@@ -16,6 +16,8 @@ from mpi4py import MPI
 from gapbeam.solver.assembly.section_cut import SectionCutter
 from gapbeam.solver.errors import UserError
 
+pytestmark = pytest.mark.versions
+
 LENGTH, WIDE, HIGH = 1.0, 0.3, 0.2  # m
 SLICES = (CellType.triangle, CellType.quadrilateral)
 SOLIDS = (CellType.tetrahedron, CellType.hexahedron)

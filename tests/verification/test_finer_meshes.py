@@ -1,4 +1,4 @@
-"""Mesh ladders: the answer to everything that can be put on a solid converges as its cells get finer.
+"""Finer meshes: the answer to everything that can be put on a solid converges as its cells get smaller.
 
 The observed order of answers a, b, c on meshes with cells of size h, h/2 and h/4 is log2(|a - b| / |b - c|). Elements
 of degree 2 have order 2 to 4 in displacements; forces that act along a line or an edge leave 2 or so.

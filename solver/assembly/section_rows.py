@@ -94,11 +94,11 @@ class SectionRows:
         """
         moments = self._cut(x, name).moments
         center = moments[0, 1:] / moments[0, 0]
-        offset = np.zeros(3)
-        if np.hypot.reduce(center) > CENTERED * np.sqrt(np.trace(moments[1:, 1:]) / moments[0, 0]):
-            offset[-len(center) :] = -center
+        beside, above = (0.0, float(center[0])) if len(center) == 1 else (float(center[0]), float(center[1]))
+        centered = np.hypot(beside, above) <= CENTERED * np.sqrt(np.trace(moments[1:, 1:]) / moments[0, 0])
+        offset = (0.0, 0.0, 0.0) if centered else (0.0, -beside, -above)
         names = DISPLACEMENTS if len(moments) == 3 else ("axial", "vertical")
-        rows = [self._owned(MeanMotion(x, one, tuple(map(float, offset))), name) for one in names]
+        rows = [self._owned(MeanMotion(x, one, offset), name) for one in names]
         return MotionRow(rows[0][0], np.stack([factors for _, factors in rows]))
 
     def _cut(self, x: float, name: str) -> SectionCut:

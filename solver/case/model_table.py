@@ -172,7 +172,7 @@ class BeamModel(_AnyModel):
     """Beam elements between the contact faces of the mesh, with the motions that a case asks for."""
 
     type: Literal["beam"] = Field(description="name of the model")
-    elements: Whole = Field(default=102, ge=2, le=2000, description="number of elements along the beam")
+    elements: Whole = Field(default=102, ge=2, description="number of elements along the beam")
     motions: Literal["auto"] | tuple[BeamMotion, ...] = Field(
         default="auto",
         description="what the elements do: bending in the bending plane, lateral bending across it, axial stretching, "

@@ -67,12 +67,13 @@ class HeldModes:
         return self.frequencies[chosen], np.array([self.motions[number].bending for number in chosen])
 
 
-def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldModes]:
+def held_modes(model: Model, count: int, more: int = 0) -> tuple[HeldModes, HeldModes, HeldModes]:
     """Return the modes of a beam seated under its static loads, free of contact, and with both faces closed.
 
     Args:
         model: The model; its contact has to be symmetric (H = G).
         count: How many bending modes are wanted of each; of the free beam two more, which are rigid.
+        more: How many are returned where the model has so many.
 
     Raises:
         UserError: The contact is not symmetric, or the model has fewer bending modes.
@@ -95,6 +96,7 @@ def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldMode
             "two distances between the nodes of the mesh or than the thickness of the beam; ask for fewer, or refine "
             "the mesh"
         )
+    wanted = min(max(count, more), most)
     seat = find_seat(model.system, law, model.seat_springs)
     everywhere = np.full(contact.size, compared_depth(model.case))
     states = {
@@ -103,7 +105,7 @@ def held_modes(model: Model, count: int) -> tuple[HeldModes, HeldModes, HeldMode
         CLOSED: law.closed_slope(everywhere),
     }
     seated, free, closed = (
-        _modes(model, sections, name, np.asarray(slopes), count if np.any(slopes > 0.0) else count + RIGID)
+        _modes(model, sections, name, np.asarray(slopes), count, wanted, 0 if np.any(slopes > 0.0) else RIGID)
         for name, slopes in states.items()
     )
     return seated, free, closed
@@ -125,7 +127,7 @@ def free_bending_modes(model: Model, count: int) -> HeldModes:
             f"bending mode {count} was asked for; expected 1 to {most}: half a wave of a higher one would be shorter "
             "than two distances between the nodes of the mesh or than the thickness of the beam; refine the mesh"
         )
-    return _modes(model, sections, FREE, np.zeros(model.system.contact.size), count)
+    return _modes(model, sections, FREE, np.zeros(model.system.contact.size), count, count)
 
 
 def most_bending_modes(model: Model, sections: Sections) -> int:
@@ -134,23 +136,29 @@ def most_bending_modes(model: Model, sections: Sections) -> int:
     return min(len(sections.places) // SLICES_A_HALF_WAVE - RIGID, int(case.beam.length / case.profile.thickest))
 
 
-def _modes(model: Model, sections: Sections, name: str, slopes: Array, count: int) -> HeldModes:
-    """Return the modes for contact slopes kappa, (m,), Pa/m: as many as hold `count` bending modes. Collective."""
+def _modes(
+    model: Model, sections: Sections, name: str, slopes: Array, count: int, more: int, rigid: int = 0
+) -> HeldModes:
+    """Return the modes for contact slopes kappa, (m,), Pa/m: as many as hold `count` bending modes, `more` if it can.
+
+    Rigid modes come on top of both. Collective.
+    """
+    least, most = count + rigid, more + rigid
     contact, beam, dimension = model.system.contact, model.case.beam, model.case.mesh.dimension
     gap = contact.gap_matrix
     springs = Springs(contact.interface, csr_matrix(gap.T @ gap.multiply((contact.weights * slopes)[:, None])))
-    wanted = KINDS_PER_BENDING[dimension] * count + BESIDES
+    wanted = KINDS_PER_BENDING[dimension] * most + BESIDES
     while True:
         frequencies, shapes = _lowest(model, springs, wanted)
         motions = tuple(sections.motion(shape) for shape in shapes.T)
         found = sum(motion.kind == "bending" for motion in motions)
-        if found >= count:
-            kept = _of_basis(model, frequencies, motions, count)
+        if found >= most or (found >= least and len(frequencies) < wanted):
+            kept = _of_basis(model, frequencies, motions, least)
             break
         if len(frequencies) < wanted:
             raise UserError(
                 f"{count} bending modes were asked for; the model {model.case.model.type} with {model.dofs} DOFs has "
-                f"{found} ({name}); ask for fewer, or take more model.modes, more elements or a finer mesh"
+                f"{found - rigid} ({name}); ask for fewer, or take more model.modes, more elements or a finer mesh"
             )
         wanted *= GROWTH
     closed = int(np.count_nonzero(slopes > 0.0))

@@ -10,6 +10,7 @@ from typing import Literal
 from gapbeam.meshes.sections.section_patches import SectionPatches
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.table import Table
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 KEY = ("beam", "section")
 WALL_SHARE = 4  # cells through the thickness that make one cell through a wall
@@ -129,11 +130,12 @@ def quarter_cells(through: int, across: int) -> int:
 
 def thin_enough(key: str, value: float, most: float, of: str) -> Iterator[Fault]:
     """Yield the fault of a wall that leaves no room: at most half of what it is taken from."""
-    if not value < most:
+    if not exceeds(most, value):
+        found, limit = apart(value, most)
         yield Fault(
             (*KEY, key),
-            f"{value:g} m",
-            f"less than {most:g} m, {of}",
+            f"{found} m",
+            f"less than {limit} m, {of}",
             f"is it in mm? In m it is {value / 1000:g}" if value / 1000 < most <= 1000 * value else "",
             (("beam", "thickness"), ("beam", "width")),
         )

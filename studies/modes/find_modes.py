@@ -103,7 +103,7 @@ def find_modes(
     with study_folder(folder, comm):
         on_rank_zero(comm, lambda: _made(folder / SEATED))
         model = build_model(case, comm)
-        states = held_modes(model, max(count, FITTED))
+        states = held_modes(model, count, FITTED)
         write_mode_fields(folder / SEATED, model, states[0])
         described = describe_model(model)
 

@@ -94,7 +94,6 @@ BAD = {
         GOOD.replace('type = "reduced"', 'type = "full"') + '[contact]\nformulation = "nitsche"\n',
         ["nitsche, with a hole", "penalty"],
     ),
-    "wide": (GOOD.replace("clearance = 1e-4", "clearance = 1e-3", 1), ["0.167 of the radius", "not of the diameters"]),
     "out of line": (
         GOOD.replace("clearance = 1e-4", "clearance = 1e-4\noffset = 2e-4", 1),
         ["0.0002 m", "0.0001 m in the wall", "smaller offset"],
@@ -124,7 +123,6 @@ BAD = {
     "two angles": (profile("[0.0, 180.0]", "[0.0, 0.0]"), ["angles", "3 to 3600 numbers"]),
     "recesses of another number": (profile("[0.0, 90.0, 180.0]", "[0.0, 0.0]"), ["2 for 3 angles"]),
     "a steep profile": (profile("[0.0, 1.0, 180.0]", "[0.0, 2e-4, 0.0]"), ["slope of", '"polygon"']),
-    "a profile in mm": (profile("[-90.0, 0.0, 180.0]", "[0.0, 8e-4, 0.0]"), ["of the radius of the beam"]),
     "a polygon around a square beam": (
         walls("walls = [-45.0, 45.0]").replace('section = "round"\n', ""),
         ["polygon, around the section", "round section"],

@@ -88,10 +88,6 @@ BAD = {
     "missing name": (GOOD.replace('name = "back"\n', ""), ["number 2", "name", "the key is missing"]),
     "negative place": (GOOD.replace("from = 0.0", "from = -0.1"), ["from", "-0.1", "not less than 0"]),
     "text for a number": (GOOD.replace("from = 0.5", 'from = "0.5"'), ['"0.5"', "a number"]),
-    "wide clearance": (
-        GOOD.replace("4e-4", "0.4"),
-        ["0.4 m", "10 thicknesses", "from the first edge or joint to the last"],
-    ),
     "deep interference": (GOOD.replace("4e-4", "-0.01"), ["interference of more than half the thickness"]),
     "no entry": (HEAD + "support = []\n", ["support"]),
     "contact points": (GOOD + "[contact]\npoints = [0.0, 0.02]\n", ["points with [[support]]", "leave points out"]),

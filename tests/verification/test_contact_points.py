@@ -365,10 +365,6 @@ BAD = {
     ),
     "three numbers": ("points = [0.0, [0.05, 0.0, 0.0]]", ["[contact] points", "a list of 2 numbers"]),
     "text": ('points = ["0.0", "0.05"]', ["[contact] points", "numbers without quotes"]),
-    "stiffness of a feather": (
-        "points = [0.0, 0.05]\nstiffness = 100.0",
-        ["[contact] stiffness", "100 N/m: the weight pushes the beam 0.0475 m in", "that of each point"],
-    ),
     "exponent": (
         'points = [0.0, 0.05]\nlaw = { type = "hunt-crossley", restitution = 0.8, exponent = 1.5 }',
         ["[contact] stiffness", "a number in N/m^1.5", "stiffness = 1e12"],

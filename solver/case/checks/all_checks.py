@@ -23,7 +23,6 @@ from gapbeam.solver.case.checks.attachment_checks import (
 )
 from gapbeam.solver.case.checks.circle_checks import CIRCLE_CHECKS
 from gapbeam.solver.case.checks.contact_checks import (
-    contact_carries_the_beam,
     contact_is_shallow,
     exact_contact_starts_outside,
     explicit_scheme_fits_the_contact,
@@ -50,9 +49,9 @@ from gapbeam.solver.case.checks.gate_checks import gates_are_in_order
 from gapbeam.solver.case.checks.geometry_checks import (
     cells_fit_the_beam,
     cells_fit_the_dimension,
-    clearance_is_small,
     mesh_file_says_it_all,
     support_is_part_of_the_beam,
+    supports_squeeze_little,
 )
 from gapbeam.solver.case.checks.hole_checks import (
     beams_fit_in,
@@ -72,6 +71,7 @@ from gapbeam.solver.case.checks.model_checks import (
     beam_is_prismatic,
     beams_move_as_asked,
     contact_fits_the_model,
+    elements_are_above_round_off,
     implicit_schemes_march_the_model,
     modal_damping_has_modes,
     rigid_sections_are_in_holes,
@@ -207,7 +207,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     planes_are_not_moved_aside,
     holes_are_met_along_radii,
     *CIRCLE_CHECKS,
-    clearance_is_small,
+    supports_squeeze_little,
     section_fits_the_beam,
     segment_names_differ,
     segments_lie_on_the_beam,
@@ -287,7 +287,6 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     friction_fits_the_formulation,
     friction_is_implicit,
     static_friction_holds_more,
-    contact_carries_the_beam,
     points_need_a_penalty,
     patches_have_points,
     points_lie_on_the_faces,
@@ -298,6 +297,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     rigid_sections_are_in_holes,
     implicit_schemes_march_the_model,
     modal_damping_has_modes,
+    elements_are_above_round_off,
     beams_move_as_asked,
     twisting_sections_have_a_figure,
     beam_is_prismatic,

@@ -7,18 +7,20 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
+from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case import Case, Restraint
 from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.checks.unit_questions import unit_questions
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
-from gapbeam.solver.case.model_table import BeamModel
+from gapbeam.solver.case.model_table import BeamModel, RigidModel
 from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
 
 FEWEST_ELEMENTS = 5  # of a beam in its support
 MOST_UNKNOWNS = 1e6
+MANY_ELEMENTS = 2000
 FIXED_NORMALS = 0.01  # clearance over radius, up to which forces act along the radii of the beam
 MOST_STEPS = 1e7
 MOST_FIELDS = 1e4
@@ -33,6 +35,11 @@ def beam_elements(case: Case) -> Iterator[str]:
     """Yield beam elements too long for the support."""
     if not isinstance(case.model, BeamModel):
         return
+    if case.model.elements > MANY_ELEMENTS:
+        yield (
+            f"[model] elements = {case.model.elements}: the set-up grows with the square of the number and more; "
+            "bending waves and supports rarely need so many"
+        )
     in_support = case.model.elements * case.layout.shortest / case.beam.length
     if in_support < FEWEST_ELEMENTS:
         enough = math.ceil(FEWEST_ELEMENTS * case.beam.length / case.layout.shortest)
@@ -78,12 +85,14 @@ def shape(case: Case) -> Iterator[str]:
         arms = [abs(joint.point - x) for joint in case.joint for x in (support.start, support.end)]
         around = max([around, *arms])
         tilt = math.degrees(math.atan2(support.clearance, around))
-        if (support.clearance > 0.1 * beam.thickness and not arms) or tilt > 3:
+        turns = not any(one.held and one.motion.turns for joint in case.joint for one in joint.attached())
+        turns = turns and bending_rank(case.joint, held_only=True) < 2
+        if turns and ((support.clearance > 0.1 * beam.thickness and not arms) or tilt > 3):
             yield (
                 f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
                 "the equations are those of small rotations, and the unit is m, not mm"
             )
-        if support.around:
+        if support.around and support.region.along_radii:
             share = (abs(support.clearance) + support.region.recess) / (0.5 * beam.thickness)
             if share > FIXED_NORMALS:
                 yield (
@@ -102,7 +111,11 @@ def motion(case: Case) -> Iterator[str]:
         yield "no load but gravity: the beam stays on its seat, nothing sets it in motion"
     if weight_pressure(case) == 0 and case.layout.interference == 0.0:
         yield "no gravity: nothing seats the beam on the base before it moves"
-    damping, dampers = case.damping, [added.damping for load in case.load if (added := load.attachment) is not None]
+    damping = case.damping
+    dampers = [added.damping for load in case.load if (added := load.attachment) is not None]
+    dampers += [one.attachment.damping for entry in (*case.joint, *case.fluid) for one in entry.attached()]
+    dampers += [support.body.damping for support in case.layout.supports if support.body is not None]
+    dampers += [case.contact.rubs is not None]
     given = [*(damping.ratios or ()), damping.mass, damping.stiffness, damping.ratio, *dampers]
     supports = case.layout.supports
     absorbs = any(one.damping or law_at(case.contact, one).dissipates for one in supports)
@@ -123,7 +136,8 @@ def steps(case: Case) -> Iterator[str]:
     if time.step == "auto":
         return
     periods = {f"load {load.name}": 1 / load.forcing_frequency for load in case.load if load.forcing_frequency}
-    periods["first bending mode"] = 1 / overhang_frequency(case)
+    if not isinstance(case.model, RigidModel):
+        periods["first bending mode"] = 1 / overhang_frequency(case)
     if time.frequency:
         periods["time.frequency"] = 1 / time.frequency
     for name, period in periods.items():
@@ -147,17 +161,11 @@ def scheme(case: Case) -> Iterator[str]:
 
 def contact(case: Case) -> Iterator[str]:
     """Yield a contact that is soft for its clearance, or keys of it without effect."""
-    clearance, law, held = case.layout.clearance, case.contact, case.profile.supported(case.layout)[0].beam
-    depth = 0.0
-    if law.stiffness != "auto":
-        share = held.width * case.layout.length / len(law.points) if law.points else 1.0
-        depth = float((share * weight_pressure(case) / law.stiffness) ** (1.0 / law.law.spring_exponent))
-    if depth > 0.1 * clearance > 0:
-        yield (
-            f"[contact] stiffness = {law.stiffness}: the weight presses the beam {depth:.2g} m into it, "
-            "more than a tenth of the clearance"
-        )
-    if law.tension == "adhesive" and not law.dissipates:
+    clearance, law = case.layout.clearance, case.contact
+    yield from weight_on_contact(case)
+    damped = [(one.damping if one.damping is not None else law.damping) for one in case.layout.supports]
+    laws = [law_at(law, one) for one in case.layout.supports]
+    if law.tension == "adhesive" and not any(damped) and not any(one.dissipates for one in laws):
         yield '[contact] tension = "adhesive" has no effect without damping'
     if law.quadrature_degree is not None and law.quadrature_degree < 2 * case.mesh.degree:
         yield f"[contact] quadrature_degree = {law.quadrature_degree} is low: {2 * case.mesh.degree} or more"
@@ -179,6 +187,38 @@ def contact(case: Case) -> Iterator[str]:
         yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
     if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
         yield "[restraint] lateral has no effect in 2D"
+
+
+def weight_on_contact(case: Case) -> Iterator[str]:
+    """Yield stiffnesses that the weight of the beam presses deep into, where contact alone carries it."""
+    if bending_rank(case.joint, held_only=False) > 0:
+        return
+    seen = set()
+    for key, support in keyed(case.support):
+        own = support.stiffness is not None
+        stiffness, law = support.stiffness if own else case.contact.stiffness, law_at(case.contact, support)
+        if stiffness is None or stiffness == "auto" or not any(face.carries for face in support.faces):
+            continue
+        held = case.profile.at(0.5 * (support.start + support.end)).beam
+        points = case.contact.points
+        share = held.width * case.layout.length / len(points) if points else 1.0
+        depth = float((share * weight_pressure(case) / stiffness) ** (1.0 / law.spring_exponent))
+        place = f'[[support]] number {int(key[1]) + 1} (name "{support.name}")' if own else "[contact]"
+        if place in seen:
+            continue
+        unit = case.contact.unit_with(law)
+        if depth > held.thickness:
+            seen.add(place)
+            yield (
+                f"{place} stiffness = {stiffness:g} {unit}: the weight pushes the beam {depth:.2g} m in, more than its "
+                'thickness: is it N/m? Per area it is that divided by the area in m^2; "auto" computes it'
+            )
+        elif depth > 0.1 * support.clearance > 0.0:
+            seen.add(place)
+            yield (
+                f"{place} stiffness = {stiffness:g}: the weight presses the beam {depth:.2g} m into it, "
+                "more than a tenth of the clearance"
+            )
 
 
 def holds_rolling(points: Sequence[float | tuple[float, float]]) -> bool:

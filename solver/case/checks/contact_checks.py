@@ -5,14 +5,12 @@ from __future__ import annotations
 from collections.abc import Iterator
 
 from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.beam_profile import BeamProfile
-from gapbeam.solver.case.case import Beam, Material, Output
-from gapbeam.solver.case.checks.place_checks import Loads, Segments
+from gapbeam.solver.case.case import Output
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.supports.layout import Layout, keyed
+from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 
 
@@ -152,31 +150,4 @@ def friction_is_implicit(contact: Contact, time: Time) -> Iterator[Fault]:
             "an implicit scheme: a damper of mu p / v0 asks for steps far below the stable one",
             'scheme = "discrete-gradient", or leave friction out',
             (("time", "scheme"),),
-        )
-
-
-def contact_carries_the_beam(
-    beam: Beam, material: Material, segment: Segments, support: AnySupports, contact: Contact, load: Loads
-) -> Iterator[Fault]:
-    """The contact is stiff enough for the weight not to push the beam through its support."""
-    gravity = max((entry.weight_acceleration for entry in load.values()), default=0.0)
-    if contact.stiffness == "auto" or gravity == 0.0 or contact.law.spring_exponent > 1.0:
-        return
-    length = Layout.of(support).length
-    if length <= 0.0:
-        return
-    profile = BeamProfile.of(beam, material, segment.values())
-    pressure = material.density * gravity * beam.height * beam.length / length * profile.relative_mass(beam, material)
-    meaning = "it is N/m divided by the area in m^2"
-    if contact.points:
-        pressure *= beam.width * length / len(contact.points)
-        meaning = "it is that of each point"
-    if pressure / contact.stiffness > beam.thickness:
-        unit = contact.stiffness_unit
-        yield Fault(
-            ("contact", "stiffness"),
-            f"{contact.stiffness:g} {unit}: the weight pushes the beam {pressure / contact.stiffness:.3g} m in",
-            f"far more than {pressure / beam.thickness:.3g} {unit}; {meaning}",
-            'stiffness = "auto"',
-            (("material", "density"), ("beam", "thickness")),
         )

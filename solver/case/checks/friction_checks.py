@@ -8,6 +8,7 @@ from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 SLIDING = ("contact", "friction", "coefficient")
 
@@ -44,11 +45,12 @@ def static_friction_holds_more(support: AnySupports, contact: Contact) -> Iterat
 
 
 def _less(key: Key, static: float, sliding: float, related: Key) -> Iterator[Fault]:
-    if static < sliding:
+    if exceeds(sliding, static):
+        found, limit = apart(static, sliding)
         yield Fault(
             key,
-            f"{static:g}, less than the {sliding:g} of points that slide",
-            f"at least {sliding:g}: what sticks is held by no less than what slides",
+            f"{found}, less than the {limit} of points that slide",
+            f"at least {limit}: what sticks is held by no less than what slides",
             f"{key[-1]} = {1.5 * sliding:g}, or leave {key[-1]} out",
             (related,),
         )

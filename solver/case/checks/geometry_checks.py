@@ -2,64 +2,47 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from pathlib import Path
 
-from gapbeam.solver.attachments.joint_table import Joint
 from gapbeam.solver.case.beam_profile import beam_at
 from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import Layout, keyed
-from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
+from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 
 def support_is_part_of_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:
     """The support of [support] must be shorter than the beam."""
-    if isinstance(support, BaseAndGland) and support.length >= beam.length:
+    if isinstance(support, BaseAndGland) and not exceeds(beam.length, support.length):
+        found, limit = apart(support.length, beam.length)
         yield Fault(
             ("support", "length"),
-            f"{support.length:g} m",
-            f"less than the length of the beam, {beam.length:g} m",
+            f"{found} m",
+            f"less than the length of the beam, {limit} m",
             "both lengths are in m; a beam supported all along does not vibrate",
             related=(("beam", "length"),),
         )
 
 
-def clearance_is_small(
-    beam: Beam, segment: Segments, support: AnySupports, joint: Mapping[int, Joint]
-) -> Iterator[Fault]:
-    """The beam must stay nearly straight in its supports, and may be squeezed only a little."""
-    layout = Layout.of(support)
-    places = [layout.start, layout.end, *(one.point for one in joint.values())]
-    reach = max(places) - min(places)
+def supports_squeeze_little(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
+    """The equations are those of small strains: what is squeezed to less than half is none of theirs."""
     for key, one in keyed(support):
-        if one.length > 0.0:
-            here = beam_at(beam, segment.values(), 0.5 * (one.start + one.end))
-            yield from _large_clearance((*key, "clearance"), here, one, max(one.length, reach))
-
-
-def _large_clearance(key: Key, beam: Beam, support: OneSupport, reach: float) -> Iterator[Fault]:
-    length = "length" if isinstance(support, BaseAndGland) else "to"
-    related: tuple[Key, ...] = (("beam", "thickness"), (*key[:-1], length))
-    largest = min(10 * beam.thickness, 0.5 * reach)
-    together = "" if isinstance(support, BaseAndGland) else "s, from the first edge or joint to the last"
-    if support.clearance > largest:
-        yield Fault(
-            key,
-            f"{support.clearance:g} m, {support.clearance / beam.thickness:.3g} times the thickness",
-            f"at most {largest:g} m: the smaller of 10 thicknesses and half the length of the support{together}",
-            f"is it in mm? In m it is {support.clearance / 1000:g}",
-            related,
-        )
-    if support.clearance < -0.5 * beam.thickness:
-        yield Fault(
-            key,
-            f"{support.clearance:g} m, an interference of more than half the thickness of the beam",
-            f"at least {-0.5 * beam.thickness:g} m",
-            f"is it in mm? In m it is {support.clearance / 1000:g}",
-            related[:1],
-        )
+        if one.length <= 0.0:
+            continue
+        thickness = beam_at(beam, segment.values(), 0.5 * (one.start + one.end)).thickness
+        squeezed, name = (0.5 * thickness, "radius") if one.around else (thickness, "thickness")
+        if exceeds(-0.5 * squeezed, one.clearance):
+            found, limit = apart(one.clearance, -0.5 * squeezed)
+            yield Fault(
+                (*key, "clearance"),
+                f"{found} m, an interference of more than half the {name} of the beam",
+                f"at least {limit} m",
+                f"is it in mm? In m it is {one.clearance / 1000:g}",
+                (("beam", "thickness"),),
+            )
 
 
 def cells_fit_the_dimension(mesh: Mesh) -> Iterator[Fault]:
@@ -107,21 +90,23 @@ def cells_fit_the_beam(beam: Beam, support: AnySupports, mesh: Mesh) -> Iterator
         ("support_size", "support", shortest if shortest > 0.0 else beam.length, length),
     ):
         size = getattr(mesh, name)
-        if size is not None and size > longest:
+        if size is not None and exceeds(size, longest, beam.length):
+            found, limit = apart(size, longest)
             yield Fault(
                 ("mesh", name),
-                f"{size:g} m",
-                f"at most the length of the {part}, {longest:g} m",
-                "sizes are in m",
+                f"{found} m",
+                f"at most the length of the {part}, {limit} m",
+                f"{name} = {limit}",
                 (related,),
             )
     around = beam.thickness / 3 if mesh.support_size is None else mesh.support_size
-    if mesh.edge_size is not None and mesh.edge_size > around:
+    if mesh.edge_size is not None and exceeds(mesh.edge_size, around):
+        found, limit = apart(mesh.edge_size, around)
         default = " (default thickness/3)" if mesh.support_size is None else ""
         yield Fault(
             ("mesh", "edge_size"),
-            f"{mesh.edge_size:g} m",
-            f"at most support_size, {around:g} m{default}",
+            f"{found} m",
+            f"at most support_size, {limit} m{default}",
             "cells are finest at the edge of the base: give support_size too",
             (("mesh", "support_size"),),
         )

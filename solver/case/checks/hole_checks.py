@@ -12,8 +12,6 @@ from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 
-WIDEST = 0.1  # of the radius: up to here the normals of the section stand for those of the hole
-
 
 def _around(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
     """Yield the supports around the beam among those of a case, with the key of their region."""
@@ -57,22 +55,13 @@ def round_beams_are_met_around(beam: Beam, segment: Segments, support: AnySuppor
 
 
 def beams_fit_in(beam: Beam, segment: Segments, support: AnySupports) -> Iterator[Fault]:
-    """The play of a hole is small beside its radius, and the straight beam fits in a support around it."""
+    """The straight beam fits in a support around it."""
     for key, one in _around(support):
         radius = 0.5 * _within(beam, segment, one).thickness
         if any(one.region.faults(key, radius)):
             continue
-        play = max(abs(one.clearance), abs(one.clearance + one.region.recess))
         (face,) = one.faces
-        if play > WIDEST * radius:
-            yield Fault(
-                (*key[:-1], "clearance"),
-                f"{play:g} m, {play / radius:.3g} of the radius of the beam",
-                f"at most {WIDEST:g} of it, {WIDEST * radius:g} m, for contact along its radii",
-                "the clearance of a hole is the difference of both radii, not of the diameters",
-                (("beam", "thickness"),),
-            )
-        elif (one.offset or one.lateral) and face.smallest < 0.0:
+        if (one.offset or one.lateral) and face.smallest < 0.0:
             moved = "offset" if abs(one.offset) >= abs(one.lateral) else "lateral"
             yield Fault(
                 (*key[:-1], moved),

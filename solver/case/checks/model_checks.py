@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator, Mapping
 
+import numpy as np
+
 from gapbeam.solver.attachments.joint_table import Joint
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis
@@ -89,6 +91,18 @@ def rigid_sections_are_in_holes(model: ModelTable, support: AnySupports) -> Iter
         expected = 'interface = "free": the modes of a body whose sections are not held'
         yield Fault(
             SECTIONS, 'rigid, with interface = "fixed"', expected, "leave interface out", (("model", "interface"),)
+        )
+
+
+def elements_are_above_round_off(model: ModelTable) -> Iterator[Fault]:
+    """The stiffness of n elements in a row is conditioned as n^4: what is left beyond 1 / eps is round-off."""
+    most = int(float(np.finfo(float).eps) ** -0.25)
+    if isinstance(model, BeamModel) and model.elements > most:
+        yield Fault(
+            ("model", "elements"),
+            f"{model.elements}",
+            f"at most {most}: the bending of shorter elements is lost in the round-off of their stiffness",
+            f"elements = {min(most, 500)}",
         )
 
 

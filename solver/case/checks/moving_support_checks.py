@@ -6,7 +6,6 @@ from collections.abc import Iterator
 
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.case import Beam, Mesh
-from gapbeam.solver.case.checks.hole_checks import WIDEST
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.faults import Fault, Key
@@ -15,10 +14,10 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 from gapbeam.solver.wording.short_words import either
 
 DEEPEST = 0.5  # of the thickness: the largest interference
-FARTHEST = 10.0  # thicknesses: the widest clearance
 
 
 def _moving(support: AnySupports, load: Loads) -> Iterator[tuple[Key, Load, SupportWalls, OneSupport]]:
@@ -103,23 +102,18 @@ def moving_supports_are_marched(support: AnySupports, load: Loads, analysis: Tra
 
 
 def closures_leave_a_beam(beam: Beam, support: AnySupports, load: Loads) -> Iterator[Fault]:
-    """A clearance stays within the limits of those that do not change."""
-    radius = 0.5 * beam.thickness
+    """A support that closes leaves at least half of the section that it squeezes, as one that does not move."""
     for key, entry, place, moved in _moving(support, load):
         if not place.opens:
             continue
-        least, most = entry.travel
-        narrow, wide = moved.clearance + least, moved.clearance + most
-        widest = WIDEST * radius if moved.around else FARTHEST * beam.thickness
-        deepest = widest if moved.around else DEEPEST * beam.thickness
-        for clearance, limit in ((narrow, -deepest), (wide, widest)):
-            if clearance < limit < 0.0 or clearance > limit > 0.0:
-                what = "an interference" if clearance < 0.0 else "a clearance"
-                expected = f"{'at least' if limit < 0.0 else 'at most'} {limit:g} m in all"
-                yield Fault(
-                    (*key, "changes"),
-                    f"{clearance - moved.clearance:g} m, which makes {what} of {abs(clearance):g} m",
-                    expected,
-                    f"is it in mm? In m it is {(clearance - moved.clearance) / 1000:g}",
-                    (("beam", "thickness"),),
-                )
+        limit = -DEEPEST * beam.thickness * (0.5 if moved.around else 1.0)
+        narrow = moved.clearance + entry.travel[0]
+        if exceeds(limit, narrow):
+            found, most = apart(-narrow, -limit)
+            yield Fault(
+                (*key, "changes"),
+                f"{narrow - moved.clearance:g} m, which makes an interference of {found} m",
+                f"an interference of at most {most} m in all",
+                f"is it in mm? In m it is {(narrow - moved.clearance) / 1000:g}",
+                (("beam", "thickness"),),
+            )

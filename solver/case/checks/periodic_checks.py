@@ -16,6 +16,7 @@ from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.supports.layout import keyed, variable_key
 from gapbeam.solver.supports.support_tables import AnySupports
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 from gapbeam.solver.wording.short_words import either
 
 Analysis = Transient | Periodic
@@ -66,7 +67,8 @@ def period_map_is_smooth(analysis: Analysis, contact: Contact, support: AnySuppo
         )
     for key, law in laws_of(support, contact):
         if law.by_touch_speed:
-            of_state = " or ".join(name for name, table in LAWS.items() if not table.by_touch_speed)
+            fit = (name for name, table in LAWS.items() if not table.by_touch_speed and not table.keeps_set)
+            of_state = either(fit)
             yield Fault(
                 key,
                 f"{law.type}, whose damping follows from the speed at touch, in the search for a periodic response",
@@ -84,7 +86,14 @@ def period_map_is_smooth(analysis: Analysis, contact: Contact, support: AnySuppo
         )
 
 
-def shooting_has_whole_steps(analysis: Analysis, time: Time) -> Iterator[Fault]:
+def _scheme_for(contact: Contact, trait: str) -> str:
+    """Return the advice to take a scheme with a trait that the formulation of contact can be marched with."""
+    names = scheme_names(trait)
+    usual = "implicit-midpoint" if contact.formulation.without_potential else "discrete-gradient"
+    return f'scheme = "{usual if usual in names else names[0]}"'
+
+
+def shooting_has_whole_steps(analysis: Analysis, time: Time, contact: Contact) -> Iterator[Fault]:
     """Shooting marches periods in equal steps of a midpoint rule."""
     if not isinstance(analysis, Periodic) or analysis.method != "shooting":
         return
@@ -93,7 +102,7 @@ def shooting_has_whole_steps(analysis: Analysis, time: Time) -> Iterator[Fault]:
             ("time", "scheme"),
             f"{time.scheme.type}, with analysis.method shooting",
             f"{either(scheme_names('has_period_map'))}: the map over a period is linearized for these",
-            'scheme = "discrete-gradient"',
+            _scheme_for(contact, "has_period_map"),
             (TYPE,),
         )
     if time.adaptive:
@@ -142,11 +151,12 @@ def march_reaches_the_amplitude(analysis: Analysis, time: Time, load: Loads) -> 
     if not isinstance(analysis, Periodic) or analysis.start != "march":
         return
     for number, entry in load.items():
-        if entry.repeats and entry.rise_time > time.end:
+        if entry.repeats and exceeds(entry.rise_time, time.end):
+            found, limit = apart(time.end, entry.rise_time)
             yield Fault(
                 ("time", "end"),
-                f"{time.end:g} s, within the ramp of {entry.rise_time:g} s of a load",
-                f"at least {entry.rise_time:g} s: the search starts from what the full amplitude has brought about",
+                f"{found} s, within the ramp of {limit} s of a load",
+                f"at least {limit} s: the search starts from what the full amplitude has brought about",
                 f"end = {2 * entry.rise_time:g}",
                 (("load", number, "ramp"),),
             )
@@ -174,12 +184,14 @@ def curve_is_in_reach(analysis: Analysis, support: AnySupports, contact: Contact
         yield Fault(
             (*table, "high"), f"{curve.high:g}", f"more than low, {curve.low:g}", "swap them?", ((*table, "low"),)
         )
-    elif not curve.low <= value <= curve.high:
+    elif exceeds(curve.low, value) or exceeds(value, curve.high):
+        limit, here = apart(curve.low if value < curve.low else curve.high, value)
+        low, high = (limit, f"{curve.high:g}") if value < curve.low else (f"{curve.low:g}", limit)
         yield Fault(
             (*table, "low"),
-            f"a range from {curve.low:g} to {curve.high:g}",
-            f"a range that holds the value of the case, {curve.key} = {value:g}: the curve starts there",
-            f"low = {min(curve.low, value):g}, high = {max(curve.high, value):g}",
+            f"a range from {low} to {high}",
+            f"a range that holds the value of the case, {curve.key} = {here}: the curve starts there",
+            f"low = {here}, high = {high}" if value < curve.low else f"low = {low}, high = {here}",
             ((*table, "high"),),
         )
     elif curve.low <= 0.0 and _limit(curve.key, load) == "gt":

@@ -14,6 +14,7 @@ from gapbeam.solver.case.segment_table import OF_MATERIAL, OF_SECTION
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
+from gapbeam.solver.wording.compared_numbers import exceeds
 
 ROUNDING = 1.0e-12
 BESIDE = 1.0e-9  # of the length of the beam: a place beside the end of a segment
@@ -51,7 +52,7 @@ def segments_keep_apart(segment: Segments) -> Iterator[Fault]:
     """No part of the beam is in two segments."""
     for (_, one), (number, other) in combinations(segment.items(), 2):
         first, last = max(one.start, other.start), min(one.end, other.end)
-        if last > first:
+        if exceeds(last, first):
             yield Fault(
                 ("segment", number, "from"),
                 f"{other.start:g} m: the segments {one.name} and {other.name} overlap from x = {first:g} to "

@@ -13,6 +13,7 @@ from gapbeam.solver.case.placed_support import law_at, own_law
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
+from gapbeam.solver.wording.compared_numbers import exceeds
 
 
 def support_names_differ(support: AnySupports) -> Iterator[Fault]:
@@ -56,13 +57,14 @@ def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:
     for (_, one), (key, other) in combinations(keyed(support), 2):
         first, last = max(one.start, other.start), min(one.end, other.end)
         sides = set(one.sides) & set(other.sides)
-        if sides and last - first > 0.0:
+        if sides and exceeds(last, first):
             where = " and ".join("below" if side > 0.0 else "above" for side in sorted(sides, reverse=True))
             yield Fault(
                 (*key, "from"),
                 f"{other.start:g} m: the supports {one.name} and {other.name} both stand {where} the beam "
                 f"from x = {first:g} to x = {last:g} m",
-                "supports that do not overlap on the same side: the nearer one hides the other",
+                "supports that do not overlap on the same side: each place of the beam has one contact on each side; a "
+                "soft stop before a hard one is a law whose stiffness grows, piecewise-linear",
                 f"from = {one.end:g}" if other.start >= one.start else f"to = {one.start:g}",
                 ((*key, "to"),),
             )

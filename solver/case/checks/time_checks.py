@@ -8,6 +8,7 @@ from gapbeam.solver.case.case import Output
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6
@@ -57,10 +58,11 @@ def interest_covers_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
     """The highest frequency of interest is not below that of a load."""
     for number, entry in load.items():
         frequency = entry.forcing_frequency
-        if time.frequency and frequency is not None and frequency > time.frequency:
+        if time.frequency and frequency is not None and exceeds(frequency, time.frequency):
+            asked, loaded = apart(time.frequency, frequency)
             yield Fault(
                 ("time", "frequency"),
-                f"{time.frequency:g} Hz, with a load of {frequency:g} Hz",
+                f"{asked} Hz, with a load of {loaded} Hz",
                 "at least the frequency of every load",
                 f"frequency = {5 * frequency:g}, or leave it out",
                 (("load", number, "frequency"),),

@@ -71,7 +71,7 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
         found(INSIDE, TRAVEL, travel),
         Finding(LINEAR_SEAT, watch.at_start, estimate=0.5 * watch.at_start**2),
     ]
-    if case.layout.holes:
+    if any(support.region.along_radii for support in case.layout.holes):
         findings.append(found(ALONG_RADII, ASIDE, float(watch.closest[ASIDE, 0])))
     limits = [piece.material.yield_stress for piece in case.profile.pieces]
     if any(limits) and not isinstance(case.model, RigidModel):

@@ -22,6 +22,11 @@ class Hole(AroundRegion):
         "section: for sections that keep their shape, quicker, and the angular momentum of an orbit is kept",
     )
 
+    @property
+    def along_radii(self) -> bool:
+        """Where it is met at points; the circle is met where it is touched."""
+        return self.contact == "points"
+
     def faces(self, name: str, placed: Placement) -> tuple[BoreFace, ...]:
         """Return the inside of the hole."""
         return (BoreFace(f"{name}_hole", 0.0, *place_around(placed), exact=self.contact == "circle"),)

@@ -34,6 +34,11 @@ class Profile(AroundRegion):
         examples=[[0.0, 5.0e-5, 0.0, 0.0]],
     )
 
+    @property
+    def along_radii(self) -> bool:
+        """Yes: the wall is met along the radii of the section."""
+        return True
+
     def faces(self, name: str, placed: Placement) -> tuple[ProfileFace, ...]:
         """Return the inside of the hole."""
         return (ProfileFace(f"{name}_hole", 0.0, *place_around(placed), self.angles, self.recesses),)

@@ -54,6 +54,11 @@ class Region(Table, ABC):
         """How much farther away than the clearance its wall is at most, m."""
         return 0.0
 
+    @property
+    def along_radii(self) -> bool:
+        """Whether a beam in its middle is met along the radii of its section, wherever it has moved to."""
+        return False
+
     def faults(self, key: Key, radius: float) -> Iterator[Fault]:  # noqa: ARG002
         """Yield what does not fit together in the table itself, or the beam.
 

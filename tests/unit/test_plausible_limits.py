@@ -1,0 +1,186 @@
+"""What is only unusual is warned of and runs; what is equal to a limit is within it; numbers in words differ."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from mpi4py import MPI
+
+from gapbeam.solver.case.checks.case_warnings import warnings
+from gapbeam.solver.case.reading.case_reader import read_case_text
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.faults import CaseError
+from gapbeam.solver.models.model import build_model
+from gapbeam.solver.modes.contact_modes import held_modes
+from gapbeam.solver.wording.compared_numbers import ROUND_OFF, apart, exceeds
+from tests.shared.case_texts import BEAM
+
+PLANE = '[[support]]\nname = "a"\nfrom = 0.0\nto = 0.1\nclearance = 1e-4\n'
+ROUND = BEAM.replace("width = 0.02\n", 'width = 0.012\nsection = "round"\n') + "[mesh]\ndimension = 3\n"
+GUIDE = '[[joint]]\ntype = "guided"\nname = "rail"\npoint = 0.3\n'
+PINS = GUIDE.replace("guided", "pinned") + '[[joint]]\ntype = "pinned"\nname = "pin"\npoint = 0.6\n'
+CLAMP = GUIDE.replace("guided", "clamped")
+
+
+def said(text: str) -> str:
+    """Return the warnings about a case, all of which is accepted."""
+    return "\n".join(warnings(read_case_text(text)))
+
+
+@pytest.mark.parametrize("clearance", [0.02, 0.12, 0.5, 3.0, 1e3])
+@pytest.mark.parametrize("joint", ["", GUIDE, PINS, CLAMP])
+def test_play_of_any_width_is_accepted(clearance: float, joint: str) -> None:
+    """More than ten thicknesses and half the beam: warned of as tilt only where the beam can tilt as a rigid body."""
+    lines = said(BEAM + PLANE.replace("1e-4", str(clearance)) + joint)
+    assert "is it in mm" in lines
+    assert ("lets the beam tilt" in lines) == (joint == "")
+
+
+@pytest.mark.parametrize(
+    ("region", "radial"),
+    [
+        ('{ type = "polygon", walls = [0.0] }', False),
+        ('{ type = "polygon", walls = [0.0, 120.0, 240.0] }', False),
+        ('{ type = "hole", contact = "circle" }', False),
+        ('"hole"', True),
+        ('{ type = "profile", angles = [-90.0, 0.0, 90.0], recesses = [0.0, 1e-5, 0.0] }', True),
+    ],
+)
+@pytest.mark.parametrize("share", [0.05, 0.2, 2.0])
+def test_play_around_a_pipe_is_accepted(region: str, radial: bool, share: float) -> None:
+    """Flat walls and circles are met where they are, however far; walls met along radii are warned of."""
+    support = PLANE.replace("1e-4", str(share * 0.006)) + f"region = {region}\n"
+    model = '[model]\ntype = "rigid"\n'
+    lines = said(ROUND + support + model)
+    assert ("act along radii of the beam" in lines) == radial
+
+
+@pytest.mark.parametrize(("elements", "warned"), [(500, False), (2000, False), (2001, True), (8000, True)])
+def test_many_elements_are_warned_of(elements: int, warned: bool) -> None:
+    """More than 2000 run; what round-off hides is refused."""
+    text = BEAM + PLANE + f'[model]\ntype = "beam"\nelements = {elements}\n'
+    assert ("the set-up grows with" in said(text)) == warned
+    with pytest.raises(CaseError, match="round-off"):
+        read_case_text(text, {"model.elements": 20_000})
+
+
+@pytest.mark.parametrize(
+    ("keys", "told"),
+    [
+        ("stiffness = 1e3\n", True),
+        ("stiffness = 1e3\n" + GUIDE, False),
+        ("stiffness = 1e3\n" + GUIDE.replace("guided", "pinned"), False),
+        ("stiffness = 1e9\n[contact]\nstiffness = 1e3\n", False),
+        ('stiffness = 1e15\nlaw = { type = "hunt-crossley", exponent = 1.5, restitution = 0.5 }\n', False),
+    ],
+)
+def test_soft_contact_is_warned_of_where_it_carries_the_beam(keys: str, told: bool) -> None:
+    """By the stiffness and law that a support has, and where no joint carries the weight; it is no fault."""
+    assert ("the weight pushes the beam" in said(BEAM + PLANE + keys)) == told
+
+
+@pytest.mark.parametrize(
+    ("keys", "table", "told"),
+    [
+        ("", "", True),
+        ("damping = 1e5\n", "", False),
+        ("damping = 0.0\n", "damping = 1e5\n", True),
+        ('law = { type = "hunt-crossley", restitution = 0.5 }\n', "", False),
+        ("", 'law = { type = "hunt-crossley", restitution = 0.5 }\n', False),
+    ],
+)
+def test_adhesion_is_judged_by_the_damping_of_supports(keys: str, table: str, told: bool) -> None:
+    """The damping and the law of a support come before those of [contact]."""
+    lines = said(BEAM + PLANE + "stiffness = 1e9\n" + keys + f'[contact]\ntension = "adhesive"\n{table}')
+    assert ("adhesive" in lines) == told
+
+
+@pytest.mark.parametrize(
+    "damped",
+    [
+        'body = { mass = 1.0, stiffness = 1e5, damping = 10.0 }\n[model]\ntype = "rigid"\n',
+        '[[joint]]\ntype = "elastic"\nname = "j"\npoint = 0.3\ndamping = { vertical = 5.0 }\n',
+        '[[fluid]]\nname = "w"\nfrom = 0.1\nto = 0.5\ndamping = 2.0\n',
+        "[contact]\nfriction = { coefficient = 0.2 }\n",
+    ],
+)
+def test_whatever_damps_lets_motion_fade(damped: str) -> None:
+    """Bodies of supports, joints, fluids and friction take energy as well as [damping] and [contact]."""
+    assert "motion never fades" in said(BEAM + PLANE)
+    assert "motion never fades" not in said(BEAM + PLANE + damped)
+
+
+@pytest.mark.parametrize(
+    "keys",
+    [
+        PLANE.replace("0.0\n", "0.4\n", 1).replace("to = 0.1", "to = 0.42") + "[mesh]\nsupport_size = 0.02\n",
+        PLANE.replace("0.0\n", "0.58\n", 1).replace("to = 0.1", "to = 0.6") + "[mesh]\nsupport_size = 0.02\n",
+        PLANE + "[mesh]\nsupport_size = 0.05\nedge_size = 0.05000000000000001\n",
+        PLANE.replace("to = 0.1", "to = 0.30000000000000004") + PLANE.replace('"a"', '"b"').replace("0.0\n", "0.3\n", 1)
+        .replace("to = 0.1", "to = 0.4"),
+        PLANE + "[gates]\ntotal_growth = 0.3\nimpact_growth = 0.30000000000000004\n",
+        PLANE + "static_friction = 0.3\n[contact]\nfriction = { coefficient = 0.30000000000000004 }\n",
+    ],
+)  # fmt: skip
+def test_equal_round_numbers_are_within_limits(keys: str) -> None:
+    """0.42 - 0.4 is less than 0.02 by round-off only: a cell of 0.02 m fits."""
+    read_case_text(BEAM + keys)
+
+
+@given(st.floats(1e-12, 1e12), st.floats(1e-7, 1e-3))
+def test_numbers_in_words_differ(value: float, more: float) -> None:
+    """Whatever is above a limit is seen to be, and nothing that round-off alone has made different."""
+    limit = value * (1.0 + more)
+    assert exceeds(limit, value)
+    first, second = apart(value, limit)
+    assert first != second
+    assert (float(first), float(second)) == pytest.approx((value, limit), rel=1e-5)
+    near = value * (1.0 + 0.1 * ROUND_OFF)
+    assert not exceeds(near, value)
+    assert len(set(apart(value, near))) == 1
+
+
+def test_a_cell_that_is_too_long_is_told_from_its_support(tmp_path: Path) -> None:
+    """Found and limit have the digits in which they differ, and the advice is accepted."""
+    del tmp_path
+    text = BEAM + PLANE + "[mesh]\nsupport_size = 0.1000001\n"
+    with pytest.raises(CaseError) as refused:
+        read_case_text(text)
+    [fault] = refused.value.faults
+    assert (fault.found, fault.hint) == ("0.1000001 m", "support_size = 0.1")
+    read_case_text(text.replace("0.1000001", "0.1"))
+
+
+@pytest.mark.parametrize("law", ["hunt-crossley", "lankarani-nikravesh", "elastic-plastic"])
+def test_a_search_offers_laws_that_it_takes(law: str) -> None:
+    """Every law that is offered for a periodic response is accepted by the next look at the case."""
+    own = "yield_pressure = 1e6" if law == "elastic-plastic" else "restitution = 0.5"
+    shaker = '[[load]]\ntype = "harmonic_force"\nname = "f"\npoint = 0.3\namplitude = 1.0\nfrequency = 20.0\n'
+    text = BEAM + PLANE + f'stiffness = 1e9\nlaw = {{ type = "{law}", {own} }}\n' + shaker
+    text += '[analysis]\ntype = "periodic"\n'
+    with pytest.raises(CaseError) as refused:
+        read_case_text(text)
+    [fault] = refused.value.faults
+    assert "elastic-plastic" not in fault.expected
+    for offered in ("kelvin-voigt", "adams-impact", "piecewise-linear"):
+        keys = {
+            "kelvin-voigt": "",
+            "adams-impact": ", exponent = 1.0, damping = 1e3, full_depth = 1e-6",
+            "piecewise-linear": ", depths = [1e-4], factors = [2.0]",
+        }[offered]
+        if offered in fault.expected:
+            read_case_text(text.replace(f'"{law}", {own}', f'"{offered}"{keys}'))
+
+
+def test_modes_beyond_what_a_model_has_are_not_asked_for() -> None:
+    """A short beam has two bending modes: found, though springs are fitted to three where there are."""
+    text = BEAM.replace("length = 0.6", "length = 0.2").replace("thickness = 0.012", "thickness = 0.08")
+    text = text.replace("point = 0.6", "point = 0.2") + PLANE + '[model]\ntype = "beam"\nelements = 20\n'
+    model = build_model(read_case_text(text), MPI.COMM_SELF)
+    found = held_modes(model, 2, 3)
+    assert [len(state.bending()[0]) >= 2 for state in found] == [True] * 3
+    with pytest.raises(UserError, match=r"^3 bending modes were asked for; expected 1 to 2"):
+        held_modes(model, 3, 3)

@@ -68,7 +68,7 @@ def test_many_elements_are_warned_of(elements: int, warned: bool) -> None:
 
 
 @pytest.mark.parametrize(
-    ("keys", "told"),
+    ("keys", "warned"),
     [
         ("stiffness = 1e3\n", True),
         ("stiffness = 1e3\n" + GUIDE, False),
@@ -77,13 +77,13 @@ def test_many_elements_are_warned_of(elements: int, warned: bool) -> None:
         ('stiffness = 1e15\nlaw = { type = "hunt-crossley", exponent = 1.5, restitution = 0.5 }\n', False),
     ],
 )
-def test_soft_contact_is_warned_of_where_it_carries_the_beam(keys: str, told: bool) -> None:
+def test_soft_contact_is_warned_of_where_it_carries_the_beam(keys: str, warned: bool) -> None:
     """By the stiffness and law that a support has, and where no joint carries the weight; it is no fault."""
-    assert ("the weight pushes the beam" in said(BEAM + PLANE + keys)) == told
+    assert ("the weight pushes the beam" in said(BEAM + PLANE + keys)) == warned
 
 
 @pytest.mark.parametrize(
-    ("keys", "table", "told"),
+    ("keys", "table", "warned"),
     [
         ("", "", True),
         ("damping = 1e5\n", "", False),
@@ -92,10 +92,10 @@ def test_soft_contact_is_warned_of_where_it_carries_the_beam(keys: str, told: bo
         ("", 'law = { type = "hunt-crossley", restitution = 0.5 }\n', False),
     ],
 )
-def test_adhesion_is_judged_by_the_damping_of_supports(keys: str, table: str, told: bool) -> None:
+def test_adhesion_is_judged_by_the_damping_of_supports(keys: str, table: str, warned: bool) -> None:
     """The damping and the law of a support come before those of [contact]."""
     lines = said(BEAM + PLANE + "stiffness = 1e9\n" + keys + f'[contact]\ntension = "adhesive"\n{table}')
-    assert ("adhesive" in lines) == told
+    assert ("adhesive" in lines) == warned
 
 
 @pytest.mark.parametrize(
@@ -143,7 +143,7 @@ def test_numbers_in_words_differ(value: float, more: float) -> None:
     assert len(set(apart(value, near))) == 1
 
 
-def test_a_cell_that_is_too_long_is_told_from_its_support(tmp_path: Path) -> None:
+def test_a_cell_that_is_too_long_differs_from_its_support(tmp_path: Path) -> None:
     """Found and limit have the digits in which they differ, and the advice is accepted."""
     del tmp_path
     text = BEAM + PLANE + "[mesh]\nsupport_size = 0.1000001\n"

@@ -40,6 +40,12 @@ class Friction(Table):
         return sliding, sliding if sticking is None else sticking
 
 
+def whole_unit(law: ChosenLaw) -> str:
+    """Return the unit of the stiffness of a whole support, or of a point."""
+    exponent = law.spring_exponent
+    return "N/m" if exponent == 1.0 else f"N/m^{exponent:g}"
+
+
 class Contact(Table):
     """Unilateral contact at base and gland."""
 

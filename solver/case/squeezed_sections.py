@@ -32,7 +32,7 @@ def squeezed_stiffness(case: Case) -> Default | None:
         return None
     if contact.formulation.computed_stiffness is not None:
         return None
-    shared = [one for one in case.layout.supports if one.stiffness is None]
+    shared = [one for one in case.layout.supports if not one.brings_stiffness]
     if not shared or any(one.around or len(one.faces) != FACES or one.clearance >= 0.0 for one in shared):
         return None
     pieces = [piece for one in shared for piece in case.profile.between(one.start, one.end)]

@@ -35,8 +35,10 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
 from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.case.own_contact import whole_areas
 from gapbeam.solver.case.rigid_motion import unit_motions
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator
+from gapbeam.solver.contact.formulations.whole_contact import whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
 from gapbeam.solver.memory.free_memory import free_memory
@@ -224,9 +226,9 @@ def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:
 
 
 def gathered(case: Case, contact: ContactOperator) -> tuple[ContactOperator, Default | None]:
-    """Return the operator of `contact.points` with the size of their patches; the same without such points."""
+    """Return the operator of `contact.points` with the size of their patches, or of whole supports; or the same."""
     if case.contact.points is None:
-        return contact, None
+        return whole_contact(contact, whole_areas(case)), None
     patch = contact_patch(case)
     return resultant_operator(contact, case.contact.points, patch.value), patch
 

@@ -29,23 +29,30 @@ def law_of_case(case: Case, faces: Indices, setting: ContactSetting) -> ContactL
         if law not in different:
             different.append(law)
     if len(different) == 1:
-        return _made(case, different[0], setting.stiffness, setting.damping, setting.areas)
+        return _made(case, different[0], setting.stiffness, setting.damping, setting.areas, setting.nominal)
     owners = np.array([different.index(law) for law in laws])[faces]
     groups = []
     for number, law in enumerate(different):
         points = np.flatnonzero(owners == number)
-        parts = (_taken(value, points) for value in (setting.stiffness, setting.damping, setting.areas))
+        parts = (
+            _taken(value, points) for value in (setting.stiffness, setting.damping, setting.areas, setting.nominal)
+        )
         groups.append(LawGroup(points, _made(case, law, *parts)))
     return mixed_law([group for group in groups if len(group.points) > 0])
 
 
 def _made(
-    case: Case, law: ChosenLaw, stiffness: float | Array, damping: float | Array, areas: float | Array
+    case: Case,
+    law: ChosenLaw,
+    stiffness: float | Array,
+    damping: float | Array,
+    areas: float | Array,
+    nominal: float | Array,
 ) -> ContactLaw:
     contact = case.contact
     adhesive, augmented = contact.tension == "adhesive", contact.formulation.left_by_multipliers
     made = make_law(law, stiffness, touch_depth(case), damping, areas, adhesive=adhesive, augmented=augmented)
-    return shaped_law(law, made, areas)
+    return shaped_law(law, made, areas, nominal)
 
 
 def _taken(value: float | Array, points: Indices) -> float | Array:

@@ -20,7 +20,9 @@ def met_as_circles(body: Body) -> Body:
         UserError: The sections there do not keep their shape.
     """
     exact = [face.circle for face in body.contact.support.faces]
-    return replace(body, contact=circle_contact(body.contact, exact)) if any(exact) else body
+    if not any(exact):
+        return body
+    return replace(body, contact=circle_contact(body.contact, exact, not body.case.model.keeps_sections))
 
 
 def with_moving_holes(case: Case, contact: ContactOperator, dimension: int) -> ContactOperator:

@@ -9,6 +9,8 @@ import numpy as np
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, contact_damping, contact_stiffness
+from gapbeam.solver.case.contact_table import whole_unit
+from gapbeam.solver.case.own_contact import nominal_area, own_damping, own_stiffness
 from gapbeam.solver.case.placed_support import law_at, own_law
 from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
 from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
@@ -28,6 +30,7 @@ class ContactSetting:
         face_stiffness: K of all points of the stiffest face together, compared as the law of [contact], N/m^n.
         damping: c of the law kelvin-voigt: one number, or one of each point, (m,).
         areas: What K and c are divided by, (m,), m^2; 1 where they are per area.
+        nominal: What a yield force of whole supports is divided by: one number, or one of each point, (m,), m^2.
     """
 
     stiffness: float | Array
@@ -35,6 +38,7 @@ class ContactSetting:
     face_stiffness: float
     damping: float | Array = 0.0
     areas: float | Array = 1.0
+    nominal: float | Array = 1.0
 
 
 def contact_setting(case: Case, body: Body) -> ContactSetting:
@@ -52,7 +56,10 @@ def contact_setting(case: Case, body: Body) -> ContactSetting:
     laws = [law_at(case.contact, one) for one in case.layout.supports for _ in one.faces]
     stiffest = max(compared_stiffness(case, one, law) for one, law in zip(stiffness, laws, strict=True))
     if places is None:
-        return ContactSetting(points, defaults, face * stiffest, _at_points(damping, body))
+        nominal = [nominal_area(case, one) for one in case.layout.supports for _ in one.faces]
+        return ContactSetting(
+            points, defaults, face * stiffest, _at_points(damping, body), nominal=_at_points(nominal, body)
+        )
     assert body.patch is not None
     whole = len(places) * stiffest
     return ContactSetting(points, (*defaults, body.patch), whole, _at_points(damping, body), body.contact.weights)
@@ -74,14 +81,14 @@ def friction_of(case: Case, body: Body, slip_velocity: float) -> CoulombFriction
 def _law_of_faces(case: Case, body: Body, face: float) -> tuple[list[float], list[float], tuple[Default, ...]]:
     """Return K and c of each face, and the values that were computed or that supports bring themselves."""
     usual = squeezed_stiffness(case) or contact_stiffness(case, body.meshed.facet_length, face)
-    stiffness = [usual.value if own is None else own for own in case.layout.own("stiffness")]
     owners = [one for one in case.layout.supports for _ in one.faces]
+    stiffness = [usual.value if (own := own_stiffness(case, one)) is None else own for one in owners]
     asked = [contact_damping(case, value, one) for value, one in zip(stiffness, owners, strict=True)]
     damping = []
-    for computed, own in zip(asked, case.layout.own("damping"), strict=True):
+    for computed, own in zip(asked, (own_damping(case, one) for one in owners), strict=True):
         damping.append(own if own is not None else case.contact.damping if computed is None else computed.value)
     of_supports = {one.name: computed for one, computed in zip(owners, asked, strict=True)}
-    shared = [usual] if None in case.layout.own("stiffness") else []
+    shared = [] if all(one.brings_stiffness for one in owners) else [usual]
     plain = [of_supports[one.name] for one in owners if not _stands_alone(one)]
     shared += [computed for computed in plain[:1] if computed is not None]
     brought = [default for one in case.layout.supports for default in _own(case, one, of_supports[one.name])]
@@ -94,13 +101,19 @@ def _own(case: Case, support: OneSupport, damping: Default | None) -> Iterator[D
     if support.stiffness is not None:
         unit = case.contact.unit_with(law_at(case.contact, support))
         yield Default(f"{key}.stiffness", support.stiffness, unit, "given in the case")
-    if _stands_alone(support) and damping is not None and support.damping is None:
+    if support.support_stiffness is not None:
+        law = law_at(case.contact, support)
+        name, unit = f"{key}.support_stiffness", whole_unit(law)
+        per_area = f"{own_stiffness(case, support):.4g} {case.contact.unit_with(law)}"
+        reason = f"given in the case; {per_area} over {nominal_area(case, support):.4g} m^2, length times width"
+        yield Default(name, support.support_stiffness, unit, reason)
+    if _stands_alone(support) and damping is not None and own_damping(case, support) is None:
         yield replace(damping, key=f"{key}.damping")
 
 
 def _stands_alone(support: OneSupport) -> bool:
     """Return whether the damping at a support is not that which a restitution in [contact] asks for elsewhere."""
-    return support.stiffness is not None or support.body is not None or own_law(support) is not None
+    return support.brings_stiffness or support.body is not None or own_law(support) is not None
 
 
 def _at_points(values: list[float], body: Body) -> float | Array:

@@ -19,7 +19,9 @@ from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive,
 
 PLAY = ("clearance", "offset", "lateral", "tilt")
 """Keys of a [[support]] that change its gaps alone."""
-OWN_CONTACT = ("stiffness", "damping", "friction", "static_friction", "wear", "area", "depth_limit")
+WHOLE = ("support_stiffness", "support_damping")
+"""Keys of a [[support]] that give figures of the contact of the whole support, and not per area."""
+OWN_CONTACT = ("stiffness", "damping", *WHOLE, "friction", "static_friction", "wear", "area", "depth_limit")
 """Keys of a [[support]] that stand in the place of those of [contact] and [wear]."""
 
 
@@ -40,6 +42,8 @@ class BaseAndGland(Table):
     around: ClassVar[bool] = False
     stiffness: ClassVar[None] = None
     damping: ClassVar[None] = None
+    support_stiffness: ClassVar[None] = None
+    support_damping: ClassVar[None] = None
     friction: ClassVar[None] = None
     static_friction: ClassVar[None] = None
     wear: ClassVar[None] = None
@@ -65,6 +69,16 @@ class BaseAndGland(Table):
     def faces_at(self, placed: Placement) -> tuple[Face, ...]:
         """Return base and gland at another place."""
         return Face("base", 1.0, 0.0 - placed.offset), Face("gland", -1.0, placed.clearance + placed.offset)
+
+    @property
+    def met_region(self) -> Region:
+        """The slot."""
+        return self.region
+
+    @property
+    def brings_stiffness(self) -> bool:
+        """No: the stiffness is that of [contact]."""
+        return False
 
     def impact_mass(self, beam: float, _width: float) -> float:
         """Return the mass of an impact per area, kg/m^2: that of the beam there."""
@@ -106,6 +120,17 @@ class OneOfSeveral(AlongBeam):
     damping: NonNegative | None = Field(
         default=None,
         description="damping of the law kelvin-voigt at this support per area, in the place of contact.damping, Pa s/m",
+    )
+    support_stiffness: Positive | None = Field(
+        default=None,
+        description="contact stiffness k of the whole support, the force F = k d of a beam that lies on it along its "
+        "length, in the place of stiffness, for every section (N/m^n in laws with an exponent n), N/m",
+        examples=[5.0e6],
+    )
+    support_damping: NonNegative | None = Field(
+        default=None,
+        description="damping of the law kelvin-voigt of the whole support, beside support_stiffness, in the place of "
+        "damping, N s/m",
     )
     friction: Number | None = Field(
         default=None,
@@ -153,7 +178,17 @@ class OneOfSeveral(AlongBeam):
 
     def faces_at(self, placed: Placement) -> tuple[Face, ...]:
         """Return the faces at another place."""
-        return self.region.faces(self.name, placed)
+        return self.met_region.faces(self.name, placed)
+
+    @property
+    def met_region(self) -> Region:
+        """The region as the beam meets it: with the stiffness of the whole support a round hole is a circle."""
+        return self.region if self.support_stiffness is None else self.region.of_whole()
+
+    @property
+    def brings_stiffness(self) -> bool:
+        """Whether it has a stiffness of its own, per area or as a whole."""
+        return self.stiffness is not None or self.support_stiffness is not None
 
     def impact_mass(self, beam: float, width: float) -> float:
         """Return the mass of an impact per area, kg/m^2: a b / (a + b) of beam and body, that of the beam without one.
@@ -168,8 +203,12 @@ class OneOfSeveral(AlongBeam):
         return beam * body / (beam + body)
 
     def without_play(self) -> OneOfSeveral:
-        """Return the support with everything taken out that changes its gaps, its contact law and its body alone."""
-        return self.model_copy(update={**dict.fromkeys(PLAY, 0.0), **dict.fromkeys(OWN_CONTACT), "body": None})
+        """Return the support with everything taken out that changes its gaps, its contact law and its body alone.
+
+        Its contact points depend on whether the stiffness of the whole support is given, and not on its size.
+        """
+        taken = {**dict.fromkeys(PLAY, 0.0), **dict.fromkeys(OWN_CONTACT), "body": None}
+        return self.model_copy(update=taken if self.support_stiffness is None else taken | {"support_stiffness": 1.0})
 
 
 OneSupport = BaseAndGland | OneOfSeveral

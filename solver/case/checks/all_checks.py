@@ -162,6 +162,7 @@ from gapbeam.solver.case.checks.time_checks import (
     step_follows_the_forcing,
 )
 from gapbeam.solver.case.checks.wear_checks import WEAR_CHECKS
+from gapbeam.solver.case.checks.whole_support_checks import WHOLE_SUPPORT_CHECKS
 from gapbeam.solver.case.reading.known_keys import numbered
 from gapbeam.solver.faults import Fault, Key
 
@@ -197,6 +198,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     supports_lie_on_the_beam,
     supports_keep_apart,
     own_contact_fits_the_case,
+    *WHOLE_SUPPORT_CHECKS,
     *WEAR_CHECKS,
     bodies_need_few_dofs,
     bodies_stand_on_the_frame,

@@ -92,7 +92,7 @@ def shape(case: Case) -> Iterator[str]:
                 f"{place} clearance = {support.clearance:g} lets the beam tilt by {tilt:.2g} degrees; "
                 "the equations are those of small rotations, and the unit is m, not mm"
             )
-        if support.around and support.region.along_radii:
+        if support.around and support.met_region.along_radii:
             share = (abs(support.clearance) + support.region.recess) / (0.5 * beam.thickness)
             if share > FIXED_NORMALS:
                 yield (
@@ -118,7 +118,7 @@ def motion(case: Case) -> Iterator[str]:
     dampers += [case.contact.rubs is not None]
     given = [*(damping.ratios or ()), damping.mass, damping.stiffness, damping.ratio, *dampers]
     supports = case.layout.supports
-    absorbs = any(one.damping or law_at(case.contact, one).dissipates for one in supports)
+    absorbs = any(one.damping or one.support_damping or law_at(case.contact, one).dissipates for one in supports)
     if not any(given) and not case.contact.dissipates and not absorbs:
         yield "no damping in [damping] or [contact]: motion never fades, and no steady state is reached"
     if not case.probe:
@@ -163,7 +163,8 @@ def contact(case: Case) -> Iterator[str]:
     """Yield a contact that is soft for its clearance, or keys of it without effect."""
     clearance, law = case.layout.clearance, case.contact
     yield from weight_on_contact(case)
-    damped = [(one.damping if one.damping is not None else law.damping) for one in case.layout.supports]
+    given = [one.damping if one.damping is not None else one.support_damping for one in case.layout.supports]
+    damped = [law.damping if one is None else one for one in given]
     laws = [law_at(law, one) for one in case.layout.supports]
     if law.tension == "adhesive" and not any(damped) and not any(one.dissipates for one in laws):
         yield '[contact] tension = "adhesive" has no effect without damping'
@@ -197,6 +198,8 @@ def weight_on_contact(case: Case) -> Iterator[str]:
     for key, support in keyed(case.support):
         own = support.stiffness is not None
         stiffness, law = support.stiffness if own else case.contact.stiffness, law_at(case.contact, support)
+        if support.support_stiffness is not None:
+            continue
         if stiffness is None or stiffness == "auto" or not any(face.carries for face in support.faces):
             continue
         held = case.profile.at(0.5 * (support.start + support.end)).beam
@@ -211,7 +214,7 @@ def weight_on_contact(case: Case) -> Iterator[str]:
             seen.add(place)
             yield (
                 f"{place} stiffness = {stiffness:g} {unit}: the weight pushes the beam {depth:.2g} m in, more than its "
-                'thickness: is it N/m? Per area it is that divided by the area in m^2; "auto" computes it'
+                'thickness: is it N/m? That is support_stiffness, of a whole [[support]]; "auto" computes it'
             )
         elif depth > 0.1 * support.clearance > 0.0:
             seen.add(place)

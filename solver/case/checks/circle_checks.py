@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
+from typing import NamedTuple
 
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
-from gapbeam.solver.case.model_table import ModelTable
+from gapbeam.solver.case.model_table import FullModel, ModelTable
 from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.case.wear_table import Wear
@@ -19,51 +20,68 @@ from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 
 POINTS = 'contact = "points" in the region of the support'
+PER_AREA = "stiffness, per area, in the place of support_stiffness, which has a round hole met as a circle"
 
 
-def _circles(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
-    """Yield the supports that are met as circles, each with the key of the choice."""
+class _Circle(NamedTuple):
+    """A support that is met as a circle: its key, that of the choice, and what is said to choose points."""
+
+    support: Key
+    key: Key
+    one: OneSupport
+    points: str
+
+
+def _circles(support: AnySupports) -> Iterator[_Circle]:
+    """Yield the supports that are met as circles."""
     for key, one in keyed(support):
         if any(face.circle for face in one.faces):
-            yield (*key, "region", "contact"), one
+            whole = one.support_stiffness is not None
+            chosen = "support_stiffness" if whole else "region"
+            yield _Circle(
+                key, (*key, chosen) if whole else (*key, chosen, "contact"), one, PER_AREA if whole else POINTS
+            )
 
 
 def circles_are_round(support: AnySupports, model: ModelTable) -> Iterator[Fault]:
-    """A circle stays one where the section keeps its shape."""
-    for key, _ in _circles(support):
-        if not model.keeps_sections:
-            yield Fault(
-                key,
-                f"circle, with the model {model.type}, whose sections deform",
-                "a model whose sections keep their shape: beam, rigid, or reduced with rigid sections",
-                f'type = "reduced" with sections = "rigid" in [model], or {POINTS}',
-                (("model", "type"),),
-            )
+    """A circle stays one where the section keeps its shape; with the stiffness of the whole, its mean motion is met."""
+    for _, key, one, points in _circles(support):
+        whole = one.support_stiffness is not None
+        if model.keeps_sections or (whole and not isinstance(model, FullModel)):
+            continue
+        kept = "reduced" if whole else 'reduced" with sections = "rigid'
+        yield Fault(
+            key,
+            f"circle, with the model {model.type}, whose sections deform",
+            f'a model of type "beam", "rigid", or "{kept}"',
+            f'type = "{kept}" in [model], or {points}',
+            (("model", "type"),),
+        )
         return
 
 
 def circles_leave_play(support: AnySupports) -> Iterator[Fault]:
     """The direction of contact is that from the middle of the hole to the axis, which stand apart."""
-    for key, one in _circles(support):
+    for place, key, one, points in _circles(support):
         if one.clearance <= 0.0:
             yield Fault(
                 key,
                 f"circle, with a clearance of {one.clearance:g} m",
                 "a clearance above 0: a section that is squeezed all around has no direction of contact",
-                POINTS,
-                ((*key[:-2], "clearance"),),
+                points,
+                ((*place, "clearance"),),
             )
 
 
 def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Contact) -> Iterator[Fault]:
     """The directions of a step are those between its ends, which its law takes as they are."""
-    for key, _ in _circles(support):
+    for _, key, _, points in _circles(support):
         if not time.scheme.has_period_map:
             yield Fault(
                 ("time", "scheme"),
                 f"{time.scheme.type}, with a hole that is met as a circle",
                 "discrete-gradient or implicit-midpoint: a step with one direction of contact",
-                f'scheme = "discrete-gradient", or {POINTS}',
+                f'scheme = "discrete-gradient", or {points}',
                 (key,),
             )
         if contact.formulation.type != "penalty":
@@ -71,7 +89,7 @@ def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Cont
                 ("contact", "formulation"),
                 f"{contact.formulation.type}, with a hole that is met as a circle",
                 "penalty",
-                f'formulation = "penalty", or {POINTS}',
+                f'formulation = "penalty", or {points}',
                 (key,),
             )
         return
@@ -79,14 +97,14 @@ def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Cont
 
 def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """What a contact point remembers belongs to one direction."""
-    for key, one in _circles(support):
+    for _, key, one, points in _circles(support):
         law = law_at(contact, one)
         if law.keeps_set:
             yield Fault(
                 key,
                 f"circle, with the law {law.type}, which keeps what has yielded",
                 "a law without memory: the contact of a circle turns around it",
-                POINTS,
+                points,
                 (("contact", "law"),),
             )
         elif contact.rubs is not None and contact.rubs.static_coefficient is not None:
@@ -94,51 +112,55 @@ def circles_do_not_yield(support: AnySupports, contact: Contact) -> Iterator[Fau
                 ("contact", "friction", "static_coefficient"),
                 f"{contact.rubs.static_coefficient:g}, with a hole that is met as a circle",
                 "one coefficient: the contact of a circle turns around it and never sticks to a point",
-                f"leave static_coefficient out, or {POINTS}",
+                f"leave static_coefficient out, or {points}",
                 (key,),
             )
 
 
 def circles_do_not_give_way(support: AnySupports) -> Iterator[Fault]:
     """Walls with a mass are those of contact points whose directions stay."""
-    for key, one in _circles(support):
+    for place, key, one, points in _circles(support):
         if one.body is not None:
             yield Fault(
                 key,
                 "circle, of a support with a body of its own",
                 "holes that stand still or move as loads say",
-                POINTS,
-                ((*key[:-2], "body"),),
+                points,
+                ((*place, "body"),),
             )
 
 
 def circles_stay_open(support: AnySupports, load: Loads) -> Iterator[Fault]:
     """A hole that closes in time leaves play, as one that does not."""
     layout = Layout.of(support)
-    keys = {one.name: key for key, one in _circles(support)}
+    circles = {circle.one.name: circle for circle in _circles(support)}
     for number, entry in load.items():
         if isinstance(entry.place, SupportWalls) and entry.place.opens:
             moved = moved_by(entry.place, layout)
-            if moved is not None and moved.name in keys and moved.clearance + entry.travel[0] <= 0.0 < moved.clearance:
+            if (
+                moved is not None
+                and moved.name in circles
+                and moved.clearance + entry.travel[0] <= 0.0 < moved.clearance
+            ):
                 yield Fault(
                     ("load", number, "changes"),
                     f"{entry.travel[0]:g} m, which leaves no play in {moved.name}, a hole that is met as a circle",
                     f"changes above {-moved.clearance:g} m: a section that is squeezed all around has no direction of "
                     "contact",
-                    POINTS,
-                    (keys[moved.name],),
+                    circles[moved.name].points,
+                    (circles[moved.name].key,),
                 )
 
 
 def circles_wear_evenly(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:
     """Wear by points needs points around the section."""
-    for key, _ in _circles(support):
+    for _, key, _, points in _circles(support):
         if wear is not None and wear.growth == "local":
             yield Fault(
                 ("wear", "growth"),
                 "local, with a hole that is met as a circle",
                 "even: a circle has no points around it whose depths could differ",
-                f'growth = "even", or {POINTS}',
+                f'growth = "even", or {points}',
                 (key,),
             )
         return
@@ -146,13 +168,13 @@ def circles_wear_evenly(support: AnySupports, wear: Wear | None) -> Iterator[Fau
 
 def circles_are_shot_at(support: AnySupports, analysis: Analysis) -> Iterator[Fault]:
     """Harmonics balance the forces of points whose directions stay."""
-    for key, _ in _circles(support):
+    for _, key, _, points in _circles(support):
         if isinstance(analysis, Periodic) and analysis.method == "harmonic-balance":
             yield Fault(
                 ("analysis", "method"),
                 "harmonic-balance, with a hole that is met as a circle",
                 "shooting",
-                f'method = "shooting", or {POINTS}',
+                f'method = "shooting", or {points}',
                 (key,),
             )
         return
@@ -160,13 +182,13 @@ def circles_are_shot_at(support: AnySupports, analysis: Analysis) -> Iterator[Fa
 
 def circles_rub_without_joints(support: AnySupports, contact: Contact, joint: Joints) -> Iterator[Fault]:
     """Forces of joints are known from normal forces at circles, not from friction there."""
-    for key, _ in _circles(support):
+    for _, key, _, points in _circles(support):
         if contact.rubs is not None and joint:
             yield Fault(
                 ("contact", "friction"),
                 "friction, with joints and a hole that is met as a circle",
                 "one of these three left out: the forces of joints do not know the friction of a circle",
-                POINTS,
+                points,
                 (key, ("joint",)),
             )
         return

@@ -49,7 +49,7 @@ def own_laws_have_their_stiffness(support: AnySupports, contact: Contact) -> Ite
     """The stiffness of [contact] has the unit of its own law."""
     usual = contact.law.spring_exponent
     for key, one, law in _own_laws(support):
-        if one.stiffness is None and law.spring_exponent != usual:
+        if not one.brings_stiffness and law.spring_exponent != usual:
             yield Fault(
                 (*key[:-1], "stiffness"),
                 f"none, with the law {law.type} of the exponent {law.spring_exponent:g}",

@@ -83,23 +83,26 @@ def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterato
                 'formulation = "penalty" in [contact], or leave stiffness out',
                 (("contact", "formulation"),),
             )
-        if one.damping is not None and not (formulation.follows_the_law and law.takes_damping):
+        name, unit = ("support_damping", "N s/m") if one.damping is None else ("damping", contact.damping_unit)
+        damping = getattr(one, name)
+        if damping is not None and not (formulation.follows_the_law and law.takes_damping):
             plain = formulation.follows_the_law
             what = f"the law {law.type} brings its own" if plain else f"the formulation {formulation.type} has no"
             yield Fault(
-                (*key, "damping"),
-                f"{one.damping:g} {contact.damping_unit}",
+                (*key, name),
+                f"{damping:g} {unit}",
                 f"no damping here: {what} damping",
-                "leave damping out",
+                f"leave {name} out",
                 ((*key, "law"),) if own and plain else (("contact", "law" if plain else "formulation"),),
             )
-        elif one.damping is not None and getattr(law, "restitution", None) is not None and not own:
+        elif damping is not None and getattr(law, "restitution", None) is not None:
+            where = (*key, "law", "restitution") if own else ("contact", "law", "restitution")
             yield Fault(
-                (*key, "damping"),
-                f"{one.damping:g} {contact.damping_unit}, with a restitution in [contact]",
+                (*key, name),
+                f"{damping:g} {unit}, with a restitution in {'its law' if own else '[contact]'}",
                 "one of the two: the damping is computed from the restitution",
-                "leave damping out, or give every support its damping and leave restitution out",
-                (("contact", "law", "restitution"),),
+                f"leave {name} out, or give every support its damping and leave restitution out",
+                (where,),
             )
         if one.friction is not None and contact.rubs is None:
             yield Fault(

@@ -209,12 +209,13 @@ class CircleOperator(ContactOperator):
         return np.asarray(np.concatenate(pairs, axis=0).T)
 
 
-def circle_contact(points: ContactOperator, exact: Sequence[bool]) -> CircleOperator:
+def circle_contact(points: ContactOperator, exact: Sequence[bool], deforms: bool = False) -> CircleOperator:
     """Return contact with one station for all points at one x of the faces that are met as circles.
 
     Args:
         points: The operator at points around sections that keep their shape.
         exact: Whether each face is met as a circle.
+        deforms: Whether sections deform: a station then moves as the rigid section that fits its points best.
 
     Raises:
         UserError: The points of a section do not move together.
@@ -224,7 +225,7 @@ def circle_contact(points: ContactOperator, exact: Sequence[bool]) -> CircleOper
     chosen = np.asarray(exact)[points.faces]
     kept = np.flatnonzero(~chosen)
     members = tuple(stations_of(points, np.flatnonzero(chosen)))
-    planes, surfaces = zip(*(section_motions(points, one) for one in members), strict=True)
+    planes, surfaces = zip(*(section_motions(points, one, deforms) for one in members), strict=True)
     size = points.interface.size
     rings = np.array([int(points.faces[one[0]]) for one in members])
     radii = np.array([float(np.hypot(*points.positions[one, 1:].T).mean()) for one in members])

@@ -23,25 +23,34 @@ def stations_of(points: ContactOperator, chosen: Indices) -> list[Indices]:
     return found
 
 
-def section_motions(points: ContactOperator, members: Indices) -> tuple[Array, Array]:
-    """Return the rows of a section: of its axis, (2, size), and of its surface, (4, size), if there are tangents."""
+def section_motions(points: ContactOperator, members: Indices, deforms: bool = False) -> tuple[Array, Array]:
+    """Return the rows of a section: of its axis, (2, size), and of its surface, (4, size), if there are tangents.
+
+    Args:
+        points: The operator at points around sections.
+        members: The points of the section.
+        deforms: Whether points may move apart: the rows are then those of the best fit by least squares.
+    """
+    limit = np.inf if deforms else RIGID
     across, gaps = points.across[members], points.gap_matrix[members].toarray()
-    plane = _fitted(across, gaps, points, members)
+    plane = _fitted(across, gaps, points, members, limit)
     if points.tangents is None:
         return plane, np.zeros((0, plane.shape[1]))
     along, around = (points.tangents[2 * members + axis].toarray() for axis in (0, 1))
     spots = points.positions[members, 1:]
-    axial = _fitted(np.column_stack([np.ones(len(members)), spots]), along, points, members)
+    axial = _fitted(np.column_stack([np.ones(len(members)), spots]), along, points, members, limit)
     sideways = np.stack([-across[:, 1], across[:, 0]], axis=1)
     arms = sideways[:, 1] * spots[:, 0] - sideways[:, 0] * spots[:, 1]
-    turn = _fitted(arms[:, None], around - sideways @ plane, points, members, float(np.abs(around).max()))
+    turn = _fitted(arms[:, None], around - sideways @ plane, points, members, limit, float(np.abs(around).max()))
     return plane, np.concatenate([axial, turn])
 
 
-def _fitted(basis: Array, rows: Array, points: ContactOperator, members: Indices, largest: float = 0.0) -> Array:
+def _fitted(
+    basis: Array, rows: Array, points: ContactOperator, members: Indices, limit: float, largest: float = 0.0
+) -> Array:
     """Return the rows, (b, size), of which all rows, (m, size), are combinations with `basis`, (m, b)."""
     found = np.linalg.lstsq(basis, rows)[0]
-    if np.abs(basis @ found - rows).max() > RIGID * max(float(np.abs(rows).max()), largest):
+    if np.abs(basis @ found - rows).max() > limit * max(float(np.abs(rows).max()), largest):
         name, x = points.face_names[points.faces[members[0]]], points.positions[members[0], 0]
         raise UserError(
             f"{name} at x = {x:.4g} m is met as a circle, and the section there does not keep its shape\n"

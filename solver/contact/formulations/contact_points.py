@@ -72,7 +72,7 @@ class ResultantOperator(ContactOperator):
 
     def spread(self, forces: Array) -> Array:
         """Return P^T f, the forces at the quadrature points, (q, ...), N, for resultants f, (m, ...), N."""
-        return np.asarray(self._shared_by @ forces)
+        return self.distributed.spread(np.asarray(self._shared_by @ forces))
 
     @cached_property
     def _shared_by(self) -> csr_matrix:

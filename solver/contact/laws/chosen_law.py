@@ -52,8 +52,13 @@ class ChosenLaw(Table):
 
     @property
     def yield_point(self) -> tuple[float, float] | None:
-        """Yield pressure, Pa, and slope beyond it over K; None: the law does not yield."""
+        """Yield pressure, Pa, or force, N, and slope beyond it over K; None: the law does not yield."""
         return None
+
+    @property
+    def yields_as_whole(self) -> bool:
+        """Whether the law yields at a force of the whole support."""
+        return False
 
     @property
     def dissipates(self) -> bool:

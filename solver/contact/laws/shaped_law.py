@@ -10,17 +10,20 @@ from gapbeam.solver.contact.laws.yielding_law import yielding
 from gapbeam.solver.system.operators import Array
 
 
-def shaped_law(chosen: ChosenLaw, law: ContactLaw, areas: float | Array = 1.0) -> ContactLaw:
+def shaped_law(
+    chosen: ChosenLaw, law: ContactLaw, areas: float | Array = 1.0, nominal: float | Array = 1.0
+) -> ContactLaw:
     """Return a law with the elastic pressure of its table; the law itself for most.
 
     Args:
         chosen: The table.
         law: Its spring and its damper, of `contact_law.make_law`.
         areas: Areas that resultants at points are spread over, (m,), m^2; 1: figures are per area already.
+        nominal: Nominal areas of whole supports, which a yield force is divided by, (m,) or one number, m^2.
     """
     if chosen.yield_point is not None:
         pressure, hardening = chosen.yield_point
-        return yielding(law, per_area(pressure, areas), hardening, 1)
+        return yielding(law, per_area(pressure, nominal if chosen.yields_as_whole else areas), hardening, 1)
     if not chosen.bends:
         return law
     stiffness = law.spring.stiffness

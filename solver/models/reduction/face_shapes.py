@@ -41,7 +41,7 @@ def face_shapes(
         side = (y - 0.5 * (y.max() + y.min())) / half if half > 0.0 else np.zeros_like(y)
         for knot in knots:
             hat = np.maximum(1.0 - np.abs(x - knot) / span, 0.0)
-            for power in powers:
+            for power in powers if half > 0.0 else (0,):
                 column = np.zeros(contact.size)
                 column[here] = hat * side**power
                 columns.append(column)

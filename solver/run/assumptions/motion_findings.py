@@ -71,7 +71,7 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
         found(INSIDE, TRAVEL, travel),
         Finding(LINEAR_SEAT, watch.at_start, estimate=0.5 * watch.at_start**2),
     ]
-    if any(support.region.along_radii for support in case.layout.holes):
+    if any(support.met_region.along_radii for support in case.layout.holes):
         findings.append(found(ALONG_RADII, ASIDE, float(watch.closest[ASIDE, 0])))
     limits = [piece.material.yield_stress for piece in case.profile.pieces]
     if any(limits) and not isinstance(case.model, RigidModel):
@@ -83,7 +83,9 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
 
 def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding]:
     """Yield the findings on penetration and on contacts that the step does not resolve."""
-    shared = [own is None for own in case.layout.own("stiffness")]  # a support that gives way by design is no penalty
+    shared = [
+        not one.brings_stiffness for one in case.layout.supports for _ in one.faces
+    ]  # a support that gives way by design is no penalty
     deepest, clearance = float(np.max(peaks.deepest[shared], initial=0.0)), case.layout.clearance
     yield Finding(SHALLOW, deepest / case.profile.thinnest, detail=f"{deepest:.3g} m")
     if clearance != 0.0 and squeezed_stiffness(case) is None:  # there the springs are the squeezed section

@@ -233,7 +233,8 @@ class WallsFace(AroundFace):
         """The walls."""
         return across(self.angles), np.array(self.recesses)
 
-    def _wall(self, positions: Array) -> Indices:
+    def wall_of(self, positions: Array) -> Indices:
+        """Return the number of the wall that contact points meet, (m,)."""
         return np.asarray(np.argmax(positions[:, 1:] @ across(self.angles).T, axis=1))
 
     def meets(self, positions: Array) -> NDArray[np.bool_]:
@@ -242,17 +243,17 @@ class WallsFace(AroundFace):
 
     def normals(self, positions: Array) -> Array:
         """Return the normals of the walls."""
-        return np.asarray(across(self.angles)[self._wall(positions)])
+        return np.asarray(across(self.angles)[self.wall_of(positions)])
 
     def outermost(self, positions: Array, reach: Array) -> Array:
         """Return how far points reach toward each wall: a wall that lies between points is met without a gap."""
-        wall, farthest = self._wall(positions), np.zeros(len(self.angles))
+        wall, farthest = self.wall_of(positions), np.zeros(len(self.angles))
         np.maximum.at(farthest, wall, reach)
         return np.asarray(farthest[wall])
 
     def recess(self, positions: Array) -> Array:
         """Return p of the walls."""
-        return np.asarray(np.array(self.recesses)[self._wall(positions)])
+        return np.asarray(np.array(self.recesses)[self.wall_of(positions)])
 
     @property
     def smallest(self) -> float:

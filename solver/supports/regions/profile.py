@@ -44,6 +44,11 @@ class Profile(AroundRegion):
         return (ProfileFace(f"{name}_hole", 0.0, *place_around(placed), self.angles, self.recesses),)
 
     @property
+    def touches_at_once(self) -> bool:
+        """Never: points around the section touch one after the other."""
+        return False
+
+    @property
     def recess(self) -> float:
         """That of the widest direction."""
         return max(0.0, *self.recesses)

@@ -59,6 +59,15 @@ class Region(Table, ABC):
         """Whether a beam in its middle is met along the radii of its section, wherever it has moved to."""
         return False
 
+    @property
+    def touches_at_once(self) -> bool:
+        """Whether a beam that lies in it along its length touches it along lines or areas that do not grow."""
+        return True
+
+    def of_whole(self) -> Region:
+        """Return the region as it is met where the stiffness of the whole support is given."""
+        return self
+
     def faults(self, key: Key, radius: float) -> Iterator[Fault]:  # noqa: ARG002
         """Yield what does not fit together in the table itself, or the beam.
 

@@ -1,0 +1,36 @@
+"""Stiffness, damping and yield pressure that supports bring themselves, per area, also where a case gives whole ones.
+
+What a case gives for a whole support, in N/m, N s/m and N, is divided by its nominal area, its length times the width
+of the beam. The weights of its contact points add up to this area (`contact.formulations.whole_contact`).
+"""
+
+from __future__ import annotations
+
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.supports.support_tables import OneSupport
+
+
+def nominal_area(case: Case, support: OneSupport) -> float:
+    """Return the length of a support times the smallest width of the beam in it, m^2."""
+    return support.length * min(piece.beam.width for piece in case.profile.between(support.start, support.end))
+
+
+def whole_areas(case: Case) -> tuple[float | None, ...]:
+    """Return the nominal areas of faces whose support gives the stiffness of the whole; None for other faces."""
+    return tuple(
+        None if one.support_stiffness is None else nominal_area(case, one)
+        for one in case.layout.supports
+        for _ in one.faces
+    )
+
+
+def own_stiffness(case: Case, support: OneSupport) -> float | None:
+    """Return the stiffness of a support per area, Pa/m^n; None: that of [contact]."""
+    whole = support.support_stiffness
+    return support.stiffness if whole is None else whole / nominal_area(case, support)
+
+
+def own_damping(case: Case, support: OneSupport) -> float | None:
+    """Return the damping of a support per area, Pa s/m; None: that of [contact], or what a law asks for."""
+    whole = support.support_damping
+    return support.damping if whole is None else whole / nominal_area(case, support)

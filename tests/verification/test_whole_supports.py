@@ -158,9 +158,11 @@ def fallen(tables: dict[str, Any], output: Path) -> tuple[np.ndarray, np.ndarray
     return np.array(history["time"]), -np.array(history["displacement"].sel(probe="mid", component="z"))
 
 
-@pytest.mark.parametrize(("section", "region"), [("tube", "stop"), ("tube", "hole")])
+@pytest.mark.parametrize(
+    ("section", "region"), [("tube", "stop"), pytest.param("tube", "hole", marks=pytest.mark.slow(minutes=0.5))]
+)
 def test_a_bar_on_a_whole_damper(section: str, region: str, tmp_path: Path) -> None:
-    """The motion is m x'' + c x' + k x = m g from the touch on: a sag, with a vibration that decays by exp(-zeta w t)."""
+    """The sag comes with a vibration that decays by exp(-zeta w t), m x'' + c x' + k x = m g from the touch on."""
     tables = case(section, region, "rigid")
     mass = float(gapbeam.read_case(tables).profile.mass)
     rate, ratio, gap = sqrt(STIFFNESS / mass), 0.1, 1.0e-4

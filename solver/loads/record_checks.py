@@ -7,10 +7,11 @@ from dataclasses import replace
 from math import ceil
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.record_curve import RecordCurve, curve_of
+from gapbeam.solver.loads.record_curve import RecordCurve, curve_of, holes_between
 from gapbeam.solver.loads.record_file import GREATEST, RecordError
 from gapbeam.solver.loads.recorded_function import ROUNDING, signal_of
 from gapbeam.solver.loads.recorded_table import RecordedTable
+from gapbeam.solver.wording.short_words import either
 
 MOST_ROWS = 20_000_000
 """That a run goes through, repeated ones included."""
@@ -43,11 +44,28 @@ def run_faults(load: RecordedTable, key: Key, end: float, step: float | None) ->
         curve = curve_of(load)
     except RecordError:
         return
+    yield from _hole_faults(load, key, curve)
     peak = signal_of(load).peak
     if not peak <= GREATEST and abs(load.scale) <= GREATEST:
         found = f"{load.scale:g}, which makes a peak of {peak:.3g}"
         yield Fault((*key, "scale"), found, f"a peak of at most {GREATEST:g}")
     yield from _span_faults(load, key, curve, end, step)
+
+
+def _hole_faults(load: RecordedTable, key: Key, curve: RecordCurve) -> Iterator[Fault]:
+    """Yield a filled hole at whose ends a derivative that the load needs does not exist."""
+    if load.derivatives == 0 or len(holes_between(curve.knots)) == 0:
+        return
+    fits = {"spline": 2, "linear": 1}
+    if load.derivatives > fits.get(load.holes, 2 if load.holes == "refuse" else 0):
+        possible = [name for name, most in fits.items() if most >= load.derivatives]
+        yield Fault(
+            (*key, "holes"),
+            f"{load.holes}, of a motion that jumps or bends at the ends of its holes",
+            f"{either(possible)}: the motion is differentiated in time",
+            f'holes = "{possible[0]}"',
+            ((*key, "file"),),
+        )
 
 
 def _span_faults(

@@ -18,11 +18,15 @@ from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.loads.record_file import FILE, TIME, RecordedRows, RecordError, read_record
-from gapbeam.solver.loads.recorded_table import RecordedTable
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.loads.recorded_table import Holes, RecordedTable
+from gapbeam.solver.system.operators import Array, Indices
 
+ALIKE = 1.0e-9
+"""By how much intervals differ that are equal but for the digits of their times."""
 CLOSEST = 1.0e-13
 """Time between rows, of the span of a record; what is closer is round-off."""
+WIDEST = 3.0
+"""Median intervals between two rows, from which on a hole is between them."""
 CLOSED = 1.0e-2
 """How far the ends of a record that is repeated may be apart, of the range of its values."""
 
@@ -107,7 +111,7 @@ def curve_of(load: RecordedTable) -> RecordCurve:
         found = f"a file with the SHA-256 {record.checksum}"
         hint = "the file has changed since; remove checksum to take it as it is"
         raise RecordError([Fault(FILE, found, f"{load.checksum}, as checksum says", hint)])
-    return _curve(record, load.time_scale, load.interpolation, load.beyond == "repeat")
+    return _curve(record, load.time_scale, load.interpolation, load.beyond == "repeat", load.holes)
 
 
 @lru_cache(maxsize=32)
@@ -131,7 +135,7 @@ def content(curve: RecordCurve, derivative: int) -> Content:
 
 @lru_cache(maxsize=8)
 def _curve(
-    record: RecordedRows, time_scale: float, interpolation: Literal["cubic", "monotone"], closed: bool
+    record: RecordedRows, time_scale: float, interpolation: Literal["cubic", "monotone"], closed: bool, fill: Holes
 ) -> RecordCurve:
     times = (record.times - record.times[0]) * time_scale
     values = record.values
@@ -139,18 +143,62 @@ def _curve(
         values = _closed(values)
     if float(np.min(np.diff(times))) <= CLOSEST * float(times[-1]):
         raise RecordError([_too_close(times)])
+    holes = holes_between(times)
+    if len(holes) and fill == "refuse":
+        raise RecordError([_hole(times, float(record.times[0] * time_scale), holes)])
     try:
         with np.errstate(all="ignore"):
-            pieces: PPoly
-            if interpolation == "monotone":
-                pieces = PchipInterpolator(times, values)
+            if fill == "spline" or not len(holes):
+                pieces = _pieces(times, values, interpolation, closed)
             else:
-                pieces = CubicSpline(times, values, bc_type="periodic" if closed else "not-a-knot")
+                pieces = _filled(times, values, holes, interpolation, straight=fill == "linear")
     except ValueError as error:  # numbers beyond what a computer can hold
         raise RecordError([_too_close(times)]) from error
     if not np.all(np.isfinite(pieces.c)):
         raise RecordError([_too_close(times)])
     return RecordCurve(pieces, float(record.times[0] * time_scale), record.checksum)
+
+
+def holes_between(times: Array) -> Indices:
+    """Return the rows, from 0, after which the next one is more than three median intervals away."""
+    gaps = np.diff(times)
+    return np.asarray(np.flatnonzero(gaps > WIDEST * float(np.median(gaps)) * (1.0 + ALIKE)))
+
+
+def _pieces(times: Array, values: Array, interpolation: Literal["cubic", "monotone"], closed: bool) -> PPoly:
+    """Return the curve through rows; a straight line through two."""
+    if interpolation == "monotone":
+        return PchipInterpolator(times, values)
+    return CubicSpline(times, values, bc_type="periodic" if closed else "not-a-knot")
+
+
+def _filled(
+    times: Array, values: Array, holes: Indices, interpolation: Literal["cubic", "monotone"], straight: bool
+) -> PPoly:
+    """Return the curves through the rows between holes, with straight lines across these, or 0 in them."""
+    coefficients = np.zeros((4, len(times) - 1))
+    starts, ends = np.concatenate([[0], holes + 1]), np.concatenate([holes, [len(times) - 1]])
+    for first, last in zip(starts, ends, strict=True):
+        if last > first:
+            rows = slice(first, last + 1)
+            found = _pieces(times[rows], values[rows], interpolation, closed=False).c
+            coefficients[4 - len(found) :, first:last] = found
+    if straight:
+        coefficients[2, holes] = (values[holes + 1] - values[holes]) / (times[holes + 1] - times[holes])
+        coefficients[3, holes] = values[holes]
+    return PPoly(coefficients, times)
+
+
+def _hole(times: Array, first: float, holes: Indices) -> Fault:
+    gaps = np.diff(times)
+    row, median = int(holes[np.argmax(gaps[holes])]), float(np.median(gaps))
+    more = f", and {len(holes) - 1} narrower ones" if len(holes) > 1 else ""
+    found = (
+        f"a hole of {gaps[row]:.6g} s after row {row + 1}, from {first + times[row]:.6g} to "
+        f"{first + times[row + 1]:.6g} s, {gaps[row] / median:.3g} median intervals{more}"
+    )
+    expected = f"rows at most {WIDEST:g} median intervals of {median:.4g} s apart, or what acts in a hole"
+    return Fault(FILE, found, expected, 'holes = "linear", "spline" or "zero" beside file')
 
 
 def _too_close(times: Array) -> Fault:

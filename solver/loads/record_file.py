@@ -64,8 +64,8 @@ class RowKind:
         return f"a text file with a {self.first} and a {self.second} in each row, its path relative to the case file"
 
 
-SIGNAL = RowKind("time", "value", 4)
-"""A cubic has four coefficients."""
+SIGNAL = RowKind("time", "value", 2)
+"""Two rows are a straight line."""
 
 
 class RecordError(UserError):

@@ -33,6 +33,11 @@ class RecordedSupportMotion(RecordedLoad, MovingSupport):
         return TimeFunction(signal.value, signal.mean, replace(signal, derivative=1).value)
 
     @property
+    def derivatives(self) -> int:
+        """Once: walls damp by their velocity."""
+        return 1
+
+    @property
     def peak(self) -> float:
         """Largest acceleration in the record, m/s^2."""
         return replace(signal_of(self), derivative=2).peak

@@ -12,6 +12,9 @@ from gapbeam.solver.table import Name, NonNegative, Number, Positive, Switch, Ve
 Column = Annotated[int, Strict(), Field(ge=1, le=10_000)] | Annotated[str, Field(min_length=1, max_length=100)]
 
 
+Holes = Literal["refuse", "linear", "spline", "zero"]
+
+
 class RecordedTable(LoadTable):
     """A load recorded over time: scale * (value - mean) + offset, with a curve between the rows."""
 
@@ -49,6 +52,11 @@ class RecordedTable(LoadTable):
         description="curve between the rows: a cubic spline, or piecewise cubics without overshoot, for pulses and "
         "jumps",
     )
+    holes: Holes = Field(
+        default="refuse",
+        description="what acts where rows are more than three median intervals apart: nothing, since a record has no "
+        "such holes; a straight line; the curve of `interpolation`; or 0 in the file",
+    )
     direction: Vector | None = Field(
         default=None, description="vector of any length > 0, no unit; default upward, toward the gland"
     )
@@ -58,3 +66,8 @@ class RecordedTable(LoadTable):
         max_length=64,
         description="SHA-256 that the file must have; results write it into their case; default any",
     )
+
+    @property
+    def derivatives(self) -> int:
+        """How often what the file holds is differentiated in time."""
+        return self.derivative

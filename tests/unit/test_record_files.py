@@ -92,7 +92,17 @@ BAD: dict[str, tuple[str | bytes, dict[str, Any], tuple[str, ...]]] = {
     "absurd": (HEAD + rows().replace("\n0.1,", "\n0.1,1e31#"), {}, ("1e+31 in row 201", "1e+30")),
     "back": (HEAD + rows().replace("\n0.1,", "\n0.05,"), {}, ("0.0995 in row 200 and 0.05 in row 201", "increase")),
     "twice": (HEAD + rows().replace("\n0.1,", "\n0.0995,"), {}, ("again in row 201", "too few digits")),
-    "few": ("0,0\n0.5,1\n1,0\n", {}, ("3 rows", "at least 4")),
+    "few": ("0,0\n", {}, ("1 rows", "at least 2")),
+    "a hole": (
+        rows(np.concatenate([TIMES[:20], TIMES[380:]])),
+        {},
+        ("a hole of 0.1805 s after row 20, from 0.0095 to 0.19 s, 361 median intervals", 'holes = "linear"'),
+    ),
+    "two holes": (
+        rows(np.concatenate([TIMES[:20], TIMES[380:500], TIMES[510:]])),
+        {"time_scale": 2.0},
+        ("a hole of 0.361 s after row 20, from 0.019 to 0.38 s", "and 1 narrower ones"),
+    ),
     "too close": ("0,0\n5e-324,1\n1,0\n2,3\n", {}, ("between rows 1 and 2", "far enough apart")),
     "long line": (rows() + "1," * 9000, {}, ("more than 10000 characters in line 1202",)),
     "no such column": (HEAD + rows(), {"value_column": 3}, ("column 3", "1 to 2")),

@@ -119,7 +119,7 @@ def test_a_pulse_is_answered_as_duhamel_says(tmp_path: Path) -> None:
 
     times = np.concatenate([np.linspace(0.0, length, 61), length + np.geomspace(2.0e-5, 0.2, 80)])
     file = recorded(tmp_path / "pulse.csv", times, np.array([3.0 * pulse(time) for time in times]))
-    signal = signal_of(force(file, scale=1.0 / 3.0, interpolation="monotone"))
+    signal = signal_of(force(file, scale=1.0 / 3.0, interpolation="monotone", holes="spline"))
     system = stopped_oscillator(1.0, omega**2, 1.0, ratio, signal.value)
     steps = steps_of(system, kelvin_voigt(1.0), SCHEMES["newmark"], start(system), 5.0e-5, 1600)
     for step in steps[99::300]:
@@ -155,7 +155,7 @@ def random_record(path: Path) -> str:
 @pytest.mark.parametrize("keys", COURSES)
 def test_means_over_intervals_are_exact(keys: dict[str, Any], tmp_path: Path) -> None:
     """Against quadrature between the rows, on intervals shorter and longer than theirs."""
-    signal = signal_of(motion(random_record(tmp_path / "random.csv"), **keys))
+    signal = signal_of(motion(random_record(tmp_path / "random.csv"), holes="spline", **keys))
     far = 0.14 if "beyond" in keys else 0.95 * signal.last
     edges = np.sort(np.random.default_rng(4).uniform(0.0, far, 25))
     found = signal.mean(edges[:-1], edges[1:])
@@ -379,3 +379,80 @@ def test_the_case_with_a_record_has_nothing_to_reports() -> None:
     assert signal.value(times) == pytest.approx(9.81 * (swing + shock), abs=0.5)
     assert signal.peak == pytest.approx(58.86, rel=1e-2)
     assert signal.value(0.55) == 0.0
+
+
+HOLED = np.concatenate([np.arange(0.0, 9.5e-3, 1.0e-3), np.arange(0.19, 0.1995, 1.0e-3)])  # s
+
+
+@pytest.mark.parametrize("interpolation", ["cubic", "monotone"])
+@pytest.mark.parametrize("beyond", ["zero", "repeat"])
+@pytest.mark.parametrize(("holes", "filled"), [("linear", 0.5 * (0.081 + 0.36)), ("zero", 0.0)])
+def test_a_hole_is_filled_as_the_case_says(
+    holes: str, filled: float, beyond: str, interpolation: str, tmp_path: Path
+) -> None:
+    """In the middle of a hole acts the mean of the rows beside it, or 0; between rows the curve of its part."""
+    values = np.where(HOLED < 0.1, (30.0 * HOLED) ** 2, 0.36 * (1.0 - (HOLED - 0.19) / 0.009))
+    values[9], values[10] = 0.081, 0.36
+    path = recorded(tmp_path / "hole.csv", HOLED, values)
+    signal = signal_of(force(path, holes=holes, beyond=beyond, interpolation=interpolation))
+    assert signal.value(0.0995) == pytest.approx(filled, rel=1e-9, abs=1e-12)
+    assert signal.value(0.1945) == pytest.approx(0.18, rel=1e-6)
+    mean = signal.mean(np.array([0.0095]), np.array([0.1895]))
+    assert mean[0] == pytest.approx(filled, rel=1e-2, abs=1e-12)
+
+
+def test_a_hole_is_splined_where_the_case_says(tmp_path: Path) -> None:
+    """A parabola is its own spline."""
+    path = recorded(tmp_path / "hole.csv", HOLED, HOLED**2)
+    assert signal_of(force(path, holes="spline")).value(0.1) == pytest.approx(0.01, rel=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("table", "keys", "allowed"),
+    [
+        ("recorded_force", {"point": 0.15}, {"linear", "spline", "zero"}),
+        ("recorded_motion", {"quantity": "acceleration"}, {"linear", "spline", "zero"}),
+        ("recorded_motion", {"quantity": "velocity"}, {"linear", "spline"}),
+        ("recorded_motion", {"quantity": "displacement"}, {"spline"}),
+        ("recorded_support_motion", {"support": "base"}, {"linear", "spline"}),
+    ],
+)
+def test_what_fills_a_hole_is_as_smooth_as_the_load(
+    table: str, keys: dict[str, Any], allowed: set[str], tmp_path: Path
+) -> None:
+    """A motion whose derivative acts neither jumps nor bends in its record; without `holes` all are refused."""
+    path = recorded(tmp_path / "hole.csv", HOLED, HOLED**2)
+    for holes in ("refuse", "linear", "spline", "zero"):
+        tables = holed({"type": table, "file": path, "holes": holes, **keys})
+        if holes in allowed:
+            gapbeam.read_case(tables)
+            continue
+        words = "a hole of 0.181 s after row 10" if holes == "refuse" else 'holes = "'
+        with pytest.raises(CaseError, match=words):
+            gapbeam.read_case(tables)
+
+
+def holed(load: dict[str, Any]) -> dict[str, Any]:
+    """Return a beam under a load."""
+    return {
+        "beam": {"length": 0.5, "thickness": 0.01, "width": 0.02},
+        "material": {"young_modulus": 2.1e11, "poisson_ratio": 0.3, "density": 7850.0},
+        "support": [{"name": "base", "from": 0.0, "to": 0.05, "clearance": 1.0e-4}],
+        "damping": {"frequencies": [40.0, 300.0], "ratios": [0.01, 0.01]},
+        "model": {"type": "beam", "elements": 20},
+        "load": [{"type": "gravity"}, load],
+        "time": {"end": 0.05, "step": 1.0e-4},
+    }
+
+
+@pytest.mark.parametrize("interpolation", ["cubic", "monotone"])
+@pytest.mark.parametrize("rows", [2, 3])
+def test_few_rows_are_a_record(rows: int, interpolation: str, tmp_path: Path) -> None:
+    """Two rows are a straight line, three on a line as well; a case with them is accepted."""
+    times = np.linspace(0.0, 0.1, rows)
+    path = recorded(tmp_path / "ramp.csv", times, 3.0 * times)
+    signal = signal_of(force(path, interpolation=interpolation))
+    assert signal.value(0.04) == pytest.approx(0.12, rel=1e-12)
+    assert signal.peak == pytest.approx(0.3, rel=1e-12)
+    load = {"type": "recorded_force", "point": 0.15, "file": path, "interpolation": interpolation}
+    warnings(gapbeam.read_case(holed(load)))

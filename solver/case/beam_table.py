@@ -87,7 +87,7 @@ class Beam(Table):
         return self.section.polar_moment(self.thickness, self.width)
 
     @property
-    def torsion_constant(self) -> float | None:
+    def torsion_constant(self) -> float:
         """J of Saint-Venant's torsion, m^4; None: the section has no figure."""
         return self.section.torsion_constant(self.thickness, self.width)
 

@@ -9,12 +9,12 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.sections.section_table import SectionTable, thin_enough, thin_walled_shear, wall_cells
+from gapbeam.solver.sections.section_table import SymmetricSection, thin_enough, thin_walled_shear, wall_cells
 from gapbeam.solver.sections.warping_function import torsion_of_blocks
 from gapbeam.solver.table import Positive
 
 
-class BoxSection(SectionTable):
+class BoxSection(SymmetricSection):
     """A hollow rectangle whose walls are all equally thick.
 
     Source: Cowper (1966), table 1, thin-walled box section, for the shear coefficient.

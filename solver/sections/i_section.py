@@ -9,12 +9,18 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.sections.section_table import SectionTable, solid_shear, thin_enough, thin_walled_shear, wall_cells
+from gapbeam.solver.sections.section_table import (
+    SymmetricSection,
+    solid_shear,
+    thin_enough,
+    thin_walled_shear,
+    wall_cells,
+)
 from gapbeam.solver.sections.warping_function import torsion_of_blocks
 from gapbeam.solver.table import Positive
 
 
-class ISection(SectionTable):
+class ISection(SymmetricSection):
     """Two flanges across the bending plane and a web between them.
 
     Source: Cowper (1966), table 1, thin-walled I section, for the shear coefficient.

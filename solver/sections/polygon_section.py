@@ -15,13 +15,11 @@ from gapbeam.meshes.sections.section_curve import Place
 from gapbeam.meshes.sections.section_patches import SectionPatches
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.sections.polygon_faults import polygon_faults
-from gapbeam.solver.sections.saint_venant import SaintVenantFigures, saint_venant
 from gapbeam.solver.sections.section_table import Lattice, SectionTable
 from gapbeam.solver.table import Number
 
 MOST = 200  # corners of one loop
 MOST_HOLES = 16
-ASIDE = 1.0e-3  # of the size, or of the second moments: what is off by less than this is taken to be on the axis
 
 Corners = Annotated[tuple[tuple[Number, Number], ...], Field(min_length=3, max_length=MOST)]
 
@@ -45,104 +43,62 @@ class PolygonSection(SectionTable):
         default=(), description="corners of each hole, measured from the same place, m"
     )
 
-    @property
-    def outline(self) -> PolygonOutline:
-        """Its outline, with the axis of the beam in the middle."""
-        return _outline(self.points, self.holes)
+    def outline(self, thickness: float, width: float) -> PolygonOutline:  # noqa: ARG002
+        """Return its outline, with the axis of the beam in the middle."""
+        return self._polygon
 
     @property
-    def figures(self) -> SaintVenantFigures:
-        """What finite elements on the cross-section find."""
-        return saint_venant(self.outline)
+    def _polygon(self) -> PolygonOutline:
+        return _outline(self.points, self.holes)
 
     @property
     def mirrored(self) -> bool:
         """Whether the polygon is symmetric about the bending plane."""
-        return self.outline.mirrored
+        return self._polygon.mirrored
 
     @property
     def lattice(self) -> Lattice:
         """Rectangles, if all sides are upright or level."""
-        return "rectangles" if self.outline.upright else "own"
+        return "rectangles" if self._polygon.upright else "own"
 
     def area(self, thickness: float, width: float) -> float:
         """Return the area by Green's theorem; that of the extents where it is refused as none."""
-        found = self.outline.moments.area
+        found = self._polygon.moments.area
         return found if found > 0.0 else thickness * width
 
     def second_moment(self, thickness: float, width: float) -> float:
         """Return int z^2 dA about the centroid by Green's theorem."""
-        found = self.outline.second_moments[1]
+        found = self._polygon.second_moments[1]
         return found if found > 0.0 else width * thickness**3 / 12.0
 
     def lateral_moment(self, thickness: float, width: float) -> float:
         """Return int y^2 dA about the centroid by Green's theorem."""
-        found = self.outline.second_moments[0]
+        found = self._polygon.second_moments[0]
         return found if found > 0.0 else thickness * width**3 / 12.0
-
-    def polar_moment(self, thickness: float, width: float) -> float:
-        """Return int y^2 + z^2 dA about the centroid, m^4."""
-        return self.second_moment(thickness, width) + self.lateral_moment(thickness, width)
-
-    def torsion_constant(self, thickness: float, width: float) -> float:  # noqa: ARG002
-        """Return Saint-Venant's J, m^4."""
-        return self.figures.torsion_constant
 
     def height(self, thickness: float, width: float) -> float:
         """Return A over the narrower one of the sides that supports touch."""
-        flat = [length for above in (False, True) if (length := self.outline.flat(above)) > 0.0]
+        flat = [length for above in (False, True) if (length := self._polygon.flat(above)) > 0.0]
         return self.area(thickness, width) / min([*flat, width])
-
-    def centroid(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
-        """Return y and z of the centroid."""
-        return self.outline.centroid
-
-    def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
-        """Return Cowper's kappa of a force along z."""
-        return _kappa(self.second_moment(thickness, width), self.figures.upright, poisson_ratio)
-
-    def lateral_shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
-        """Return Cowper's kappa of a force along y."""
-        return _kappa(self.lateral_moment(thickness, width), self.figures.sideways, poisson_ratio)
 
     def flat(self, above: bool) -> bool:
         """Return whether a side is level there, rather than a corner highest or lowest."""
-        return self.outline.flat(above) > 0.0
-
-    def coupling(self, in_space: bool) -> str:
-        """Return what couples bending with twist, or bending in one plane with that in the other."""
-        outline = self.outline
-        (across, upright, mixed), slack = outline.second_moments, ASIDE * outline.size
-        if not self.mirrored:
-            share = abs(mixed) / max((across * upright) ** 0.5, np.finfo(float).tiny)
-            if share > ASIDE:
-                return (
-                    f"its principal axes are turned: int y z dA is {mixed:.3g} m^4, {share:.2g} of the second moments"
-                )
-            for name, place in (("shear center", self.figures.shear_center), ("centroid", outline.centroid)):
-                if abs(place[0]) > slack:
-                    return f"its {name} is {abs(place[0]):.3g} m beside the bending plane"
-        if in_space:
-            for name, place in (("centroid", outline.centroid), ("shear center", self.figures.shear_center)):
-                if abs(place[1]) > slack:
-                    where = f"{abs(place[1]):.3g} m off the axis"
-                    return f"its {name} is {where}, and the beam bends across its plane or twists, too"
-        return ""
+        return self._polygon.flat(above) > 0.0
 
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:  # noqa: ARG002
         """Return rectangles between lines through all corners, or quadrilaterals made of triangles."""
-        return polygon_patches(self.outline, through, across)
+        return polygon_patches(self._polygon, through, across)
 
     def contains(self, y: float, z: float, thickness: float, width: float) -> bool:  # noqa: ARG002
         """Return whether a point is in the polygon and in no hole."""
-        return bool(self.outline.contains(np.array([[y, z]]))[0])
+        return bool(self._polygon.contains(np.array([[y, z]]))[0])
 
     def hollow(self, thickness: float, width: float) -> tuple[float, float]:
         """Return the sizes of a hollow rectangle around the axis, from wall to wall; 0 where there is none."""
-        free = self.outline.free_about_axis()
+        free = self._polygon.free_about_axis()
         high, wide = min(free[1], thickness), min(free[0], width)
         inside = [(0.499 * one * wide, 0.499 * other * high) for one in (-1.0, 1.0) for other in (-1.0, 1.0)]
-        if min(high, wide) == 0.0 or self.outline.contains(np.array(inside)).any():
+        if min(high, wide) == 0.0 or self._polygon.contains(np.array(inside)).any():
             return 0.0, 0.0
         return high, wide
 
@@ -155,8 +111,3 @@ class PolygonSection(SectionTable):
 def _outline(points: tuple[Place, ...], holes: tuple[tuple[Place, ...], ...]) -> PolygonOutline:
     """Return the outline of corners, once for each polygon."""
     return PolygonOutline.of(points, holes)
-
-
-def _kappa(second: float, terms: tuple[float, float], poisson_ratio: float) -> float:
-    """Return 2 (1 + nu) I over what a force moves."""
-    return 2.0 * (1.0 + poisson_ratio) * second / (terms[0] + poisson_ratio * terms[1])

@@ -7,12 +7,12 @@ from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.sections.section_table import SectionTable, solid_shear
+from gapbeam.solver.sections.section_table import SymmetricSection, solid_shear
 
 TERMS = 400  # n up to which the series of the torsion constant is summed; what is left out is 1e-11 of it
 
 
-class RectangularSection(SectionTable):
+class RectangularSection(SymmetricSection):
     """A solid rectangle.
 
     Source: Cowper (1966), J. Appl. Mech. 33, 335-340, table 1, for the shear coefficients of all sections.

@@ -10,12 +10,12 @@ from pydantic import Field
 
 from gapbeam.meshes.sections.section_patches import SectionPatches, ring_patches
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.sections.section_table import SectionTable, disc_area, disc_moment, quarter_cells, round_faults
+from gapbeam.solver.sections.section_table import SymmetricSection, disc_area, disc_moment, quarter_cells, round_faults
 
 CORE = 0.55  # of the radius: the corners of the square of cells in the middle
 
 
-class RoundSection(SectionTable):
+class RoundSection(SymmetricSection):
     """A solid disc.
 
     Source: Cowper (1966), table 1, circle, for the shear coefficient.

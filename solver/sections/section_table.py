@@ -1,18 +1,30 @@
-"""What all cross-sections have in common. All but polygons are upright and symmetric about both of their axes."""
+"""Tables of cross-sections, whose figures follow from the patches of their mesh where no formulas give them.
+
+A section that is given by `patches` and `contains` alone has an area, second moments, a centroid, a torsion constant
+and shear coefficients: those of its outline, by Green's theorem and by finite elements on the cross-section.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
+from functools import lru_cache
 from math import pi, sqrt
 from typing import Literal
 
-from gapbeam.meshes.sections.section_patches import SectionPatches
+import numpy as np
+
+from gapbeam.meshes.sections.patch_outline import outline_of
+from gapbeam.meshes.sections.polygon_outline import PolygonOutline
+from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.sections.saint_venant import SaintVenantFigures, saint_venant
 from gapbeam.solver.table import Table
 from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 KEY = ("beam", "section")
+ASIDE = 1.0e-3  # of the size, or of the second moments: what is off by less than this is taken to be on the axis
+AGREES = 0.01  # relative difference between a formula for thin walls or chords of arcs, and the patches
 WALL_SHARE = 4  # cells through the thickness that make one cell through a wall
 
 Lattice = Literal["rectangles", "rings", "own"]
@@ -24,13 +36,21 @@ class SectionTable(Table, ABC):
 
     type: str
 
-    @abstractmethod
+    def outline(self, thickness: float, width: float) -> PolygonOutline:
+        """Return the outline of its patches, arcs as chords."""
+        return _outline(self, thickness, width)
+
+    def saint_venant(self, thickness: float, width: float) -> SaintVenantFigures:
+        """Return the figures of torsion and flexure of its outline, by finite elements."""
+        return saint_venant(self.outline(thickness, width))
+
     def area(self, thickness: float, width: float) -> float:
         """Return the area, m^2."""
+        return self.outline(thickness, width).moments.area
 
-    @abstractmethod
     def second_moment(self, thickness: float, width: float) -> float:
-        """Return the second moment of area of bending in the bending plane, int z^2 dA, m^4."""
+        """Return the second moment of area of bending in the bending plane, int z^2 dA about the centroid, m^4."""
+        return self.outline(thickness, width).second_moments[1]
 
     @property
     def round(self) -> bool:
@@ -55,28 +75,27 @@ class SectionTable(Table, ABC):
         """Return A over the width, m."""
         return self.area(thickness, width) / width
 
-    @abstractmethod
     def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
-        """Return the share kappa of the area that carries shear in the bending plane, no unit."""
+        """Return the share kappa of the area that carries shear in the bending plane, Cowper's, no unit."""
+        terms = self.saint_venant(thickness, width).upright
+        return _kappa(self.second_moment(thickness, width), terms, poisson_ratio)
 
     def lateral_moment(self, thickness: float, width: float) -> float:
-        """Return the second moment of area of bending across the bending plane, int y^2 dA, m^4."""
-        return self.second_moment(width, thickness)
+        """Return the second moment of area of bending across the bending plane, int y^2 dA about the centroid, m^4."""
+        return self.outline(thickness, width).second_moments[0]
 
     def lateral_shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
-        """Return the share of the area that carries shear across the bending plane, no unit."""
-        return self.shear_coefficient(width, thickness, poisson_ratio)
+        """Return the share of the area that carries shear across the bending plane, Cowper's, no unit."""
+        terms = self.saint_venant(thickness, width).sideways
+        return _kappa(self.lateral_moment(thickness, width), terms, poisson_ratio)
 
     def polar_moment(self, thickness: float, width: float) -> float:
         """Return the polar second moment of area about the axis, int y^2 + z^2 dA, m^4."""
         return self.second_moment(thickness, width) + self.lateral_moment(thickness, width)
 
-    def torsion_constant(self, thickness: float, width: float) -> float | None:  # noqa: ARG002
-        """Return J of Saint-Venant's torsion, the twist T / (G J) under a torque T, m^4; None: no figure is known.
-
-        The section twists about the axis of the beam, which is its shear center: it is symmetric about both axes.
-        """
-        return None
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return J of Saint-Venant's torsion, the twist T / (G J) under a torque T, m^4."""
+        return self.saint_venant(thickness, width).torsion_constant
 
     @abstractmethod
     def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches | None:
@@ -93,20 +112,44 @@ class SectionTable(Table, ABC):
     def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
         """Return whether a point of the plane of the section is in the material."""
 
-    def centroid(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
+    def centroid(self, thickness: float, width: float) -> tuple[float, float]:
         """Return y and z of the centroid, from the axis in the middle of thickness and width, m."""
-        return 0.0, 0.0
+        return self.outline(thickness, width).centroid
 
     def flat(self, above: bool) -> bool:  # noqa: ARG002
         """Return whether a flat support above, or below, touches more than a corner of the section."""
         return True
 
-    def coupling(self, in_space: bool) -> str:  # noqa: ARG002
+    def coupling(self, in_space: bool, thickness: float, width: float) -> str:
         """Return why bending goes with twist, or with bending in the other plane, in words; "" where it does not.
 
         Args:
             in_space: Whether the beam bends across its bending plane or twists, too.
+            thickness: Outer size in the bending direction, m.
+            width: Outer size across it, m.
         """
+        outline = self.outline(thickness, width)
+        (across, upright, mixed), slack = outline.second_moments, ASIDE * outline.size
+        if not self.mirrored:
+            share = abs(mixed) / max((across * upright) ** 0.5, np.finfo(float).tiny)
+            if share > ASIDE:
+                return (
+                    f"its principal axes are turned: int y z dA is {mixed:.3g} m^4, {share:.2g} of the second moments"
+                )
+            for name, place in (
+                ("shear center", self.saint_venant(thickness, width).shear_center),
+                ("centroid", outline.centroid),
+            ):
+                if abs(place[0]) > slack:
+                    return f"its {name} is {abs(place[0]):.3g} m beside the bending plane"
+        if in_space:
+            for name, place in (
+                ("centroid", outline.centroid),
+                ("shear center", self.saint_venant(thickness, width).shear_center),
+            ):
+                if abs(place[1]) > slack:
+                    where = f"{abs(place[1]):.3g} m off the axis"
+                    return f"its {name} is {where}, and the beam bends across its plane or twists, too"
         return ""
 
     def hollow(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
@@ -116,6 +159,54 @@ class SectionTable(Table, ABC):
     def faults(self, thickness: float, width: float) -> Iterator[Fault]:  # noqa: ARG002
         """Yield what does not fit the outer dimensions."""
         yield from ()
+
+    def disagreements(self, thickness: float, width: float) -> Iterator[str]:
+        """Yield the figures that differ from those of the patches, in words."""
+        outline = self.outline(thickness, width)
+        (across, upright, _), size = outline.second_moments, outline.size
+        for name, given, found, unit, slack in (
+            ("area", self.area(thickness, width), outline.moments.area, "m^2", 0.0),
+            ("second_moment", self.second_moment(thickness, width), upright, "m^4", 0.0),
+            ("lateral_moment", self.lateral_moment(thickness, width), across, "m^4", 0.0),
+            ("centroid, y", self.centroid(thickness, width)[0], outline.centroid[0], "m", AGREES * size),
+            ("centroid, z", self.centroid(thickness, width)[1], outline.centroid[1], "m", AGREES * size),
+        ):
+            if abs(given - found) > AGREES * abs(found) + slack:
+                yield f"{name} = {given:.4g} {unit}, with {found:.4g} {unit} of its patches"
+        if self.mirrored and not outline.mirrored:
+            yield "mirrored, with patches that are not symmetric about the bending plane"
+
+
+class SymmetricSection(SectionTable):
+    """A section that is symmetric about both axes, with figures of bending that exchange as thickness and width do."""
+
+    def lateral_moment(self, thickness: float, width: float) -> float:
+        """Return the second moment of area of bending across the bending plane, int y^2 dA, m^4."""
+        return self.second_moment(width, thickness)
+
+    def lateral_shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return the share of the area that carries shear across the bending plane, no unit."""
+        return self.shear_coefficient(width, thickness, poisson_ratio)
+
+    def centroid(self, thickness: float, width: float) -> tuple[float, float]:  # noqa: ARG002
+        """Return the axis."""
+        return 0.0, 0.0
+
+    def coupling(self, in_space: bool, thickness: float, width: float) -> str:  # noqa: ARG002
+        """Return that bending goes with nothing else."""
+        return ""
+
+
+@lru_cache(maxsize=256)
+def _outline(section: SectionTable, thickness: float, width: float) -> PolygonOutline:
+    """Return the outline of the patches of a section, once for each."""
+    patches = section.patches(thickness, width, CELLS_THROUGH, CELLS_THROUGH)
+    return outline_of(patches or rectangle_patches(thickness, width, CELLS_THROUGH, CELLS_THROUGH))
+
+
+def _kappa(second: float, terms: tuple[float, float], poisson_ratio: float) -> float:
+    """Return Cowper's 2 (1 + nu) I over what a force moves."""
+    return 2.0 * (1.0 + poisson_ratio) * second / (terms[0] + poisson_ratio * terms[1])
 
 
 def wall_cells(through: int) -> int:

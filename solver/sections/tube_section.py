@@ -11,7 +11,7 @@ from pydantic import Field
 from gapbeam.meshes.sections.section_patches import SectionPatches, ring_patches
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.sections.section_table import (
-    SectionTable,
+    SymmetricSection,
     disc_area,
     disc_moment,
     quarter_cells,
@@ -22,7 +22,7 @@ from gapbeam.solver.sections.section_table import (
 from gapbeam.solver.table import Positive
 
 
-class TubeSection(SectionTable):
+class TubeSection(SymmetricSection):
     """A round tube.
 
     Source: Cowper (1966), table 1, hollow circle, for the shear coefficient.

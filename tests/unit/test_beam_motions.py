@@ -10,8 +10,6 @@ import gapbeam
 from gapbeam.solver.assembly.attached_motions import model_motions
 from gapbeam.solver.case.beam_motions import beam_motions, motions_in_words
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.faults import CaseError
-from gapbeam.solver.sections.rectangle import RectangularSection
 
 UP = {"type": "harmonic_force", "name": "shaker", "point": 0.4, "amplitude": 1.0, "frequency": 20.0}
 HOLE = [{"name": "bush", "from": 0.0, "to": 0.05, "clearance": 1.0e-4, "region": "hole"}]
@@ -96,11 +94,3 @@ def test_sections_move_as_the_beam_does() -> None:
     assert model_motions(case_of(2)) == ("vertical", "rotation")
     rubbing = case_of(3, beam=ROUND, support=HOLE, contact=RUBBING)
     assert model_motions(rubbing) == ("axial", "vertical", "rotation", "lateral", "lateral_rotation", "twist")
-
-
-def test_a_section_without_a_torsion_constant_does_not_twist(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Refused with the reason why it would have to; where it only bends, it needs none."""
-    monkeypatch.setattr(RectangularSection, "torsion_constant", lambda *_: None)
-    assert case_of(3).model.type == "beam"
-    with pytest.raises(CaseError, match=r"no torsion constant, of a beam model that twists: end has a spring"):
-        case_of(3, joint=[spring("twist")])

@@ -55,7 +55,7 @@ def found(points: Points, *holes: Points) -> tuple[PolygonOutline, SaintVenantFi
 def kappas(points: Points, *holes: Points, nu: float = POISSON) -> tuple[float, float]:
     """Return the shear coefficients of a force along z, and along y."""
     section = PolygonSection(type="polygon", points=tuple(points), holes=tuple(tuple(hole) for hole in holes))
-    width, height = section.outline.extents
+    width, height = section.outline(1.0, 1.0).extents
     arguments = height, width, nu
     return section.shear_coefficient(*arguments), section.lateral_shear_coefficient(*arguments)
 

@@ -76,7 +76,6 @@ from gapbeam.solver.case.checks.model_checks import (
     modal_damping_has_modes,
     rigid_sections_are_in_holes,
     stations_are_of_rigid_sections,
-    twisting_sections_have_a_figure,
 )
 from gapbeam.solver.case.checks.moving_support_checks import (
     closures_leave_a_beam,
@@ -301,7 +300,6 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     modal_damping_has_modes,
     elements_are_above_round_off,
     beams_move_as_asked,
-    twisting_sections_have_a_figure,
     beam_is_prismatic,
     iterations_can_solve,
     gates_are_in_order,

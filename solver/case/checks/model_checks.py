@@ -9,13 +9,11 @@ import numpy as np
 from gapbeam.solver.attachments.joint_table import Joint
 from gapbeam.solver.attachments.mass_table import PointMass
 from gapbeam.solver.case.analysis_table import Analysis
-from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
-from gapbeam.solver.case.beam_profile import BeamProfile
-from gapbeam.solver.case.case import Beam, Damping, Material, Mesh
+from gapbeam.solver.case.beam_motions import motions_of_tables
+from gapbeam.solver.case.case import Damping, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, FullModel, ModelTable, ReducedModel
-from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
@@ -154,38 +152,6 @@ def beams_move_as_asked(
         if name not in model.motions:
             given = ", ".join(f'"{one}"' for one in (*model.motions, name))
             yield Fault(key, f"{list(model.motions)}", f'"{name}" among them: {why}', f"motions = [{given}], or auto")
-
-
-def twisting_sections_have_a_figure(
-    model: ModelTable,
-    beam: Beam,
-    material: Material,
-    segment: Mapping[int, Segment],
-    mesh: Mesh,
-    support: AnySupports,
-    load: Loads,
-    joint: Mapping[int, Joint],
-    mass: Mapping[int, PointMass],
-    contact: Contact,
-    analysis: Analysis,
-) -> Iterator[Fault]:
-    """A section that twists has a torsion constant."""
-    if not isinstance(model, BeamModel):
-        return
-    needed = motions_of_tables(mesh, support, load, joint, mass, contact, analysis)
-    motions = with_given(needed, model.motions)
-    if "torsion" not in motions:
-        return
-    profile = BeamProfile.of(beam, material, segment.values())
-    unknown = [piece.beam.section.type for piece in profile.pieces if piece.beam.torsion_constant is None]
-    if unknown:
-        yield Fault(
-            ("beam", "section"),
-            f'"{unknown[0]}", which has no torsion constant, of a beam model that twists: {motions["torsion"]}',
-            "a section with a torsion constant, or a model that meshes the section",
-            'type = "reduced" in [model]',
-            (TYPE,),
-        )
 
 
 def beam_is_prismatic(model: ModelTable, mesh: Mesh) -> Iterator[Fault]:

@@ -25,7 +25,10 @@ def life(
     ] = None,
     tolerance: Annotated[str, typer.Option(help="error of a block, as a share of its depth")] = "2%",
     at_most: Annotated[
-        str | None, typer.Option(help="longest life that is looked for, such as 40y, 300d or 2000h; by default none")
+        str | None,
+        typer.Option(
+            help="time at which the march ends with the depths of all faces, such as 40y or 300d; by default none"
+        ),
     ] = None,
     runs: Annotated[int, typer.Option(min=2, max=10_000, help="most runs that are made")] = 40,
     output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-life")] = None,
@@ -33,8 +36,8 @@ def life(
 ) -> int:
     """Find how long supports live until a face is worn to wear.depth_limit; goes on where it was interrupted.
 
-    Exit status: 0 the limit was reached, 5 it was not, 3 energy was created or 4 not converged in a run, 2 a fault of
-    the input, 6 results could not be written.
+    Exit status: 0 the limit was reached, or --at-most with the depth of each face then, 5 neither, 3 energy was created
+    or 4 not converged in a run, 2 a fault of the input, 6 results could not be written.
     """
     from gapbeam.commands.compare import fraction
     from gapbeam.studies.life.run_life import run_life

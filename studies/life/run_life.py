@@ -35,7 +35,7 @@ from gapbeam.studies.study_folder import study_folder, study_written
 LIFE_FILE, TABLE_FILE = "life.json", "life.csv"
 ORDER = ("good", "no event", "biased", "too short", "not settled")
 WHY = {
-    "time": "the longest time was reached",
+    "time": "the time that was asked for was reached",
     "runs": "as many runs were made as allowed; more of them go on where this ended",
     "nothing slides": "no face slides any more under a force",
 }
@@ -70,8 +70,9 @@ class LifeResult(PrintedResult):
 
     @property
     def exit_status(self) -> int:
-        """0: the limit was reached; 5: it was not."""
-        return 0 if self.worn.life is not None else RangeNotCovered.exit_status
+        """0: the limit was reached, or the depths are known at the time that was asked for; 5: neither."""
+        known = self.worn.life is not None or self.worn.reason == "time"
+        return 0 if known else RangeNotCovered.exit_status
 
     @property
     def paths(self) -> list[Path]:
@@ -92,6 +93,9 @@ class LifeResult(PrintedResult):
         if worn.first is None:
             return "no life: nothing slides under a force at any face, so none reaches its limit"
         last, name = worn.states[-1], self.faces[worn.first]
+        if worn.reason == "time":
+            doubt = "" if self.verdict == "good" else f"; intervals of the rates: {self.verdict}"
+            return f"after {time_words(last.time)}: {', '.join(self._worn_by())}; no face reaches its limit{doubt}"
         if worn.life is None or worn.low is None or worn.high is None:
             return (
                 f"{self.limit:g} m is not reached: after {time_words(last.time)} {name}, the nearest to its limit, is "
@@ -103,6 +107,11 @@ class LifeResult(PrintedResult):
             f"worn by {self.limit:g} m; chance +- {100.0 * worn.chance:.2g} %, blocks +- "
             f"{100.0 * worn.block_error / worn.life:.2g} %; {worn.runs} runs{doubt}"
         )
+
+    def _worn_by(self) -> list[str]:
+        """Return how deep each face is worn at the end, with its interval, in words."""
+        ends = zip(self.faces, self.worn.states[-1].depths, *self.worn.depth_interval, strict=True)
+        return [f"{name} worn by {depth:.3g} m ({low:.3g} to {high:.3g}, 95 %)" for name, depth, low, high in ends]
 
     def tables(self) -> list[Table]:
         """Return depths and rates over time."""
@@ -222,6 +231,10 @@ def _write(result: LifeResult) -> None:
         "high": worn.high,
         "relative_chance": worn.chance,
         "block_error": worn.block_error,
+        "depths": {
+            name: {"depth": float(depth), "low": float(low), "high": float(high)}
+            for name, depth, low, high in zip(result.faces, worn.states[-1].depths, *worn.depth_interval, strict=True)
+        },
         "verdict": result.verdict,
         "runs": worn.runs,
         "faces": list(result.faces),

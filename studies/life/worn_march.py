@@ -22,7 +22,7 @@ Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from itertools import pairwise
 from math import exp, inf, sqrt
@@ -143,6 +143,15 @@ class Worn:
     def high(self) -> float | None:
         """Upper end, s."""
         return None if self.life is None else self.life * exp(min(self.chance, 700.0)) + self.block_error
+
+    @property
+    def depth_interval(self) -> tuple[Array, Array]:
+        """The ends of the 95 % intervals of the depths at the end, (faces,) each, m: chance and blocks together."""
+        depths = self.states[-1].depths
+        chance, error = _depth_errors(self.states)
+        share = np.divide(chance, depths, out=np.zeros_like(depths), where=depths > 0.0)
+        growth = np.exp(np.minimum(share, 700.0))
+        return np.maximum(depths / growth - error, 0.0), np.where(depths > 0.0, depths * growth, chance) + error
 
 
 def wear_down(rate_at: RateAt, faces: int, blocks: Blocks) -> Worn:
@@ -273,7 +282,20 @@ def _crossing(way: float, rate: float, bend: float) -> float:
     return 2.0 * way / (rate + sqrt(inside))
 
 
-def _life_errors(states: list[WornState], face: int) -> tuple[float, float]:
+def _depth_errors(states: Sequence[WornState]) -> tuple[Array, Array]:
+    """Return half of the 95 % intervals of the last depths, and what the blocks may have changed, (faces,) each, m.
+
+    Errors shift what follows in time; at the end they are the shift times the rate of the last block.
+    """
+    if len(states) == 1:
+        return np.zeros_like(states[0].depths), np.zeros_like(states[0].depths)
+    shifts = np.array([_life_errors(states, face) for face in range(len(states[0].depths))])
+    before, last = states[-2:]
+    rate = (last.depths - before.depths) / (last.time - before.time)
+    return shifts[:, 0] * rate, shifts[:, 1] * rate
+
+
+def _life_errors(states: Sequence[WornState], face: int) -> tuple[float, float]:
     """Return half of the 95 % interval of the life, and what the blocks may have changed in it, s."""
     weights, error = np.zeros(len(states)), 0.0
     for number, (last, found) in enumerate(pairwise(states)):

@@ -231,7 +231,7 @@ def test_what_does_not_slide_has_no_life(tmp_path: Path) -> None:
 
 @alone
 def test_the_command(tmp_path: Path) -> None:
-    """Status 5 with its words where the limit is not reached; a wrong time is refused."""
+    """Status 5 with its words where the limit is not reached, 0 at the time asked for; a wrong time is refused."""
     case = tmp_path / "case.toml"
     case.write_text(case_to_toml(gapbeam.read_case(NOISY)))
     output = tmp_path / "out"
@@ -239,6 +239,13 @@ def test_the_command(tmp_path: Path) -> None:
     assert done.returncode == 5, done.stderr
     assert "is not reached" in done.stdout
     assert (output / "life.csv").exists()
+    early = called("life", str(case), "--at-most", "1h", "--runs", "2", "--output", str(tmp_path / "early"))
+    assert early.returncode == 0, early.stderr
+    assert "after 1 h: " in early.stdout
+    assert "no face reaches its limit" in early.stdout
+    depths = json.loads((tmp_path / "early" / "life.json").read_text())["depths"]
+    assert all(one["low"] <= one["depth"] <= one["high"] for one in depths.values())
+    assert max(one["depth"] for one in depths.values()) > 0.0
     wrong = called("life", str(case), "--at-most", "soon", "--output", str(output))
     assert wrong.returncode == 2
     assert "40y" in wrong.stderr

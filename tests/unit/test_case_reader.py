@@ -331,8 +331,9 @@ BAD_NAMES = {
         [
             "[[load]] number 1 type",
             '"gravitation"',
-            '"gravity", "harmonic_force", "exciter", "base_motion", "random", "random-line-load", "swept-sine", '
-            '"recorded_force", "recorded_motion", "support_motion", "recorded_support_motion" or "clearance_change"',
+            '"gravity", "harmonic_force", "constant_force", "step_force", "exciter", "base_motion", "random", '
+            '"random-line-load", "swept-sine", "recorded_force", "recorded_motion", "support_motion", '
+            '"recorded_support_motion" or "clearance_change"',
             'mean "gravity"?',
         ],
     ),

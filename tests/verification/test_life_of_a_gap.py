@@ -140,6 +140,19 @@ def test_intervals_hold_the_life(spread: float) -> None:
     assert np.mean([found.runs for found in lives]) <= 15.0
 
 
+@pytest.mark.parametrize("law", [growing, falling, resonant])
+@pytest.mark.parametrize("share", [0.02, 0.6])
+def test_intervals_hold_the_depth_after_a_time(law: Law, share: float) -> None:
+    """At a time before the limit the interval holds the exact depth in at least 90 % of 200 marches."""
+    spread, (life, depths) = 0.1, exact(law, 1)
+    marches = [wear_down(rates_of(law, spread, seed), 1, Blocks(LIMIT, longest=share * life)) for seed in range(200)]
+    assert {found.reason for found in marches} == {"time"}
+    depth = float(depths(share * life)[0])
+    ends = np.array([[end[0] for end in found.depth_interval] for found in marches])
+    assert np.sum((ends[:, 0] <= depth) & (depth <= ends[:, 1])) >= 180
+    assert np.median(ends[:, 1] / ends[:, 0]) < 1.0 + 6.0 * spread
+
+
 def test_what_does_not_wear_through_says_why() -> None:
     """No slip at all, slip that ends, too little time, too few runs."""
     still = wear_down(rates_of(lambda depth: 0.0 * depth), 2, Blocks(LIMIT))

@@ -108,7 +108,8 @@ def motion(case: Case) -> Iterator[str]:
     """Yield a case in which nothing moves, holds, fades or is looked at."""
     falls = not case.analysis.needs_seat or any(getattr(case.analysis, key, None) for key in ("motion", "mode"))
     if all(load.static for load in case.load) and not falls:
-        yield "no load but gravity: the beam stays on its seat, nothing sets it in motion"
+        kind = "gravity" if all(load.weight_acceleration for load in case.load) else "static loads"
+        yield f"no load but {kind}: the beam stays on its seat, nothing sets it in motion"
     if weight_pressure(case) == 0 and case.layout.interference == 0.0:
         yield "no gravity: nothing seats the beam on the base before it moves"
     damping = case.damping

@@ -1,0 +1,119 @@
+"""A force at a point that is switched on: f = N(x_p)^T e s(t).
+
+    s(t) = F (r(t - start) - r(t - end))
+
+r is the smooth start of `gapbeam.solver.loads.ramp`, or a step from 0 to 1 without a ramp.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Any, Literal, Self
+
+import numpy as np
+from pydantic import Field
+
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.point_load import PointLoad
+from gapbeam.solver.loads.ramp import ramps_at
+from gapbeam.solver.loads.time_function import TimeFunction, piecewise_mean
+from gapbeam.solver.loads.unrepeated_load import UnrepeatedLoad
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.table import Name, NonNegative, Number, Positive
+
+FASTEST = 2.0
+"""Frequencies beyond this many per ramp hold next to nothing of it."""
+
+
+class StepForce(UnrepeatedLoad, PointLoad):
+    """A force at a point from a time on, until another time if one is given; no part of the static seat."""
+
+    type: Literal["step_force"] = Field(description="kind of load")
+    name: Name = Field(default="force", description="name in results and messages, different for every load")
+    amplitude: Number = Field(description="the force along the direction once it has risen, N", examples=[20.0])
+    start: NonNegative = Field(default=0.0, description="time at which it begins to rise, s")
+    end: Positive | None = Field(
+        default=None, description="time at which it begins to fall to 0, over the ramp again, s; default never"
+    )
+    ramp: NonNegative = Field(default=0.0, description="time over which it rises smoothly, s; 0: it jumps")
+
+    @property
+    def unit(self) -> str:
+        """Newton."""
+        return "N"
+
+    def time_function(self) -> TimeFunction:
+        """Return the force, with its exact mean."""
+        knots = [edge + late for edge in self._edges for late in (0.0, self.ramp)]
+
+        def mean(starts: Array, ends: Array) -> Array:
+            return piecewise_mean(self._force, np.array(knots), starts, ends)
+
+        return TimeFunction(self._force, mean)
+
+    @property
+    def _edges(self) -> tuple[float, ...]:
+        return (self.start,) if self.end is None else (self.start, self.end)
+
+    def _force(self, time: Any) -> Any:
+        """Return s at a time, or at each of an array of times, N."""
+        risen = [np.where(np.asarray(time) >= edge, self._risen(time - edge), 0.0) for edge in self._edges]
+        total = self.amplitude * (risen[0] - sum(risen[1:]))
+        return total if isinstance(time, np.ndarray) else float(total)
+
+    def _risen(self, since: Any) -> Any:
+        return 1.0 if self.ramp == 0.0 else ramps_at(np.maximum(since, 0.0), self.ramp)[0]
+
+    @property
+    def peak(self) -> float:
+        """The size of the force, N."""
+        return abs(self.amplitude)
+
+    @property
+    def frequency_of_interest(self) -> tuple[float, str] | None:
+        """Two over the ramp; a jump holds all frequencies, and asks for none."""
+        if self.ramp == 0.0:
+            return None
+        return FASTEST / self.ramp, f"{FASTEST:g} over the ramp of the load {self.name}"
+
+    @property
+    def rise_time(self) -> float:
+        """Time at which the force has risen, s."""
+        return self.start + self.ramp
+
+    def at_full_amplitude(self) -> Self:
+        """Return the force that acts from the begin on."""
+        return self.model_copy(update={"start": 0.0, "ramp": 0.0, "end": None})
+
+    def frequency_words(self, step: float) -> tuple[str, str]:
+        """Return when the force rises, and the steps of its ramp."""
+        rise = f"over {self.ramp / step:.4g} steps" if self.ramp > 0.0 else "a jump"
+        return f"at {self.start:g} s", rise
+
+    def faults(self, key: Key) -> Iterator[Fault]:
+        """Yield an end before the force has risen."""
+        if self.end is not None and self.end < self.rise_time:
+            yield Fault(
+                (*key, "end"),
+                f"{self.end:g} s, before the force has risen at {self.rise_time:g} s",
+                "a time at which the force has risen: start + ramp, or later",
+                f"end = {self.rise_time:g}, or a shorter ramp",
+                ((*key, "start"), (*key, "ramp")),
+            )
+
+    def unusual_values(self) -> Iterator[str]:
+        """Yield a load that does nothing."""
+        if self.amplitude == 0.0:
+            yield "amplitude = 0: it does nothing"
+
+    def unusual_in_run(self, end: float) -> Iterator[str]:
+        """Yield a force that does not rise within the run."""
+        if self.start >= end:
+            yield f"start = {self.start:g} is not within the run, {end:g} s: it does nothing"
+        elif self.rise_time > end:
+            yield f"start + ramp = {self.rise_time:g} is later than the end of the run, {end:g} s"
+
+    def unusual_steps(self, step: float) -> Iterator[str]:
+        """Yield a step that is long beside the ramp."""
+        if 0.0 < self.ramp < step:
+            yield f"longer than the ramp of {self.ramp:g} s: the force jumps within a step"

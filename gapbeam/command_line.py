@@ -32,7 +32,7 @@ from gapbeam.commands.tradeoff import judged_by, level_within
 from gapbeam.commands.watch import watch
 from gapbeam.process.failing_ranks import abort_together, first_rank, on_one_rank
 from gapbeam.process.launcher import end_with_launcher, leave
-from gapbeam.process.lost_screen import outlive_the_screen
+from gapbeam.process.lost_screen import NoRoomError, outlive_the_screen
 from gapbeam.process.process_environment import REMARKS, is_somewhere, refuse_cramped, words_of_the_command
 from gapbeam.process.terminal_text import OptionWords, harmless, with_options
 from gapbeam.process.usage_errors import BadParameter, ClickException, UsageError
@@ -222,7 +222,18 @@ def main(arguments: list[str] | None = None) -> NoReturn:
     _log_to_terminal(talks)
     for remark in REMARKS:
         logging.getLogger("gapbeam").warning("%s", remark)
-    leave(_dispatch(arguments, talks))
+    leave(_said(_dispatch(arguments, talks), talks))
+
+
+def _said(status: int, talks: bool) -> int:
+    """Return the exit status once standard output holds all that was said; that of `NoRoomError` where it cannot."""
+    try:
+        sys.stdout.flush()
+    except NoRoomError as error:
+        if talks:
+            print(f"gapbeam: {error}", file=sys.stderr)
+        return status or error.exit_status
+    return status
 
 
 def _dispatch(arguments: list[str] | None, talks: bool) -> int:

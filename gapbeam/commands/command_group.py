@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-import typer
 from typer.core import TyperGroup
 
 from gapbeam.postprocess.shell_command import shell_command
@@ -28,7 +27,7 @@ SYNONYMS = {
 class SuggestingGroup(TyperGroup):
     """Commands; in the place of "No such command" with the nearest one."""
 
-    def resolve_command(self, ctx: typer.Context, args: list[str]) -> tuple[str | None, Command | None, list[str]]:
+    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Command | None, list[str]]:
         """Return the command of the first word.
 
         Raises:

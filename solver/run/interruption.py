@@ -3,8 +3,11 @@
 from __future__ import annotations
 
 import signal
+import sys
 import threading
 import time
+from collections.abc import Iterator
+from contextlib import contextmanager
 from enum import IntEnum
 from types import FrameType, TracebackType
 from typing import Any
@@ -12,6 +15,9 @@ from typing import Any
 from mpi4py import MPI
 
 from gapbeam.solver.errors import Interrupted
+
+PATIENCE = 2.0  # s that a step, or a library that has lost the error, may go on after a signal
+MARCH = "gapbeam.solver.march.python.march"  # its frames are those of a step
 
 SIGNALS = (signal.SIGINT, signal.SIGTERM, signal.SIGUSR1)  # Slurm and mpirun pass the last one on as a warning
 
@@ -49,6 +55,10 @@ class Wish(IntEnum):
         )
 
 
+class GivenUp(Interrupted):
+    """A signal came, and the step that was under way did not end soon."""
+
+
 class Signals:
     """Hears the signals that end a run, and its limit of the wall time, from the set-up to the summary.
 
@@ -57,22 +67,30 @@ class Signals:
     order. A second signal acts at once, as without this class. Outside the main thread nothing is caught, and the
     limit is looked at by `check` alone.
 
+    An error that is raised in the middle of a library may get lost there, or come back as an error of the library. It
+    is raised again every `PATIENCE` seconds, and `turned` makes an interruption of whatever comes back. A step of a
+    march that goes on for so long is given up where one rank marches alone; the run ends at the step before.
+
     Args:
         limit: Wall time of the whole run, s; None: none.
+        alone: Whether no other rank waits in the middle of a step.
 
     Attributes:
         started: When the run started, by `time.perf_counter`, s.
         deadline: When to stop; None: never.
-        heard: What came: an error that is raised in the middle of a library may get lost there.
+        heard: What came.
         marching: Whether there is something to keep.
     """
 
-    def __init__(self, limit: float | None) -> None:
+    def __init__(self, limit: float | None, alone: bool = False) -> None:
+        self.alone = alone
         self.started = time.perf_counter()
         self.deadline = None if limit is None else self.started + limit
         self.heard = Wish.NONE
         self.marching = False
         self._before: dict[int, Any] = {}
+        self._insisting: Any = None
+        self._lost = sys.unraisablehook
 
     def __enter__(self) -> Signals:
         """Start to listen."""
@@ -88,10 +106,15 @@ class Signals:
     ) -> None:
         """Leave the signals as they were."""
         self.over()
+        sys.unraisablehook = self._lost
 
     def over(self) -> None:
         """Leave the signals as they were."""
         self._stop_timer()
+        if self._insisting is not None:
+            signal.setitimer(signal.ITIMER_REAL, 0.0)
+            signal.signal(signal.SIGALRM, self._insisting)
+            self._insisting = None
         for number, handler in self._before.items():
             signal.signal(number, handler)
         self._before = {}
@@ -115,7 +138,26 @@ class Signals:
         if self.heard == Wish.NONE and self.deadline is not None and time.perf_counter() >= self.deadline:
             self.heard = Wish.WALL_TIME
         if self.heard != Wish.NONE:
-            raise Interrupted(f"{self.heard.words} before the march began", self.heard.exit_status)
+            raise self._interrupted()
+
+    @contextmanager
+    def turned(self) -> Iterator[None]:
+        """Turn what a library made of an error of `check` into that error: it would seem to be one of ours.
+
+        Raises:
+            Interrupted: A signal came before the march, and anything but an interruption came out.
+        """
+        try:
+            yield
+        except Interrupted:
+            raise
+        except Exception as error:
+            if self.heard == Wish.NONE or self.marching:
+                raise
+            raise self._interrupted() from error
+
+    def _interrupted(self) -> Interrupted:
+        return Interrupted(f"{self.heard.words} before the march began", self.heard.exit_status)
 
     def _stop_timer(self) -> None:
         if signal.SIGALRM in self._before:
@@ -126,8 +168,25 @@ class Signals:
             signal.Signals(number), Wish.TERMINATE
         )
         self.over()
+        self._insisting = signal.signal(signal.SIGALRM, self._insist)
+        signal.setitimer(signal.ITIMER_REAL, PATIENCE, PATIENCE)
+        sys.unraisablehook = self._let_go
         if not self.marching:
             self.check()
+
+    def _insist(self, _number: int, frame: FrameType | None) -> None:
+        """Raise again what got lost, or give a long step up."""
+        if not self.marching:
+            self.check()
+        while frame is not None and self.alone:
+            if frame.f_globals.get("__name__") == MARCH:
+                raise GivenUp(f"{self.heard.words} within a step", self.heard.exit_status)
+            frame = frame.f_back
+
+    def _let_go(self, lost: Any) -> None:
+        """Say nothing of an interruption that a library has dropped: it comes again."""
+        if not isinstance(lost.exc_value, Interrupted):
+            self._lost(lost)
 
 
 class Interruption:

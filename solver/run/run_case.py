@@ -87,9 +87,10 @@ def run_case(
     Collective.
     """
     ends, case = comm.Dup(), with_checksums(case)
-    with Signals(case.output.wall_time) as signals:
+    with Signals(case.output.wall_time, comm.size == 1) as signals:
         try:
-            outcome = _run_case(case, folder, comm, ends, overwrite, resume, rule, signals)
+            with signals.turned():
+                outcome = _run_case(case, folder, comm, ends, overwrite, resume, rule, signals)
         except Interrupted as stopped:
             signals.over()
             if comm.size > 1 and not all_there(ends):  # the others wait for this rank
@@ -133,7 +134,7 @@ def _run_case(
             together = cache(lambda: comm.size == 1 or all_there(ends))
             try:
                 _write_opening(model, folder, comm, summary)
-                with out_of_memory_reported(MARCHED):
+                with signals.turned(), out_of_memory_reported(MARCHED):
                     _run(model, folder, comm, summary, left, begin, consumers, rule, signals, together)
             except RunError as error:
                 if not together():  # the others wait for this rank

@@ -30,7 +30,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, kept_steps
-from gapbeam.solver.run.interruption import Interruption, Wish
+from gapbeam.solver.run.interruption import GivenUp, Interruption, Wish
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.field_pieces import AT_ONCE
 from gapbeam.solver.run.output.history_file import HistoryWriter
@@ -151,25 +151,39 @@ class RunConsumers:
         progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0, begin=self.accounts.time)
         try:
             with OutputThread(beside) as output, progress:
-                for step_block in blocks_of_steps:
-                    if self.model.law.keeps_set:
-                        self.plastic_set = step_block.end.plastic_set
-                    output.do(partial(self._take, step_block, copy(self.accounts.peaks), copy(self.accounts.episodes)))
-                    closed = self._closed_faces(step_block.pressure)
-                    progress.advance(step_block.time, step_block.steps, f"contact: {' and '.join(closed) or 'none'}")
-                    self._progress.report(self.accounts, step_block.steps, closed)
-                    wish, ends = self._wish(interruption), False
-                    if self.rule is not None and wanted.shows(step_block.done, plan.steps):
-                        output.wait()
-                        ends = self._may_end(self.rule, step_block, plan.steps)
-                    over = ends or step_block.done == plan.steps
-                    if step_block.done in wanted.also or (case.output.keep_checkpoint if over else wish != Wish.NONE):
-                        output.wait()
-                        wish = self._wish(interruption)
-                        self.accounts.tally.march = before + time.perf_counter() - clock
-                        self._pause(step_block, Wish.NONE if over else wish)
-                    if ends:
-                        break
+                last: StepBlock | None = None
+                try:
+                    for step_block in blocks_of_steps:
+                        last = step_block
+                        if self.model.law.keeps_set:
+                            self.plastic_set = step_block.end.plastic_set
+                        output.do(
+                            partial(self._take, step_block, copy(self.accounts.peaks), copy(self.accounts.episodes))
+                        )
+                        closed = self._closed_faces(step_block.pressure)
+                        progress.advance(
+                            step_block.time, step_block.steps, f"contact: {' and '.join(closed) or 'none'}"
+                        )
+                        self._progress.report(self.accounts, step_block.steps, closed)
+                        wish, ends = self._wish(interruption), False
+                        if self.rule is not None and wanted.shows(step_block.done, plan.steps):
+                            output.wait()
+                            ends = self._may_end(self.rule, step_block, plan.steps)
+                        over = ends or step_block.done == plan.steps
+                        if step_block.done in wanted.also or (
+                            case.output.keep_checkpoint if over else wish != Wish.NONE
+                        ):
+                            output.wait()
+                            wish = self._wish(interruption)
+                            self.accounts.tally.march = before + time.perf_counter() - clock
+                            self._pause(step_block, Wish.NONE if over else wish)
+                        if ends:
+                            break
+                except GivenUp:
+                    if last is None:
+                        raise
+                    output.wait()
+                    self._pause(last, self._wish(interruption))
                 output.wait()
                 self._wish(interruption)
         finally:

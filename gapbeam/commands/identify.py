@@ -34,7 +34,7 @@ def identify(
     """Find unknown keys of a case from measured values, and how well they are known; goes on where it was interrupted.
 
     Exit status: 0 done, 2 a fault of the input, 4 the best values themselves did not pass, 5 the fit misses
-    search.tolerance.
+    search.tolerance, or the measurements by far more than their standard errors.
     """
     from gapbeam.studies.identification.identification_file import read_identification
     from gapbeam.studies.identification.run_identification import run_identification

@@ -152,7 +152,8 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
     contact nodes in the explicit one; 0.05 and 1 stand in the places of 5 and 100 for the others. Here p is ten
     times the static reaction (impacts) over the width and one cell of length h, plus E |clearance| / thickness for an
     interference fit. The first term aims at a penetration of 1 % of the clearance, the second keeps the contact stiff
-    beside the body.
+    beside the body. A clearance c below the penetration p / (100 E / h) at the stiffest is none: the first term falls
+    to 0 with it. Of several supports the one that asks for the stiffest contact counts.
 
     Args:
         case: The case.
@@ -167,15 +168,20 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
         reason = f"{computed.share:g} E/h: {computed.reason} ({body_words})"
         return Default("contact.stiffness", computed.share * body, "Pa/m", reason, computed.consequence)
     pressure = IMPACT * support_reaction(case) / (min(piece.beam.width for piece in pieces) * cell_length)
-    clearance, squeezed = abs(case.layout.clearance), interference(case.load, case.layout)
+    squeezed = interference(case.load, case.layout)
     if squeezed > 0.0:
         pressure += modulus * squeezed / min(piece.beam.thickness for piece in pieces)
-    wanted = pressure / (WANTED_RATIO * clearance) if clearance > 0.0 else 0.0
     trusted = case.time.scheme.contact_range_on(case.contact.mass == "redistributed")
     limit, least = trusted.stiffest * body, trusted.softest * body
+    wanted, clearance = max(
+        ((_wanted(pressure, abs(one.clearance), limit, least), abs(one.clearance)) for one in case.layout.supports),
+        default=(0.0, 0.0),
+    )
     value = min(max(wanted, least), limit)
     if value == limit:
         why = f"{limit / body:g} E/h: the stiffest that the scheme {case.time.scheme.type} is trusted with"
+    elif 0.0 < clearance * limit < pressure:
+        why = f"{value / body:.3g} E/h: the clearance of {clearance:.3g} m is next to none beside the penetration"
     elif value == wanted:
         why = f"penetration of {WANTED_RATIO:.0%} of the clearance under an impact pressure of {pressure:.3g} Pa"
     else:
@@ -186,6 +192,21 @@ def _stiffness_per_area(case: Case, cell_length: float) -> Default:
         softer, stiffer = (f"penetration {share:.2g} % of the clearance, " for share in (200.0 * ratio, 50.0 * ratio))
     consequence = f"half: {softer}contacts 1.4 times longer; double: {stiffer}contacts 1.4 times shorter"
     return Default("contact.stiffness", value, "Pa/m", f"{why} ({body_words})", consequence)
+
+
+def _wanted(pressure: float, clearance: float, limit: float, least: float) -> float:
+    """Return the stiffness with a penetration of 1 % of a clearance, or less where the clearance is next to none, Pa/m.
+
+    Args:
+        pressure: Of an impact, Pa.
+        clearance: Without its sign, m.
+        limit: The stiffest, Pa/m.
+        least: The softest, Pa/m.
+    """
+    if clearance == 0.0 or pressure == 0.0:
+        return 0.0
+    share = clearance * limit / pressure
+    return pressure / (WANTED_RATIO * clearance) if share >= 1.0 else least + (limit - least) * share
 
 
 def contact_patch(case: Case) -> Default:

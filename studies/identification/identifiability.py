@@ -21,6 +21,7 @@ FloatArray = np.ndarray
 RESOLUTION = 1e-3  # of a figure
 ASSUMED = 0.05  # relative error of a measurement, where neither misfit nor file gives one
 WIDE = 0.25  # half-width on the scale: an interval over half of the way from bound to bound says little
+FAR = 3.0  # standard errors: a misfit beyond is none of measurement
 SHARE = 0.1  # of a unit vector: smaller entries do not take part in a combination
 
 
@@ -33,12 +34,21 @@ class Spread:
         quantile: Half-width of an interval over its standard deviation.
         freedom: Degrees of freedom of s; 0: s was given or assumed.
         sentence: Where s comes from, in words.
+        missed: Misfit in given standard errors, as s would be found from it; 0 where none are given.
+        allowed: What it may be; the least that a figure of a run can tell counts as a standard error, too.
     """
 
     deviation: float
     quantile: float
     freedom: int
     sentence: str
+    missed: float = 0.0
+    allowed: float = np.inf
+
+    @property
+    def contradicts(self) -> bool:
+        """Whether the best values are far off the measurements, so that the model is another one than was measured."""
+        return self.missed > self.allowed
 
 
 @dataclass(frozen=True)
@@ -97,18 +107,21 @@ def spread_of(
     scale = float(np.sqrt(np.mean(np.square(per_logarithm))))
     floor, side = RESOLUTION * scale, 0.5 * (1.0 + confidence)
     normal = float(stats.norm.ppf(side))
+    missed = float(np.sqrt(np.sum(np.square(residuals)) / max(freedom, 1)))
+    far = (missed, FAR * max(1.0, floor)) if given else (0.0, np.inf)
     if freedom <= 0:
         if given:
-            return Spread(max(1.0, floor), normal, 0, "the given standard errors")
+            return Spread(max(1.0, floor), normal, 0, "the given standard errors", *far)
         sentence = f"{100 * ASSUMED:g} % of each figure, assumed: there are no more measurements than unknowns"
         return Spread(ASSUMED * scale, normal, 0, sentence)
     found = float(np.sqrt(np.sum(np.square(residuals)) / freedom))
     student = float(stats.t.ppf(side, freedom))
     if given and found <= 1.0:
-        return Spread(max(1.0, floor), normal, 0, "the given standard errors, with which the misfit agrees")
+        return Spread(max(1.0, floor), normal, 0, "the given standard errors, with which the misfit agrees", *far)
     sentence = f"the misfit, {freedom} degree{'s' if freedom > 1 else ''} of freedom"
     if given:
-        return Spread(found, student, freedom, f"{sentence}: {found:.3g} times the given standard errors")
+        words = f"{sentence}: {found:.3g} times the given standard errors"
+        return Spread(found, student, freedom, words, *far)
     if found < floor:
         return Spread(floor, student, freedom, f"{100 * RESOLUTION:g} % of each figure: the misfit is smaller")
     return Spread(found, student, freedom, sentence)
@@ -140,6 +153,14 @@ def identifiability(jacobian: FloatArray, spread: Spread, names: list[str]) -> I
         correlation = np.asarray(covariance / np.outer(deviations, deviations))
     columns = np.linalg.norm(jacobian, axis=0)
     alone = np.where(columns > noise, reach / np.where(columns > noise, columns, 1.0), np.inf)
+    if spread.contradicts:
+        why = (
+            f"the model misses the measurements by {spread.missed:.3g} given standard errors: the value is that of the "
+            "nearest miss, and the interval does not hold"
+        )
+        halves = zip(spread.quantile * deviations, alone, strict=True)
+        missed = tuple(ParameterFinding("not identifiable", why, float(half), float(one)) for half, one in halves)
+        return Identifiability(spread, singular, directions, widths, covariance, correlation, missed)
     findings = tuple(
         _finding(number, names, spread.quantile * float(deviations[number]), float(alone[number]), directions, widths)
         for number in range(size)

@@ -60,10 +60,10 @@ class IdentificationResult(PrintedResult):
 
     @property
     def exit_status(self) -> int:
-        """0; 4 where the best values themselves did not pass; 5 where the fit misses search.tolerance."""
+        """0; 4 where the best values did not pass; 5 where the fit misses search.tolerance or the standard errors."""
         if self.found is None or not self.found.passed:
             return NOT_PASSED
-        return MISSED if self.missed else 0
+        return MISSED if self.missed or self.found.known.spread.contradicts else 0
 
     @property
     def missed(self) -> bool:
@@ -91,6 +91,12 @@ class IdentificationResult(PrintedResult):
         if self.missed:
             tolerance = self.problem.file.search.tolerance
             return f"the fit misses its tolerance: rms {self.found.rms('fit'):.3g}, search.tolerance = {tolerance:g}"
+        spread = self.found.known.spread
+        if spread.contradicts:
+            return (
+                f"the model misses the measurements by {spread.missed:.3g} given standard errors: check units, bounds "
+                "and the keys that are taken as known, or give the standard errors that the figures have"
+            )
         return None
 
     def headline(self) -> str:

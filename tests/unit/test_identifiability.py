@@ -69,6 +69,29 @@ def test_given_standard_errors_hold_where_the_misfit_agrees_and_grow_where_it_do
     assert exact.deviation == pytest.approx(RESOLUTION / np.log(10.0))
 
 
+@pytest.mark.parametrize("count", [1, 2, 3, 8])
+@pytest.mark.parametrize("far", [2.5, 4.0, 137.0])
+def test_nothing_is_identified_far_off_the_measurements(count: int, far: float) -> None:
+    """A misfit of many given standard errors is one of the model, with any number of figures for two unknowns."""
+    freedom = max(count - 2, 1)
+    residuals = np.full(count, far * np.sqrt(freedom / count))
+    steep = 1.0e4 * np.random.default_rng(1).normal(size=(count, 2))
+    spread = spread_of(residuals, 2, np.full(count, 20.0), given=True, confidence=0.95)
+    known = identifiability(steep, spread, ["a", "b"])
+    assert spread.contradicts == (far > 3.0)
+    if far > 3.0:
+        assert {finding.word for finding in known.findings} == {"not identifiable"}
+        assert f"by {far:.3g} given standard errors" in known.findings[0].sentence
+    elif count > 1:
+        assert {finding.word for finding in known.findings} == {"identifiable"}
+
+
+def test_what_a_run_cannot_tell_is_no_misfit() -> None:
+    """Standard errors below a thousandth of a figure do not make figures of runs wrong."""
+    spread = spread_of(np.full(6, 9.0), 2, np.full(6, 2.0e4), given=True, confidence=0.95)
+    assert not spread.contradicts
+
+
 def test_a_product_is_identifiable_only_as_a_product() -> None:
     """Three figures that are powers of p q: neither p nor q is known, p q is, and r is by a figure of its own."""
     powers = np.array([[1.0, 1.0, 0.0], [2.0, 2.0, 0.0], [0.5, 0.5, 0.0], [0.0, 0.0, 1.0]])

@@ -6,7 +6,7 @@ Clearance, contact law, damping, amplitudes, frequencies and the march in time a
 from __future__ import annotations
 
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Protocol
 
@@ -30,19 +30,18 @@ from gapbeam.solver.assembly.load_patterns import load_patterns
 from gapbeam.solver.assembly.mass_redistribution import extrapolation
 from gapbeam.solver.assembly.nitsche_terms import Nitsche
 from gapbeam.solver.assembly.section_rows import SectionRows, row_at
-from gapbeam.solver.attachments.mean_motion import IN_PLANE
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
-from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.case.model_table import FullModel, RigidModel
 from gapbeam.solver.case.own_contact import whole_areas
-from gapbeam.solver.case.rigid_motion import unit_motions
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator
 from gapbeam.solver.contact.formulations.whole_contact import whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
 from gapbeam.solver.memory.free_memory import free_memory
 from gapbeam.solver.memory.memory_estimate import memory_needs
+from gapbeam.solver.models.bending_stiffness import BendingStiffness, bending_stiffness, rigid_motions
 from gapbeam.solver.models.holding_shapes import HoldingShapes
 from gapbeam.solver.models.reduction.basis_report import BasisReport
 from gapbeam.solver.system.operators import Array, Indices, Operators, Springs
@@ -97,6 +96,7 @@ class Body:
         expansion: From the DOFs marched to those of the mesh that this rank owns; None: they are the same.
         basis: Size and error of the reduced basis; None for other models.
         holding: What gives the forces of joints that hold motions the basis has not; None: there are none.
+        bending: What round-off and locking leave of the bending stiffness of a mesh.
         seconds: Wall time of each part of the set-up.
     """
 
@@ -112,6 +112,7 @@ class Body:
     expansion: Array | csr_matrix | None = None
     basis: BasisReport | None = None
     holding: HoldingShapes | None = None
+    bending: BendingStiffness = field(default_factory=BendingStiffness)
     seconds: dict[str, float] = field(default_factory=dict)
 
 
@@ -187,6 +188,9 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     contact, patch = gathered(case, contact)
     sections = SectionRows(space)
     patterns = load_patterns(case, sections, operators)
+    rigid = np.stack([operators.apply_mass(motion) for motion in rigid_motions(space)])
+    bends = not isinstance(case.model, RigidModel)
+    bending = bending_stiffness(case, space, operators, rigid) if bends else BendingStiffness()
     if isinstance(case.model, FullModel) and (springs := holding_springs(case, patterns)) is not None:
         operators.hold(springs)
     body = Body(
@@ -196,25 +200,12 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         contact,
         patterns,
         {probe.name: row_at(sections, probe.point, f"[[probe]] {probe.name}") for probe in case.probe},
-        np.stack([operators.apply_mass(motion) for motion in _rigid_motions(space)]),
+        rigid,
         gamma,
         patch,
+        bending=bending,
     )
     return replace(body, seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started})
-
-
-def _rigid_motions(space: fem.FunctionSpace) -> Iterator[Array]:
-    """Yield the six rigid motions on the DOFs of this rank, (n,); those out of the plane of a slice are 0."""
-    dimension = space.mesh.geometry.dim
-    places = space.tabulate_dof_coordinates()[: space.dofmap.index_map.size_local]
-    axes = [0, 1, 2] if dimension == 3 else [0, 2]
-    for motion in unit_motions():
-        inside = np.zeros((len(places), 3))
-        inside[:, axes] = places[:, :dimension]
-        if dimension == 3 or motion.names <= set(IN_PLANE):
-            yield motion.at(inside)[:, axes].reshape(-1)
-        else:
-            yield np.zeros(len(places) * dimension)
 
 
 def _solver(case: Case, meshed: MeshedBeam) -> LinearSolver:

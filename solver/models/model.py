@@ -31,6 +31,7 @@ from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.loads.support_walls import walls_of
 from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_large_before_meshing
 from gapbeam.solver.models.beam_body import beam_body
+from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.case_law import law_of_case
 from gapbeam.solver.models.circle_stations import met_as_circles, station_reactions, with_moving_holes
@@ -137,7 +138,7 @@ def build_model(case: Case, comm: MPI.Comm) -> Model:
     Raises:
         MeshError: A user's mesh does not fit the case.
         UserError: A point lies outside the mesh, a patch of contact.points between its quadrature points, an
-            explicit scheme cannot march the step, or there is not enough memory.
+            explicit scheme cannot march the step, the mesh does not bend, or there is not enough memory.
         CaseError: The computed time step does not go with the rest of the case.
 
     Collective.
@@ -159,6 +160,7 @@ def build_body(case: Case, comm: MPI.Comm) -> Body:
         return beam_body(case, meshed, case.model)
     body = finite_elements(case, meshed)
     LOG.info("assembled: %d DOFs in %.2g s", mesh_dofs(meshed), body.seconds["assembly"])
+    refuse_poor_bending(case, body.bending)
     match case.model:
         case FullModel():
             return body

@@ -21,6 +21,7 @@ from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.errors import EnergyCreated, EnergyLost, RangeNotCovered
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
+from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks
 from gapbeam.solver.models.time_step import frequency_of_interest
@@ -138,6 +139,7 @@ def remarks(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> li
 def remarks_on_model(model: Model) -> list[str]:
     """Return what a user has to know of a basis, or of steps by iterations, before using it, one sentence each."""
     found = [*basis_remarks(model.body.basis, frequency_of_interest(model.case)[0]), *noise_remarks(model)]
+    found += bending_remarks(model.case, model.body.bending)
     operators = model.body.operators
     if isinstance(operators, PetscOperators) and operators.solver.iterative:
         found.append(

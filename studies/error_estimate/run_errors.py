@@ -38,6 +38,7 @@ LOG = logging.getLogger("gapbeam")
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 SHARE, LEAST = 0.15, 5.0  # of the wall time of a full run, s: what its estimate may take
 MARCHES, SET_UP = 5.0, 2.0  # marches of any other run, s
+LEAST_BENDING = 1.0e-6  # of a figure: less is no error
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
 RESOLVING = [one.name for one in (ON_MESH, IN_BASIS, SLENDER, RIGID)]
 MOST_EATEN = 0.2  # of the energy under noise
@@ -115,6 +116,7 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         warnings += doubtful_peaks(errors["force_peaks"])
         found, beyond, noisy = estimate(case, run, summary, outcome.body), beyond_resolution(summary), eaten(summary)
         found = without_errors(found, "" if noisy else ACCELERATION) if beyond or noisy else found
+        found = with_bending(found, summary["model"].get("bending", {}).get("off", 0.0))
         errors |= describe(found)
         warnings += [*doubts(found, run.end), *beyond, *noisy]
         summary["message"] += f"; {last_line(found)}"
@@ -165,6 +167,26 @@ def without_errors(found: RunErrors, ending: str) -> RunErrors:
     """Return errors of which those of the figures whose names end in some words are not known."""
     figures = tuple(replace(one, error=None) if one.name.endswith(ending) else one for one in found.figures)
     return replace(found, figures=figures)
+
+
+def with_bending(found: RunErrors, share: float) -> RunErrors:
+    """Return errors that include what round-off and locking take of the bending stiffness.
+
+    Args:
+        found: Errors of the companions, whose meshes have the same trouble.
+        share: How far a figure may be off, over its value.
+    """
+    if share < LEAST_BENDING:
+        return found
+    figures = [
+        one
+        if one.error is None
+        else replace(
+            one, error=one.error + share * abs(one.value), parts={**one.parts, "bending": share * abs(one.value)}
+        )
+        for one in found.figures
+    ]
+    return replace(found, figures=tuple(figures))
 
 
 def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Body | None = None) -> RunErrors:

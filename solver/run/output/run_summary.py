@@ -46,6 +46,7 @@ def describe_model(model: Model) -> dict[str, Any]:
         "cell": topology.cell_name(),
         "cells": topology.index_map(topology.dim).size_global,
         "degree": model.case.mesh.degree,
+        "bending": vars(model.body.bending) | {"off": model.body.bending.off},
         "dofs": model.dofs,
         "mesh_dofs": model.mesh_dofs,
         "contact_points": contact.size,

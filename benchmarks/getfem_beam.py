@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csc_matrix
 
 from gapbeam.solver.assembly.elasticity import lame
+from gapbeam.solver.case.weak_restraint import axial_restraint
 from gapbeam.solver.models.model import Model
 
 gf.util_trace_level(0)  # its default reports every term assembled
@@ -51,7 +52,7 @@ class GetfemBeam:
         first, second = lame(case.material, case.mesh.plane == "stress")
         width, area = case.beam.width, model.system.contact.area
         strain = f"({first}*Div_u*Div_Test_u + {second}*((Grad_u+Grad_u'):Grad_Test_u))"
-        held = f"{width * case.restraint.axial / area}*u(1)*Test_u(1)"
+        held = f"{width * axial_restraint(case).value / area}*u(1)*Test_u(1)"
         self._inertia = ((f"{width * case.material.density}*u.Test_u", -1),)
         self._elastic = ((f"{width}*{strain}", -1), (held, BASE), (held, GLAND))
         self.mass, self.stiffness = self._assembled(self._inertia), self._assembled(self._elastic)

@@ -21,6 +21,7 @@ from petsc4py import PETSc
 
 from gapbeam.solver.assembly.elasticity import stress
 from gapbeam.solver.assembly.form_cache import compiled_form
+from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.semi_discrete import VALUE, State
 
@@ -136,7 +137,7 @@ class TextbookBeam:
         felt = middle + model.system.stiffness_damping * middle_velocity
         residual = density * ufl.inner(acceleration + damping * middle_velocity, test) * ufl.dx
         residual += ufl.inner(stress(felt, case.material, plane), ufl.sym(ufl.grad(test))) * ufl.dx
-        for along, stiffness in enumerate((case.restraint.axial, case.restraint.lateral)[:axis]):
+        for along, stiffness in enumerate((axial_restraint(case).value, lateral_restraint(case).value)[:axis]):
             residual += stiffness / area * felt[along] * test[along] * (base + gland)
         for load in case.load:
             if (weight := load.weight_acceleration) > 0.0:

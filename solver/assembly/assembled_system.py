@@ -68,7 +68,8 @@ def assembled_system(
             driven = np.array([one.shaken if isinstance(place, SupportAcceleration) else one.weight for one in fixed])
             along = np.array([one.along @ load_direction(load, dimension) for one in fixed])
             loads[number] = replace(loads[number], pattern=loads[number].pattern + (driven * along) @ rows)
-    whole = attached(operators, RankOnes(rows, mass), RankOnes(rows, stiffness))
+    weak = np.where([one.restrains for one in fixed], stiffness, 0.0)
+    whole = attached(operators, RankOnes(rows, mass), RankOnes(rows, stiffness), RankOnes(rows, weak))
     dashpots = RankOnes(rows, damping - rayleigh[0] * mass - rayleigh[1] * stiffness)
     return SemiDiscreteSystem(whole, contact, tuple(loads), *rayleigh, dashpots.and_also(_of_modes(case, whole)))
 
@@ -94,6 +95,7 @@ class _Fixed:
         added: m, k and c.
         weight: Mass that gravity acts on, kg.
         shaken: Mass that the motion of the frame acts on, kg.
+        restrains: Whether k is a weak restraint.
     """
 
     row: Array
@@ -101,6 +103,7 @@ class _Fixed:
     added: tuple[float, float, float]
     weight: float
     shaken: float
+    restrains: bool = False
 
 
 def _of_loads(case: Case, patterns: Sequence[Array], dimension: int) -> Iterator[_Fixed]:
@@ -117,7 +120,9 @@ def _of_sections(case: Case, patterns: Sequence[Array], dimension: int) -> Itera
             added = one.attachment
             numbers = (added.mass, added.stiffness, added.damping)
             driven = added.mass if one.driven is None else one.driven
-            yield _Fixed(row, one.motion.direction(dimension), numbers, weight=driven, shaken=driven)
+            yield _Fixed(
+                row, one.motion.direction(dimension), numbers, weight=driven, shaken=driven, restrains=one.restrains
+            )
 
 
 def _added(load: Load) -> Attachment | None:

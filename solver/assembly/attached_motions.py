@@ -17,6 +17,7 @@ from gapbeam.solver.case.beam_motions import section_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, FullModel
 from gapbeam.solver.case.symmetry import is_symmetric
+from gapbeam.solver.case.weak_restraint import twist_restraint
 from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.loads.places import LineForce, SupportWalls
@@ -48,7 +49,10 @@ def roll_springs(case: Case) -> tuple[Attached, ...]:
     if not holes:
         return ()
     place = 0.5 * (holes[0].start + holes[0].end)
-    spring = Attachment(0.0, case.restraint.lateral * (0.5 * case.profile.at(place).beam.thickness) ** 2, 0.0)
+    stiffness = twist_restraint(case, 0.5 * case.profile.at(place).beam.thickness)
+    if stiffness == 0.0:
+        return ()
+    spring = Attachment(0.0, stiffness, 0.0)
     return (Attached(MeanMotion(place, "twist"), spring, restrains=True),)
 
 
@@ -85,19 +89,19 @@ def acting_rows(case: Case, patterns: Sequence[Array]) -> list[Array]:
     return [*of_loads, *(row for one, row in attached_rows(case, patterns) if not one.spread)]
 
 
-def holding_springs(case: Case, patterns: Sequence[Array]) -> RankOnes | None:
-    """Return the springs that stand for holds in a full model, and those that restrain it; None without any.
+def holding_springs(case: Case, patterns: Sequence[Array], *, restraining: bool) -> RankOnes | None:
+    """Return the springs that stand for holds in a full model, or those that restrain it; None without any.
 
     Args:
         case: The case.
         patterns: As in `attached_rows`.
+        restraining: Which of both.
     """
     rows, stiffness = list[Array](), list[float]()
     for one, row in attached_rows(case, patterns):
-        if not in_stiffness(case, one):
-            continue
-        rows.append(row)
-        stiffness.append(hold_stiffness(case, one) if one.held else one.attachment.stiffness)
+        if in_stiffness(case, one) and one.restrains == restraining:
+            rows.append(row)
+            stiffness.append(hold_stiffness(case, one) if one.held else one.attachment.stiffness)
     return RankOnes(np.array(rows), np.array(stiffness)) if rows else None
 
 

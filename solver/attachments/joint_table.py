@@ -96,19 +96,29 @@ JointChoice = Annotated[ClampedJoint | PinnedJoint | GuidedJoint | ElasticJoint,
 """All kinds of joints."""
 
 
-def bending_rank(joints: tuple[Joint, ...], *, held_only: bool) -> int:
-    """Return how many of the two rigid motions in the bending plane, heave and pitch, joints take from the beam.
+def holds_motion(joints: tuple[Joint, ...], name: MotionName) -> bool:
+    """Return whether joints hold a motion of a cross-section, or have springs on it."""
+    return any(_on(one, held_only=False) and one.motion.name == name for joint in joints for one in joint.attached())
+
+
+def bending_rank(joints: tuple[Joint, ...], *, held_only: bool, plane: tuple[MotionName, ...] = BENDING) -> int:
+    """Return how many of the two rigid motions in a plane, heave and pitch, joints take from the beam.
 
     Args:
         joints: The joints.
         held_only: Count holds alone, no springs.
+        plane: The displacement and the rotation of a cross-section there: in the bending plane, or across it.
     """
     rows = [
         ((0.0, 1.0) if one.motion.turns else (1.0, one.motion.x))
         for joint in joints
         for one in joint.attached()
-        if one.motion.name in BENDING and (one.held or (not held_only and one.attachment.stiffness > 0.0))
+        if one.motion.name in plane and _on(one, held_only)
     ]
     if not rows:
         return 0
     return 2 if any(first[0] * row[1] != first[1] * row[0] for first in rows for row in rows) else 1
+
+
+def _on(one: Attached, held_only: bool) -> bool:
+    return one.held or (not held_only and one.attachment.stiffness > 0.0)

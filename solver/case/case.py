@@ -62,8 +62,15 @@ MOST_CELLS = 200  # through the thickness or across the width
 class Restraint(Table):
     """The weak tangential springs, spread over both contact faces, that keep the beam from sliding away."""
 
-    axial: Positive = Field(default=1.0e3, description="total stiffness along x, N/m")
-    lateral: Positive = Field(default=1.0e3, description="total stiffness across the bending plane (3D), N/m")
+    axial: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="total stiffness along x, N/m; auto: 0 where joints hold the beam, else 1e-6 E A / L or less, and "
+        "1e-11 E A / L under friction",
+    )
+    lateral: Literal["auto"] | Positive = Field(
+        default="auto",
+        description="total stiffness across the bending plane (3D), N/m; auto: likewise",
+    )
 
 
 class Mesh(Table):

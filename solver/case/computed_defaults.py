@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 from itertools import pairwise
-from math import log, pi
+from math import log, pi, sqrt
 from typing import assert_never
 
 from gapbeam.solver.attachments.joint_table import bending_rank
@@ -23,11 +23,11 @@ SEAT_SHARE = 0.1  # of the bending stiffness of a beam that joints hold
 BOTH = 2  # rigid motions in the bending plane
 BETWEEN_POINTS = 2.5e-3  # of the diameter: how far a round section falls short of a wall between 32 points around it
 SEAT_SOFTNESS = 1.0e-3  # of the contact or the body, whichever is softer
-DEEPEST_TOUCH = 1.0e-8  # m
+DEEPEST_TOUCH = 1.0e-6  # of the thickness
 TOUCH_RATIO = 1.0e-4  # of the clearance
 PATCH_SHARE = 0.1  # of the length of the support
 SLIP_SHARE = 0.01  # of the speed of sliding
-SLOWEST_SLIP = 1.0e-6  # m/s
+SLOWEST_SLIP = 2.0e-10  # of the speed of waves along the beam
 CLAMPED_ROOTS = (1.8751040687119611, 4.694091132974174)  # of 1 + cos x cosh x
 PINNED_ROOTS = (pi, 2.0 * pi)  # of sin x
 FREE_ROOTS = (4.730040744862704, 7.853204624095838)  # of 1 - cos x cosh x
@@ -270,7 +270,7 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
 
     v0 = 0.01 omega (h/2) |c| / a: a hundredth of the speed at which the faces slide, half a thickness h off the axis,
     when the beam rocks by the angle c / a, clearance over support length, at the highest frequency of its loads; at
-    least 1e-6 m/s.
+    least 2e-10 sqrt(E / rho), which is 1e-6 m/s of steel.
 
     Args:
         case: The case.
@@ -284,8 +284,10 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
     angle = case.layout.steepest
     thickness = max(piece.beam.thickness for piece in case.profile.supported(case.layout))
     sliding = pi * frequency * thickness * angle
-    value = max(SLIP_SHARE * sliding, SLOWEST_SLIP)
-    if value > SLOWEST_SLIP:
+    material = case.profile.supported(case.layout)[0].material
+    slowest = SLOWEST_SLIP * sqrt(material.young_modulus / material.density)
+    value = max(SLIP_SHARE * sliding, slowest)
+    if value > slowest:
         reason = f"{SLIP_SHARE:.0%} of the {sliding:.3g} m/s at which the faces slide, rocking at {frequency:.4g} Hz"
     else:
         reason = f"the least: rocking at {frequency:.4g} Hz slides the faces at {sliding:.3g} m/s only"
@@ -294,11 +296,11 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
 
 
 def touch_depth(case: Case) -> float:
-    """Return the depth over which the damped law is switched on, m: given, or at most 1e-4 of the clearance."""
+    """Return the depth over which the damped law is switched on, m: given, or a share of clearance and thickness."""
     if case.contact.touch_depth != "auto":
         return case.contact.touch_depth
-    clearance = abs(case.layout.clearance)
-    return min(DEEPEST_TOUCH, TOUCH_RATIO * clearance) if clearance > 0.0 else DEEPEST_TOUCH
+    clearance, deepest = abs(case.layout.clearance), DEEPEST_TOUCH * case.profile.thinnest
+    return min(deepest, TOUCH_RATIO * clearance) if clearance > 0.0 else deepest
 
 
 def seat_springs(case: Case, stiffness: float, cell_length: float, area: float) -> float:

@@ -96,7 +96,7 @@ class Contact(Table):
     touch_depth: Literal["auto"] | Positive = Field(
         default="auto",
         description="depth over which the damped law is switched on (Newmark and generalized-alpha), m; "
-        "auto: 1e-8, at most 1e-4 of the clearance",
+        "auto: 1e-6 of the thickness, at most 1e-4 of the clearance",
     )
 
     @property

@@ -16,8 +16,10 @@ import numpy as np
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_directions import load_direction
 from gapbeam.solver.loads.places import SupportWalls
-from gapbeam.solver.loads.support_walls import NEAR, moved_by
+from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.system.operators import Array
+
+NEAR = 1.0e-9  # of the length of the beam: supports at one place
 
 
 def supports_move(case: Case) -> bool:
@@ -34,10 +36,11 @@ def support_line(case: Case, places: Sequence[float]) -> Array:
     """
     supports, dimension = case.layout.supports, case.mesh.dimension
     x = np.array([*(0.5 * (one.start + one.end) for one in supports), *(joint.point for joint in case.joint)])
-    degree = 1 if np.ptp(x) > NEAR else 0
+    length = case.beam.length
+    degree = 1 if np.ptp(x) > NEAR * length else 0
     middle = float(np.mean(x))
-    fit = np.linalg.pinv(np.vander(x - middle, degree + 1, increasing=True))
-    powers = np.vander(np.asarray(places, dtype=float) - middle, degree + 1, increasing=True)
+    fit = np.linalg.pinv(np.vander((x - middle) / length, degree + 1, increasing=True))
+    powers = np.vander((np.asarray(places, dtype=float) - middle) / length, degree + 1, increasing=True)
     follows: Array = np.asarray(powers @ fit, dtype=np.float64)
     found = list[Array]()
     for load in case.load:

@@ -14,7 +14,8 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from math import floor, inf, log10, sqrt
+from decimal import ROUND_FLOOR, Context
+from math import floor, frexp, inf, ldexp, sqrt
 
 import numpy as np
 from scipy.linalg import eigh_tridiagonal
@@ -27,8 +28,7 @@ from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 SAFETY = 0.9
 ACCURACY = 1.0e-3
 MOST_ITERATIONS = 200
-DIGITS = 2
-TYPICAL_DEPTH = 1.0e-6  # m: where the slope of laws with an exponent is taken
+BINARY_DIGITS = 7
 
 
 @dataclass(frozen=True)
@@ -39,12 +39,22 @@ class StableStep:
     undamped: float
     frequency: float
 
+    @property
+    def written(self) -> str:
+        """The step in three digits, none of them rounded up."""
+        return f"{float(Context(prec=3, rounding=ROUND_FLOOR).create_decimal(self.step)):g}"
 
-def stable_step(system: SemiDiscreteSystem, law: ContactLaw) -> StableStep:
+
+def stable_step(system: SemiDiscreteSystem, law: ContactLaw, depth: float) -> StableStep:
     """Return the largest step that the explicit scheme is given.
 
-    M of the body has to be diagonal. The step is rounded down to two digits, so that it does not depend on the number
-    of ranks.
+    M of the body has to be diagonal. The step is rounded down to seven binary digits, so that it does not depend on the
+    number of ranks, nor its digits on the size of the scene.
+
+    Args:
+        system: The system.
+        law: Its contact law.
+        depth: Where the slope of laws with an exponent is taken, m.
 
     Collective.
     """
@@ -52,7 +62,7 @@ def stable_step(system: SemiDiscreteSystem, law: ContactLaw) -> StableStep:
     body = operators.body if isinstance(operators, AttachedOperators) else operators
     masses = body.apply_mass(np.ones(operators.size))
     scale = np.where(operators.massless, 0.0, 1.0 / np.sqrt(np.where(operators.massless, 1.0, masses)))
-    touched = np.full(contact.size, TYPICAL_DEPTH)
+    touched = np.full(contact.size, depth)
     stiffness, damping = law.static(touched).slope, law.damping(touched)
 
     def springs(per_area: Array, x: Array) -> Array:
@@ -105,5 +115,5 @@ def _largest_eigenvalue(system: SemiDiscreteSystem, apply: Callable[[Array], Arr
 
 
 def _rounded_down(value: float) -> float:
-    unit = 10.0 ** (floor(log10(value)) - DIGITS + 1)
-    return float(f"{floor(value / unit * (1.0 + 1.0e-9)) * unit:.{DIGITS}g}")
+    mantissa, exponent = frexp(value)
+    return ldexp(floor(ldexp(mantissa, BINARY_DIGITS) * (1.0 + 1.0e-9)), exponent - BINARY_DIGITS)

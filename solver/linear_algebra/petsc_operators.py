@@ -104,10 +104,15 @@ class PetscOperators:
         self._fastest = stiffest / self._component_mass.getDiagonal().max()[1]
         self.smooth = smooth_modes(space, self._elastic, self.sum) if marched and not solver.iterative else None
 
-    def hold(self, springs: RankOnes) -> None:
-        """Add stiff springs to K, which may couple DOFs of different cells. Collective."""
-        self._springs = self._restraint.copy()
-        enlarge_by_springs(self._springs, self.as_springs(springs), self.sum)
+    def hold(self, springs: RankOnes | None, restraint: RankOnes | None = None) -> None:
+        """Add stiff springs to K, and to the restraint; they may couple DOFs of different cells. Collective."""
+        if restraint is not None:
+            enlarge_by_springs(self._restraint, self.as_springs(restraint), self.sum)
+        if springs is not None:
+            self._springs = self._restraint.copy()
+            enlarge_by_springs(self._springs, self.as_springs(springs), self.sum)
+        elif restraint is None:
+            return
         self._springs_pattern = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._springs.getDiagonal().array_r)
 

@@ -9,14 +9,12 @@ import numpy as np
 from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.loads.load_directions import load_direction
 from gapbeam.solver.loads.places import SupportWalls
-from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.layout import Layout, within
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.support_tables import OneSupport
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
 from gapbeam.solver.system.wall_motion import NO_WALLS, WallMotion, Walls
-
-NEAR = 1.0e-9  # m: round-off of places along the beam
 
 
 def moved_by(place: SupportWalls, layout: Layout) -> OneSupport | None:
@@ -91,7 +89,7 @@ def shifts_at(loads: Sequence[Load], layout: Layout, places: Array, dimension: i
     found = list[Array]()
     for load in loads:
         if isinstance(load.place, SupportWalls) and (support := moved_by(load.place, layout)) is not None:
-            here = (places >= support.start - NEAR) & (places <= support.end + NEAR) & (not load.place.opens)
+            here = within(places, support) & (not load.place.opens)
             found.append(np.where(here[:, None], load_direction(load, dimension), 0.0))
     return np.array(found)
 

@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import block_diag
 from scipy.sparse import csr_matrix, hstack
 
-from gapbeam.solver.assembly.attached_motions import attached_motions, roll_springs
+from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.case.beam_motions import beam_motions
@@ -23,6 +23,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel, BeamMotion
 from gapbeam.solver.case.rigid_motion import NAMES
+from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.loads.load_directions import axis_point, load_direction
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
@@ -190,9 +191,12 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
 
 def _restrained(case: Case, beam: BeamOfParts, contact: ContactOperator) -> DenseOperators:
     """Return M and K, with the restraint of those motions along the faces that the beam has."""
-    operators, restraint = beam.operators(), case.restraint
-    sideways = not roll_springs(case) and bool({"lateral", "torsion"} & set(beam.motions))
-    springs = {0: restraint.axial if "axial" in beam.motions else 0.0, 1: restraint.lateral if sideways else 0.0}
+    operators = beam.operators()
+    sideways = not case.layout.holes and bool({"lateral", "torsion"} & set(beam.motions))
+    springs = {
+        0: axial_restraint(case).value if "axial" in beam.motions else 0.0,
+        1: lateral_restraint(case).value if sideways else 0.0,
+    }
     held = []
     for axis, spring in springs.items():
         if spring > 0.0:

@@ -21,7 +21,7 @@ from gapbeam.meshes.cell_curvature import refuse_curved
 from gapbeam.meshes.mesh_figures import describe
 from gapbeam.meshes.section_figures import Section, mean_section
 from gapbeam.meshes.tagged_mesh import TaggedMesh
-from gapbeam.solver.assembly.attached_motions import holding_springs, roll_springs
+from gapbeam.solver.assembly.attached_motions import holding_springs
 from gapbeam.solver.assembly.case_mesh import mesh_of_case
 from gapbeam.solver.assembly.contact_assembly import contact_operator, nitsche_operator
 from gapbeam.solver.assembly.elasticity import elastic_forms, lame
@@ -35,6 +35,7 @@ from gapbeam.solver.case.checks.factor_checks import factor_needed
 from gapbeam.solver.case.computed_defaults import Default, contact_patch
 from gapbeam.solver.case.model_table import FullModel, RigidModel
 from gapbeam.solver.case.own_contact import whole_areas
+from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.formulations.contact_points import resultant_operator
 from gapbeam.solver.contact.formulations.whole_contact import whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -177,7 +178,7 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
         case.profile,
         case.mesh.plane == "stress",
         width,
-        (case.restraint.axial / area, 0.0 if roll_springs(case) else case.restraint.lateral / area),
+        (axial_restraint(case).value / area, 0.0 if case.layout.holes else lateral_restraint(case).value / area),
         measure(tuple(tagged.groups[name] for name in meshed.faces)),
     )
     moved = None
@@ -191,8 +192,8 @@ def finite_elements(case: Case, meshed: MeshedBeam) -> Body:
     rigid = np.stack([operators.apply_mass(motion) for motion in rigid_motions(space)])
     bends = not isinstance(case.model, RigidModel)
     bending = bending_stiffness(case, space, operators, rigid) if bends else BendingStiffness()
-    if isinstance(case.model, FullModel) and (springs := holding_springs(case, patterns)) is not None:
-        operators.hold(springs)
+    if isinstance(case.model, FullModel):
+        operators.hold(*(holding_springs(case, patterns, restraining=restrains) for restrains in (False, True)))
     body = Body(
         case,
         meshed,

@@ -9,7 +9,7 @@ from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.contact.laws.point_law import SLOWEST_TOUCH
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.integrators.stable_step import TYPICAL_DEPTH, stable_step
+from gapbeam.solver.integrators.stable_step import stable_step
 from gapbeam.solver.models.contact_scales import compared_depth, slope_factor
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.table import type_name
@@ -72,7 +72,7 @@ def _damped_by_touch(model: Model) -> Fault | None:
     if damped is None:
         return None
     slow = model.law.touched_at(np.zeros(model.system.contact.size))
-    step = stable_step(model.system, slow).step
+    step = stable_step(model.system, slow, compared_depth(case)).step
     if model.step <= step:
         return None
     return Fault(
@@ -80,7 +80,8 @@ def _damped_by_touch(model: Model) -> Fault | None:
         f"{case.time.scheme.type} on the law {type_name(type(damped))}, whose damping grows as the speed at touch "
         "falls: known to create energy where the beam rests or touches slowly",
         f"steps of at most {step:.2g} s, which bear contact that begins at {SLOWEST_TOUCH:g} m/s and is "
-        f"{TYPICAL_DEPTH:g} m deep; an implicit scheme, massless contact nodes, or a damper with a given coefficient",
+        f"{compared_depth(case):.2g} m deep; an implicit scheme, massless contact nodes, or a damper with a given "
+        "coefficient",
         'time.scheme = "discrete-gradient", contact.mass = "redistributed", or contact.law = "kelvin-voigt"; '
         "gates.accept_energy_growth = true runs it as it is",
         (("contact", "law"),),

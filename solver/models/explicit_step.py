@@ -43,6 +43,6 @@ def with_stable_step(
         return shortened, (Default("time.step", value, "s", "the limit of the explicit scheme"), limit_row)
     raise UserError(
         f"time.step: {step:g} s, which the scheme {case.time.scheme.type} cannot march; expected at most "
-        f"{limit.step:g} s on this mesh{words}; try time.step = {limit.step:g}, larger cells, or an implicit "
+        f"{limit.written} s on this mesh{words}; try time.step = {limit.written}, larger cells, or an implicit "
         'scheme: time.scheme = "discrete-gradient"'
     )

@@ -35,7 +35,7 @@ from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
 from gapbeam.solver.models.case_law import law_of_case
 from gapbeam.solver.models.circle_stations import met_as_circles, station_reactions, with_moving_holes
-from gapbeam.solver.models.contact_scales import contact_duration, impact_time
+from gapbeam.solver.models.contact_scales import compared_depth, contact_duration, impact_time
 from gapbeam.solver.models.contact_setting import contact_setting, friction_of
 from gapbeam.solver.models.explicit_step import with_stable_step
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
@@ -243,7 +243,7 @@ def model_of(case: Case, body: Body) -> Model:
         defaults = (*defaults, struck)
     system = assembled_system(case, body.operators, contact, body.patterns, dimension, rayleigh(case))
     if case.time.scheme.explicit:
-        case, computed = with_stable_step(asked, case, computed, stable_step(system, law))
+        case, computed = with_stable_step(asked, case, computed, stable_step(system, law, compared_depth(case)))
     system = replace(system, reactions=station_reactions(case, body, system))
     system = with_support_bodies(case, system, dimension)
     springs = support.per_face_area(tangent_stiffness(case, setting.face_stiffness))

@@ -21,7 +21,7 @@ PERIOD_ERROR = (2.0 * pi / STEPS_PER_PERIOD) ** 2 / 12.0  # of the midpoint rule
 STEPS_PER_CONTACT = 20  # for peak forces
 RIGID_RATIO = 10.0  # of contact frequency to frequency of interest; a stiffer contact is rigid on that time scale
 MODAL_SHARE = 0.25  # of the mass of a beam, that its bending modes have at its tip
-DIGITS = 12  # of spans that are meant: multiples of a step differ in the 16th
+SAME = 1.0e-12  # relative: ratios of spans that differ by less are one; multiples of a step differ in the 16th digit
 SHORTEST_SHARE = 0.25  # of the step that would do; what would ask for a shorter one is not made a whole number of steps
 
 
@@ -131,31 +131,39 @@ def rounded_down(case: Case, longest: float) -> tuple[float, list[str]]:
     Output intervals always are; the others as long as the step stays above a quarter of what would do.
     """
     longest = min(longest, case.time.end)
+    spans = list(_spans(case))
+    first = spans[0][1]  # all spans are counted in: no digit depends on the size of a scene
     unit, whole = Fraction(0), list[str]()
-    for name, span, wanted in _spans(case):
-        smaller = _divisor(unit, span)
-        if wanted or smaller >= SHORTEST_SHARE * longest:
+    for name, span, wanted in spans:
+        smaller = _divisor(unit, _ratio(span / first))
+        if wanted or smaller >= SHORTEST_SHARE * longest / first:
             unit = smaller
             whole.append(name)
     if not whole:
         return longest, whole
-    return float(unit / ceil(unit / _exact(longest))), whole
+    step = unit / ceil(unit / _ratio(longest / first))
+    return first * step.numerator / step.denominator, whole
 
 
-def _spans(case: Case) -> Iterator[tuple[str, Fraction, bool]]:
+def _spans(case: Case) -> Iterator[tuple[str, float, bool]]:
     """Yield name, length in s, and whether it has to be a whole number of steps."""
     given = [name for name in ("history_interval", "fields_interval") if getattr(case.output, name) is not None]
     for name in given:
-        yield f"output.{name}", _exact(getattr(case.output, name)), True
+        yield f"output.{name}", getattr(case.output, name), True
     if not given:
         for frequency in forcing_frequencies(case.load):
-            yield f"the period of {frequency:g} Hz", 1 / _exact(frequency), False
-    yield "time.end", _exact(case.time.end), False
+            yield f"the period of {frequency:g} Hz", 1.0 / frequency, False
+    yield "time.end", case.time.end, False
 
 
-def _exact(number: float) -> Fraction:
-    """Return a number as it is written in decimals, without the round-off of three times a step."""
-    return Fraction(f"{number:.{DIGITS}g}")
+def _ratio(number: float) -> Fraction:
+    """Return the simplest fraction that a ratio of two spans may stand for, round-off taken away."""
+    exact, most = Fraction(number), 1
+    while True:
+        simple = exact.limit_denominator(most)
+        if abs(simple - exact) <= SAME * exact:
+            return simple
+        most *= 10
 
 
 def _divisor(one: Fraction, other: Fraction) -> Fraction:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.models.body import Body
     from gapbeam.solver.models.model import Model
 
-INSIDE = 1.0e-9  # m: round-off of a start that touches
+INSIDE = 1.0e-7  # of the thickness: round-off of a start that touches
 
 
 def start_of_case(model: Model, seat: State | None, left: State | None = None) -> State:
@@ -75,7 +75,8 @@ def _with_motions(model: Model, state: State, analysis: Transient) -> State:
         places.append(mode.displacement)
         speeds.append(mode.velocity)
         asked.append("[analysis.mode]")
-    return _moved(state, places, speeds, model.system, " with ".join(asked))
+    round_off = INSIDE * model.case.profile.thinnest
+    return _moved(state, places, speeds, model.system, round_off, " with ".join(asked))
 
 
 def undeformed(system: SemiDiscreteSystem) -> State:
@@ -95,7 +96,14 @@ def _motions(body: Body, motion: RigidMotion) -> list[Array]:
     return [size * factor.solve(row) for size, row in wanted]
 
 
-def _moved(state: State, places: list[Array], speeds: list[Array], system: SemiDiscreteSystem, asked: str) -> State:
+def _moved(
+    state: State,
+    places: list[Array],
+    speeds: list[Array],
+    system: SemiDiscreteSystem,
+    round_off: float,
+    asked: str,
+) -> State:
     """Return a state with displacements and velocities added. Collective."""
     contact, operators = system.contact, system.operators
 
@@ -114,7 +122,7 @@ def _moved(state: State, places: list[Array], speeds: list[Array], system: SemiD
     depth = contact.depth(contact.interface.trace(u[VALUE], operators))
     deeper = depth - np.maximum(state.depth, 0.0)
     worst = int(np.argmax(deeper))
-    if deeper[worst] > INSIDE:
+    if deeper[worst] > round_off:
         raise UserError(
             f"[analysis] {asked} moves the beam {depth[worst]:.3g} m into "
             f"{contact.face_names[contact.faces[worst]]} at x = {contact.positions[worst, 0]:.4g} m; expected a start "

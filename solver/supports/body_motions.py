@@ -7,12 +7,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from gapbeam.solver.record_table import COMPONENTS
-from gapbeam.solver.supports.layout import Layout
+from gapbeam.solver.supports.layout import Layout, within
 from gapbeam.solver.supports.regions.region import Placement
 from gapbeam.solver.supports.support_body import SupportBody
 from gapbeam.solver.supports.support_tables import OneSupport
-
-NEAR = 1.0e-9  # m: round-off of places along the beam
 
 
 @dataclass(frozen=True)
@@ -83,6 +81,5 @@ def body_shifts(layout: Layout, places: np.ndarray, dimension: int) -> np.ndarra
     motions = body_motions(layout, dimension)
     found = np.zeros((len(motions), len(places), dimension))
     for shift, one in zip(found, motions, strict=True):
-        here = (places >= one.support.start - NEAR) & (places <= one.support.end + NEAR)
-        shift[here, one.axis] = 1.0
+        shift[within(places, one.support), one.axis] = 1.0
     return found

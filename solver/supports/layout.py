@@ -6,9 +6,14 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import pairwise
 
+import numpy as np
+from numpy.typing import NDArray
+
 from gapbeam.solver.faults import Key
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland, OneSupport
+
+NEAR = 1.0e-7  # of the length of a support: round-off of places along the beam
 
 
 def keyed(support: AnySupports) -> Iterator[tuple[Key, OneSupport]]:
@@ -142,3 +147,9 @@ class Layout:
     def overhangs(self, length: float) -> Iterator[tuple[float, float]]:
         """Yield start and length of the parts of a beam beyond its last and its first support, m."""
         yield from ((start, free) for start, free in ((self.end, length - self.end), (0.0, self.start)) if free > 0.0)
+
+
+def within(places: NDArray[np.float64], support: OneSupport) -> NDArray[np.bool_]:
+    """Return which places along the beam lie in a support, or at its ends but for round-off."""
+    near = NEAR * (support.end - support.start)
+    return np.asarray((places >= support.start - near) & (places <= support.end + near))

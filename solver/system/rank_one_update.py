@@ -94,15 +94,17 @@ class AttachedOperators:
         body: The operators of the body alone.
         masses: Moving masses, kg.
         springs: Springs to the frame, N/m, at the same places.
+        restraint: Those of them that are weak restraints.
 
     Attributes:
         body: The operators of the body alone.
         masses: As given.
         springs: As given.
+        restraint: As given.
     """
 
-    def __init__(self, body: Operators, masses: RankOnes, springs: RankOnes) -> None:
-        self.body, self.masses, self.springs = body, masses, springs
+    def __init__(self, body: Operators, masses: RankOnes, springs: RankOnes, restraint: RankOnes) -> None:
+        self.body, self.masses, self.springs, self.restraint = body, masses, springs, restraint
         self.size, self.massless = body.size, body.massless
         self._spring_diagonal = springs.coefficients @ springs.patterns**2
 
@@ -121,7 +123,7 @@ class AttachedOperators:
 
     def apply_restraint(self, x: Array) -> Array:
         """Return the part of K x that the restraint adds. Collective."""
-        return self.body.apply_restraint(x)
+        return self.body.apply_restraint(x) + self.restraint.apply(x, self.body)
 
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None
@@ -135,17 +137,18 @@ class AttachedOperators:
         return self.body.sum(local)
 
 
-def attached(body: Operators, masses: RankOnes, springs: RankOnes) -> Operators:
+def attached(body: Operators, masses: RankOnes, springs: RankOnes, restraint: RankOnes) -> Operators:
     """Return the operators of a body with masses and springs at some of its places.
 
     Args:
         body: The operators of the body alone, which do not change.
         masses: Moving masses, kg.
         springs: Springs to the frame, N/m, at the same places.
+        restraint: Those of them that are weak restraints.
     """
     if not (np.any(masses.coefficients) or np.any(springs.coefficients)):
         return body
     if isinstance(body, DenseOperators):
-        elastic = body.stiffness - body.restraint
-        return DenseOperators(body.mass + masses.matrix, elastic + springs.matrix, body.restraint)
-    return AttachedOperators(body, masses, springs)
+        whole = body.stiffness + springs.matrix
+        return DenseOperators.of_whole(body.mass + masses.matrix, whole, body.restraint + restraint.matrix)
+    return AttachedOperators(body, masses, springs, restraint)

@@ -12,13 +12,13 @@ from mpi4py import MPI
 from rich.table import Table
 from rich.text import Text
 
-from gapbeam.solver.assembly.attached_motions import roll_springs
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.beam_motions import motions_in_words
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.centered_pose import centered_pose
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
+from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
 from gapbeam.solver.memory.memory_check import lack_of_memory, refuse_too_large_before_meshing
 from gapbeam.solver.models.body import MeshedBeam, mesh_beam, mesh_dofs
@@ -156,17 +156,10 @@ def _model_rows(model: Model) -> list[Row]:
 
 def _dynamics_rows(model: Model) -> list[Row]:
     case, duration = model.case, model.contact_duration
-    rows = [
-        (
-            bending_words(case),
-            f"{overhang_frequency(case):.4g} Hz",
-            "first bending frequency, Euler-Bernoulli",
-        ),
-        ("axial restraint", f"{restraint_frequency(case, case.restraint.axial):.3g} Hz", "rigid beam on it"),
-    ]
-    if case.mesh.dimension == 3 and not roll_springs(case):
-        frequency = restraint_frequency(case, case.restraint.lateral)
-        rows.append(("lateral restraint", f"{frequency:.3g} Hz", "rigid beam on it"))
+    rows = [(bending_words(case), f"{overhang_frequency(case):.4g} Hz", "first bending frequency, Euler-Bernoulli")]
+    for one in _restraints(case):
+        words = f"rigid beam on {one.value:.3g} N/m: {one.reason}" if one.value > 0.0 else f"none: {one.reason}"
+        rows.append((one.key, f"{restraint_frequency(case, one.value):.3g} Hz", words))
     rows.append(
         (
             "contact duration",
@@ -186,6 +179,12 @@ def _dynamics_rows(model: Model) -> list[Row]:
         if (words := load.frequency_words(model.step)) is not None:
             rows.append((load.name, *words))
     return rows
+
+
+def _restraints(case: Case) -> list[Default]:
+    """Return the restraints of the motions along the faces that a case has."""
+    sideways = case.mesh.dimension == 3 and not case.layout.holes
+    return [axial_restraint(case), *([lateral_restraint(case)] if sideways else [])]
 
 
 def restraint_frequency(case: Case, stiffness: float) -> float:
@@ -256,13 +255,12 @@ def _restraint_warnings(model: Model) -> list[str]:
     wanted = [load.forcing_frequency for load in case.load if load.forcing_frequency is not None]
     lowest = min([overhang_frequency(case), *wanted])
     held = {one.motion.name for joint in case.joint for one in joint.attached()}  # there the restraint has no say
-    held |= {"lateral"} if roll_springs(case) else set()
-    names = [name for name in ("axial", "lateral")[: case.mesh.dimension - 1] if name not in held]
     return [
-        f"restraint.{name} gives {frequency:.3g} Hz, not soft against the lowest frequency of interest, "
+        f"{one.key} gives {frequency:.3g} Hz, not soft against the lowest frequency of interest, "
         f"{lowest:.3g} Hz; make it at least {(frequency / (SOFT_ENOUGH * lowest)) ** 2:.2g} times softer"
-        for name in names
-        if (frequency := restraint_frequency(case, getattr(case.restraint, name))) > SOFT_ENOUGH * lowest
+        for one in _restraints(case)
+        if one.key.removeprefix("restraint.") not in held
+        and (frequency := restraint_frequency(case, one.value)) > SOFT_ENOUGH * lowest
     ]
 
 

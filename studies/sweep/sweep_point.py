@@ -37,6 +37,7 @@ from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
 from gapbeam.studies.trials.starts import Start, carried, kicked, seated
 
 SAME = 1e-6  # of the range of the gaps: the same basis gives the same gaps
+ROUND_OFF = 1e-11  # of the largest gap
 _End = tuple[State, Case]
 BODY = KeptBody()  # of this process
 
@@ -231,5 +232,10 @@ def _kept(chain: Chain, task: Task) -> _End | None:
         u, v = imaged(system.operators, data["u"]), imaged(system.operators, data["v"])
         state = State(float(data["time"]), u, v, data["depth"], data["pressure"])
     depth = system.contact.depth(system.contact.interface.trace(u[VALUE], system.operators), state.time)
-    same = np.allclose(depth, state.depth, rtol=0.0, atol=SAME * float(np.ptp(state.depth)) + 1e-15)
+    same = np.allclose(
+        depth,
+        state.depth,
+        rtol=0.0,
+        atol=SAME * float(np.ptp(state.depth)) + ROUND_OFF * float(np.max(np.abs(state.depth))),
+    )
     return (state, case) if same else None

@@ -12,6 +12,7 @@ import ufl
 from dolfinx import fem
 from scipy.sparse.linalg import splu
 
+from gapbeam.solver.case.weak_restraint import axial_restraint
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.contact.solve import condensation
 from gapbeam.solver.integrators.scheme_choice import scheme_of
@@ -57,7 +58,7 @@ class TextbookStep:
         def elastic(u):
             strain = ufl.sym(ufl.grad(u))
             sigma = E / (1.0 - NU**2) * ((1.0 - NU) * strain + NU * ufl.tr(strain) * ufl.Identity(2))
-            restraint = case.restraint.axial / (2.0 * case.support.length * WIDTH)
+            restraint = axial_restraint(case).value / (2.0 * case.support.length * WIDTH)
             return ufl.inner(sigma, ufl.grad(test)) * ufl.dx + restraint * u[0] * test[0] * (base + gland)
 
         acceleration = 2.0 / DT * (mean_speed - self.speed) + case.damping.mass * mean_speed

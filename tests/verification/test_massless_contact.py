@@ -92,7 +92,7 @@ def test_stable_step_follows_from_the_highest_frequency(mesh: str, way: str) -> 
         matrix = matrix + spread(system.contact.springs(model.law.stiffness), matrix.shape[0])
     squared = eigsh(matrix[free][:, free], 1, mass_of(model)[free][:, free], which="LM")[0][0]
     limit = SAFETY * 2.0 / np.sqrt(squared)
-    found = stable_step(system, model.law)
+    found = stable_step(system, model.law, 1e-6)
     assert 0.94 * limit <= found.step <= limit * 1.0001
     assert found.frequency == pytest.approx(np.sqrt(squared), rel=2e-3)
 
@@ -117,7 +117,7 @@ def test_explicit_flights_conserve_energy_below_the_limit_only(way: str) -> None
     """At the limit the balance closes and little is created; 1.3 times the limit without safety blows up."""
     changes = {"mesh": MESHES["linear"], "contact": {"mass": way}, "time": UNDAMPED_EXPLICIT}
     model = beam_model(changes, loads=())
-    limit = stable_step(model.system, model.law).step
+    limit = stable_step(model.system, model.law, 1e-6).step
     ledger, _ = flight(model, limit, 3000)
     assert abs(ledger.residual) < 1e-6 * ledger.exchanged
     assert abs(ledger.created) < 5e-3 * ledger.exchanged
@@ -133,7 +133,7 @@ def test_explicit_and_implicit_flights_agree() -> None:
     for scheme, step in (("central-difference", 1.0e-9), ("implicit-midpoint", 1.0e-6)):
         time = {"scheme": scheme, "step": step, "end": 1.0e-3}
         model = beam_model({"mesh": MESHES["linear"], "contact": contact, "time": time}, loads=())
-        dt = stable_step(model.system, model.law).step if scheme == "central-difference" else step
+        dt = stable_step(model.system, model.law, 1e-6).step if scheme == "central-difference" else step
         ledger, state = flight(model, 7.5e-4 / np.ceil(7.5e-4 / dt), int(np.ceil(7.5e-4 / dt)))
         assert ledger.exchanged > 0.0
         ends.append(state.u[0])

@@ -15,6 +15,7 @@ from gapbeam.solver.assembly.contact_assembly import nitsche_operator
 from gapbeam.solver.assembly.elasticity import lame, stress
 from gapbeam.solver.assembly.face_quadrature import face_points
 from gapbeam.solver.assembly.nitsche_terms import Nitsche, correction, trace_bounds
+from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.operators import Springs
@@ -112,7 +113,7 @@ class Block:
     def plain_stiffness(self):
         """K of elasticity with the weak restraint."""
         u, v, case = ufl.TrialFunction(self.space), ufl.TestFunction(self.space), self.model.case
-        springs = (case.restraint.axial, case.restraint.lateral)[: self.dimension - 1]
+        springs = (axial_restraint(case).value, lateral_restraint(case).value)[: self.dimension - 1]
         held = sum(k / (2.0 * 0.05 * WIDTH) * u[i] * v[i] for i, k in enumerate(springs))
         return assembled(self.width * ufl.inner(self.sigma(u), ufl.grad(v)) * ufl.dx + self.over_both(held))
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from gapbeam.solver.attachments.joint_table import bending_rank
 from gapbeam.solver.case.bending_waves import bending_wavelength
-from gapbeam.solver.case.case import Case, Restraint
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.checks.unit_questions import unit_questions
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
@@ -187,7 +187,7 @@ def contact(case: Case) -> Iterator[str]:
         )
     if law.touch_depth != "auto" and 0 < clearance < 10 * law.touch_depth:
         yield f"[contact] touch_depth = {law.touch_depth:g} is not small beside the clearance"
-    if case.mesh.dimension == 2 and case.restraint.lateral != Restraint().lateral:
+    if case.mesh.dimension == 2 and case.restraint.lateral != "auto":
         yield "[restraint] lateral has no effect in 2D"
 
 

@@ -10,10 +10,12 @@ from __future__ import annotations
 
 import time
 from dataclasses import replace
+from math import pi
 
 import numpy as np
 from scipy.linalg import eigh
 
+from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.models.body import Body
@@ -33,7 +35,7 @@ def rigid_body(body: Body) -> Body:
     mass, restraint = operators.sum(np.stack([[motions.T @ image for image in pair] for pair in images], axis=-1))
     squares, turn = eigh(0.5 * (restraint + restraint.T), 0.5 * (mass + mass.T))
     floating = Basis(np.asfortranarray(motions @ turn), np.maximum(squares, 0.0))
-    shift = max(float(np.mean(floating.squares)), 1.0)
+    shift = (2.0 * pi * overhang_frequency(case)) ** 2
     basis = held(body, floating, shift)
     symmetric = is_symmetric(case)
     contact = gathered_points(case, body.contact, symmetric, 1, body.meshed.facet_length)

@@ -112,4 +112,4 @@ def _remedy(case: Case) -> str:
 
 def of_restraint(largest: float, share: float) -> Finding:
     """Return the finding on the restraint, of its largest energy, J, and that over the largest of all."""
-    return Finding(RESTRAINED, share, detail=f"{largest:.3g} J")
+    return Finding(RESTRAINED, share, estimate=share, detail=f"{largest:.3g} J")

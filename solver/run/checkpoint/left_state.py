@@ -35,7 +35,7 @@ LOG = logging.getLogger("gapbeam")
 MAY_DIFFER = ("title", "load", "probe", "damping", "time", "analysis", "solver", "gates", "output")
 SAME_PLACE = "mesh.file"  # its contents count
 ROUND_OFF = 1.0e-9  # of the largest entry of mass and stiffness
-DEEPER = 1.0e-9  # m: round-off of points that touch
+DEEPER = 1.0e-7  # of the thickness: round-off of points that touch
 
 
 def left_state(model: Model, folder: Path, comm: MPI.Comm) -> State | None:
@@ -173,7 +173,7 @@ def _at_zero(state: State, model: Model, path: Path) -> State:
     u, v = imaged(operators, state.u[VALUE].copy()), imaged(operators, state.v[VALUE].copy())
     depth: Array = contact.depth(contact.interface.trace(u[VALUE], operators), 0.0)
     excess = depth - np.maximum(state.depth, 0.0)
-    if np.max(excess, initial=0.0) > DEEPER:
+    if np.max(excess, initial=0.0) > DEEPER * model.case.profile.thinnest:
         worst = int(np.argmax(excess))
         raise _fault(
             path,

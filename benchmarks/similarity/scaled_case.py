@@ -1,6 +1,7 @@
 """A case at another size, from the units of its keys: no key is named here whose unit its description gives.
 
-Keys that are left out stay out, so that their defaults have to find the size by themselves.
+Keys that are left out stay out, so that their defaults have to find the size by themselves; but for the acceleration of
+gravity on Earth, a number of its own.
 """
 
 from __future__ import annotations
@@ -60,6 +61,9 @@ CHOSEN: dict[tuple[str, str], Unit] = {
 }
 """Units that follow from other keys, of tables and of those that derive from them."""
 
+OF_EARTH = {"Gravity": ("acceleration",)}
+"""Defaults that are numbers with a unit: written, so that they are scaled."""
+
 OF_FILES = ("scale", "time_scale")
 """Keys that stand for the numbers in a file: written even where the case leaves them out."""
 
@@ -97,6 +101,7 @@ def scaled_case(case: Case, size: float) -> Case:
 def _table(case: Case, tables: tuple[BaseModel, ...], size: float) -> dict[str, Any]:
     table, found = tables[-1], dict[str, Any]()
     given = set(table.model_fields_set)
+    given |= set(OF_EARTH.get(type(table).__name__, ()))
     if "file" in given:
         given |= set(OF_FILES) & set(type(table).model_fields)
     for key in type(table).model_fields:

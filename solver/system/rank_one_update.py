@@ -81,10 +81,25 @@ def updated(factor: Factor, operators: Operators, added: RankOnes | None) -> Fac
     if added is None:
         return factor
     responses = np.stack([factor.solve(pattern) for pattern in added.patterns], axis=1)
-    flexibility = operators.sum(added.patterns @ responses)
-    scaled = added.coefficients[:, None] * (0.5 * (flexibility + flexibility.T))
-    inner = np.linalg.solve(np.eye(len(scaled)) + scaled, np.diag(added.coefficients))
-    return UpdatedFactor(factor, operators, responses, 0.5 * (inner + inner.T))
+    scales, inner = inner_inverse(operators.sum(added.patterns @ responses), added.coefficients)
+    return UpdatedFactor(factor, operators, responses * scales, inner)
+
+
+def inner_inverse(flexibility: Array, coefficients: Array) -> tuple[Array, Array]:
+    """Return powers of two c, (k,), and R of c_j W_j, (k, k), symmetric, with A'^-1 = A^-1 - (W c) R (W c)^T.
+
+    Displacements and rotations have different units. The scales make the entries of all about 1, so that round-off does
+    not depend on the size of a scene.
+
+    Args:
+        flexibility: B W, (k, k).
+        coefficients: a, (k,).
+    """
+    sizes = np.abs(np.diagonal(flexibility))
+    scales = np.exp2(-np.round(0.5 * np.log2(np.where(sizes > 0.0, sizes, 1.0))))
+    scaled, changed = np.outer(scales, scales) * (0.5 * (flexibility + flexibility.T)), coefficients / scales**2
+    inner = np.linalg.solve(np.eye(len(scaled)) + changed[:, None] * scaled, np.diag(changed))
+    return scales, 0.5 * (inner + inner.T)
 
 
 class AttachedOperators:

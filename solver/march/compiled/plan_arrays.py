@@ -27,6 +27,7 @@ from gapbeam.solver.march.compiled.ledger_kernel import OF_IMPACT, RECORDED
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array, RankOnes
+from gapbeam.solver.system.rank_one_update import inner_inverse
 from gapbeam.solver.system.semi_discrete import VALUE, Imaged, State, imaged
 
 
@@ -77,10 +78,9 @@ def inverse_updates(inverse: Array, added: RankOnes) -> tuple[Array, Array]:
         added: B and a.
     """
     responses = added.patterns * inverse
-    scaled = added.coefficients[:, None] * (responses @ added.patterns.T)
-    inner = np.linalg.solve(np.eye(len(scaled)) + scaled, np.diag(added.coefficients))
-    factors, turn = np.linalg.eigh(0.5 * (inner + inner.T))
-    return np.ascontiguousarray(turn.T @ responses), factors
+    scales, inner = inner_inverse(responses @ added.patterns.T, added.coefficients)
+    factors, turn = np.linalg.eigh(inner)
+    return np.ascontiguousarray(turn.T @ (scales[:, None] * responses)), factors
 
 
 def scheme_table(plan: March) -> Scheme:

@@ -79,11 +79,9 @@ def double_width(case: Case) -> Iterator[Way]:
     """A slice twice as wide under twice the forces moves as before."""
     if case.mesh.dimension == 3 or case.mesh.file is not None:
         return
-    changes: dict[str, Any] = {
-        "beam.width": 2.0 * case.beam.width,
-        "restraint.axial": 2.0 * case.restraint.axial,
-        "restraint.lateral": 2.0 * case.restraint.lateral,
-    }
+    restraint = {"axial": case.restraint.axial, "lateral": case.restraint.lateral}
+    changes: dict[str, Any] = {f"restraint.{key}": 2.0 * value for key, value in restraint.items() if value != "auto"}
+    changes["beam.width"] = 2.0 * case.beam.width
     for load in case.load:
         if not isinstance(load.place, PointForce | LineForce):
             continue

@@ -7,7 +7,7 @@ gravity on Earth, a number of its own.
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, cast
 
 from pydantic import BaseModel
 
@@ -16,6 +16,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.case.reading.case_reader import read_case_tables
 from gapbeam.solver.case.units_in_descriptions import unit_in
+from gapbeam.solver.supports.support_tables import OneSupport
 from gapbeam.solver.table import type_name
 
 Path = tuple[str | int, ...]
@@ -36,6 +37,10 @@ def _load_unit(tables: tuple[BaseModel, ...]) -> str:
     return QUANTITIES[quantity]
 
 
+def _unit_at_support(case: Case, support: OneSupport) -> str:
+    return case.contact.unit_with(law_at(case.contact, support))
+
+
 def _of_key(case: Case, tables: tuple[BaseModel, ...]) -> str:
     key = tuple(int(part) if part.isdigit() else part for part in tables[-1].key.split("."))  # type: ignore[attr-defined]
     return _unit_at(case, key)
@@ -44,7 +49,7 @@ def _of_key(case: Case, tables: tuple[BaseModel, ...]) -> str:
 CHOSEN: dict[tuple[str, str], Unit] = {
     ("Contact", "stiffness"): lambda case, _: case.contact.stiffness_unit,
     ("Contact", "damping"): lambda case, _: case.contact.damping_unit,
-    ("OneOfSeveral", "stiffness"): lambda case, tables: case.contact.unit_with(law_at(case.contact, tables[-1])),
+    ("OneOfSeveral", "stiffness"): lambda case, tables: _unit_at_support(case, cast(OneSupport, tables[-1])),
     ("OneOfSeveral", "damping"): lambda case, _: case.contact.damping_unit,
     ("AdamsImpact", "damping"): lambda case, _: case.contact.damping_unit,
     ("ElasticPlastic", "yield_pressure"): lambda case, _: "Pa" if case.contact.points is None else "N",
@@ -56,6 +61,8 @@ CHOSEN: dict[tuple[str, str], Unit] = {
     ("TurbulenceSpectrum", "scale"): lambda _, tables: f"({_load_unit(tables)})^2/Hz",
     ("WhiteSpectrum", "density"): lambda _, tables: f"({_load_unit(tables)})^2/Hz",
     ("TableSpectrum", "densities"): lambda _, tables: f"({_load_unit(tables)})^2/Hz",
+    ("Output", "checkpoint_interval"): lambda *_: "no unit",  # of the clock on the wall
+    ("Output", "wall_time"): lambda *_: "no unit",
     ("Continuation", "low"): _of_key,
     ("Continuation", "high"): _of_key,
 }

@@ -14,14 +14,20 @@ import gapbeam
 from benchmarks.similarity.scaled_case import scaled_tables
 from benchmarks.similarity.size_exponents import size_exponent
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.checks.case_warnings import unusual_loads
+from gapbeam.solver.case.checks.unit_questions import unit_questions
+from gapbeam.solver.case.reading.case_reader import read_case_tables
 from gapbeam.solver.record_table import HISTORY_FILE
 
 SIZES = (2.0**-14, 2.0**10)
 AT_ROUND_OFF = ("iterations", "energy_residual", "algorithmic_dissipation", "active_points", "contact_area")
 """Histories that round-off decides."""
+ENERGY = ("_energy", "_work", "_dissipation")
+"""Endings of histories that are energies."""
 
 _NUMBER = re.compile(r"(?<![A-Za-z_])[-+]?\d+(?:[.,]\d+)*(?:e[-+]?\d+)?")
-_UNLIKE = ("hours", "minutes", "seconds", "GB", "memory", "results folder", "wall")
+_PREFIX = re.compile(r"# [kMGmunµ](?=(?:m|s|N|Pa|J|W|Hz)\b)")
+_PROGRESS = re.compile(r"t = \S+ of ")
 
 
 @dataclass(frozen=True)
@@ -42,17 +48,24 @@ class Motion:
 
 
 def motion(case: Case, size: float, folder: Path) -> Motion:
-    """Run a case at a size and return its motion in units of the size."""
+    """Run a case at a size and return its motion in units of the size.
+
+    Questions about units ask for what engineers usually build, and so for a size: they are left out. Lines of progress
+    follow the clock.
+    """
+    tables = scaled_tables(case, size)
+    asked = _questions(read_case_tables(tables, name="scaled"))
     lines = list[str]()
 
     class Kept(logging.Handler):
         def emit(self, record: logging.LogRecord) -> None:
-            lines.append(f"{record.levelname} {record.getMessage()}")
+            if (text := record.getMessage()) not in asked and not _PROGRESS.match(text):
+                lines.append(f"{record.levelname} {text}")
 
     handler, log = Kept(), logging.getLogger("gapbeam")
     log.addHandler(handler)
     try:
-        outcome = gapbeam.run(scaled_tables(case, size), output=folder, overwrite=True)
+        outcome = gapbeam.run(tables, output=folder, overwrite=True)
     finally:
         log.removeHandler(handler)
     history = dict[str, np.ndarray]()
@@ -69,13 +82,17 @@ def motion(case: Case, size: float, folder: Path) -> Motion:
 
 def without_figures(text: str) -> str:
     """Return a text with every number replaced by #."""
-    return _NUMBER.sub("#", text)
+    return _PREFIX.sub("# ", _NUMBER.sub("#", text))
 
 
-def difference(one: np.ndarray, other: np.ndarray) -> float:
-    """Return the largest difference relative to the largest value."""
+def _questions(case: Case) -> set[str]:
+    """Return the warnings of a case that ask for its units."""
+    return {line for look in (unit_questions, unusual_loads) for line in look(case)}
+
+
+def difference(one: np.ndarray, other: np.ndarray, scale: float) -> float:
+    """Return the largest difference over a scale; without a scale the difference itself."""
     if one.shape != other.shape:
         return np.inf
-    scale = float(np.max(np.abs(one), initial=0.0))
     apart = float(np.max(np.abs(one - other), initial=0.0))
     return apart / scale if scale > 0.0 else apart

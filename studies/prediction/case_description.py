@@ -157,9 +157,9 @@ def _model_rows(model: Model) -> list[Row]:
 def _dynamics_rows(model: Model) -> list[Row]:
     case, duration = model.case, model.contact_duration
     rows = [(bending_words(case), f"{overhang_frequency(case):.4g} Hz", "first bending frequency, Euler-Bernoulli")]
-    for one in _restraints(case):
-        words = f"rigid beam on {one.value:.3g} N/m: {one.reason}" if one.value > 0.0 else f"none: {one.reason}"
-        rows.append((one.key, f"{restraint_frequency(case, one.value):.3g} Hz", words))
+    for spring in _restraints(case):
+        on_it = f"rigid beam on {spring.value:.3g} N/m" if spring.value > 0.0 else "none"
+        rows.append((spring.key, f"{restraint_frequency(case, spring.value):.3g} Hz", f"{on_it}: {spring.reason}"))
     rows.append(
         (
             "contact duration",

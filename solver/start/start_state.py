@@ -11,6 +11,7 @@ from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.centered_pose import centered_pose
 from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.supports.body_motions import body_motions
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State, imaged
 
@@ -43,12 +44,12 @@ def start_of_case(model: Model, seat: State | None, left: State | None = None) -
                     f"[analysis] state = {folder!r} is read by `gapbeam run` alone; expected a start that studies and "
                     'single marches find themselves; try start = "seat" or [analysis.motion]'
                 )
-            return _with_motions(model, left, analysis)
+            return _with_motions(model, _with_bodies(model, left), analysis)
         case Transient(start="undeformed" | "centered") as analysis:
-            return _with_motions(model, undeformed(model.system), analysis)
+            return _with_motions(model, _with_bodies(model, undeformed(model.system)), analysis)
         case Transient() as analysis:
             assert seat is not None
-            return _with_motions(model, seat, analysis)
+            return _with_motions(model, _with_bodies(model, seat), analysis)
         case Periodic():
             assert seat is not None
             return seat
@@ -77,6 +78,44 @@ def _with_motions(model: Model, state: State, analysis: Transient) -> State:
         asked.append("[analysis.mode]")
     round_off = INSIDE * model.case.profile.thinnest
     return _moved(state, places, speeds, model.system, round_off, " with ".join(asked))
+
+
+def _with_bodies(model: Model, state: State) -> State:
+    """Return a state with the displacements and velocities of support bodies that a case asks for.
+
+    At its own rest a body has k q = f, with f the static loads on the body alone.
+
+    Raises:
+        UserError: A support is moved into the beam.
+    """
+    system = model.system
+    bodies = body_motions(model.case.layout, model.case.mesh.dimension)
+    if not any(one.body.moved for one in bodies):
+        return state
+    static = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))
+    u, v, first = state.u[VALUE].copy(), state.v[VALUE].copy(), len(state.u[VALUE]) - len(bodies)
+    for number, one in enumerate(bodies, first):
+        if one.body.displacement == "rest":
+            u[number] = static[number] / one.body.stiffness
+        elif one.bends:
+            u[number] += one.body.displacement
+        if one.bends:
+            v[number] += one.body.velocity
+    contact, operators = system.contact, system.operators
+    depth = contact.depth(contact.interface.trace(u, operators))
+    deeper = depth - np.maximum(state.depth, 0.0)
+    worst = int(np.argmax(deeper))
+    if deeper[worst] > INSIDE:
+        raise UserError(
+            f"[[support]] body.displacement moves {contact.face_names[contact.faces[worst]]} {depth[worst]:.3g} m into "
+            f"the beam at x = {contact.positions[worst, 0]:.4g} m; expected a start at which the support does not "
+            "press; try a smaller displacement, or a larger clearance"
+        )
+    moved = not np.array_equal(u, state.u[VALUE])
+    state = replace(state, v=imaged(operators, v), a=None)
+    if not moved:
+        return state
+    return replace(state, u=imaged(operators, u), depth=depth, pressure=np.zeros(contact.size))
 
 
 def undeformed(system: SemiDiscreteSystem) -> State:

@@ -8,10 +8,11 @@ The faces of the support move with q: along the bending axis, and of supports ar
 from __future__ import annotations
 
 from math import pi, sqrt
+from typing import Literal
 
 from pydantic import Field
 
-from gapbeam.solver.table import NonNegative, Positive, Table
+from gapbeam.solver.table import NonNegative, Number, Positive, Table
 
 
 class SupportBody(Table):
@@ -24,6 +25,20 @@ class SupportBody(Table):
         examples=[2.0e5],
     )
     damping: NonNegative = Field(default=0.0, description="damping c of the damper beside it, N s/m", examples=[10.0])
+    displacement: Literal["rest"] | Number = Field(
+        default=0.0,
+        description='displacement at t = 0 along the bending axis, upward, m; "rest": where the body rests under its '
+        "own weight without the beam; of a run that starts at the seat it is added to that of the seat",
+        examples=[-1.0e-3],
+    )
+    velocity: Number = Field(
+        default=0.0, description="velocity at t = 0 along the bending axis, upward, m/s", examples=[0.1]
+    )
+
+    @property
+    def moved(self) -> bool:
+        """Whether a start of its own is asked for."""
+        return self.displacement != 0.0 or self.velocity != 0.0
 
     @property
     def frequency(self) -> float:

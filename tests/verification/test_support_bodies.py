@@ -12,7 +12,10 @@ from scipy.integrate import solve_ivp
 
 import gapbeam
 import gapbeam.solver.march.step_blocks
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.body_key import body_key
+from gapbeam.solver.start.start_state import start_of_case
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.verification.test_own_contact import AREA, GRAVITY, LENGTH, MASS, PLACES, stops, tables
 
@@ -251,3 +254,47 @@ def test_a_clearance_closes_around_a_body(tmp_path: Path) -> None:
     found = run(tmp_path / "run", case)
     largest = float((found["kinetic_energy"] + found["strain_energy"] + found["contact_energy"]).max())
     assert float(np.abs(found["energy_residual"]).max()) < 1e-10 * largest
+
+
+FALLS = {"type": "transient", "start": "undeformed"}
+
+
+@pytest.mark.parametrize("start", ["rest", -2.0e-3, 1.0e-3])
+def test_a_body_starts_where_the_case_says(start: str | float, tmp_path: Path) -> None:
+    """Free of the beam: q = q_s + e^(-d t) ((q_0 - q_s) cos w t + (v_0 + d (q_0 - q_s)) / w sin w t)."""
+    body = {"mass": 0.3, "stiffness": 4.0e3, "damping": 6.0, "displacement": start, "velocity": 0.0}
+    if start != "rest":
+        body["velocity"] = 0.05
+    case = tables([under_the_middle(body, clearance=0.01)], analysis=FALLS, time={"end": 0.03, "step": 2.0e-5})
+    found = run(tmp_path / "run", case)
+    moved = found["support_displacement"].sel(support_body="stop", support_axis="y").values
+    times, rest = found["time"].values, -0.3 * GRAVITY / 4.0e3
+    first = rest if start == "rest" else float(start)
+    lost = 6.0 / (2.0 * 0.3)
+    turn = np.sqrt(4.0e3 / 0.3 - lost**2)
+    swing = (first - rest) * np.cos(turn * times) + (body["velocity"] + lost * (first - rest)) / turn * np.sin(
+        turn * times
+    )
+    assert moved == pytest.approx(rest + np.exp(-lost * times) * swing, abs=2e-3 * abs(rest))
+
+
+def test_a_body_is_moved_from_the_seat() -> None:
+    """The displacement and the velocity are added to where body and beam stand together."""
+    body = {"mass": 0.3, "stiffness": 2.0e4, "displacement": -1.0e-3, "velocity": 0.2}
+    simulation = gapbeam.model(gapbeam.read_case(tables([under_the_middle(body)])))
+    seat = simulation.seat().state
+    state = start_of_case(simulation.model, seat)
+    assert state.u[VALUE][-1] - seat.u[VALUE][-1] == pytest.approx(-1.0e-3, rel=1e-12)
+    assert state.v[VALUE][-1] == pytest.approx(0.2, rel=1e-12)
+    assert state.u[VALUE][:-1] == pytest.approx(seat.u[VALUE][:-1], rel=1e-12)
+
+
+def test_starts_of_bodies_that_are_refused() -> None:
+    """A body within the beam, its own rest beside the seat, and a start of a periodic response."""
+    inside = {"mass": 0.3, "stiffness": 2.0e4, "displacement": 2.0e-3}
+    simulation = gapbeam.model(gapbeam.read_case(tables([under_the_middle(inside, clearance=1.0e-3)], analysis=FALLS)))
+    with pytest.raises(UserError, match=r"body.displacement moves stop_below 0.001 m into the beam"):
+        start_of_case(simulation.model, None)
+    at_rest = {"mass": 0.3, "stiffness": 2.0e4, "displacement": "rest"}
+    with pytest.raises(CaseError, match=r"starts at the seat[\s\S]*undeformed"):
+        gapbeam.read_case(tables([under_the_middle(at_rest)]))

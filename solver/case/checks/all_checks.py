@@ -145,7 +145,11 @@ from gapbeam.solver.case.checks.start_checks import (
     start_state_stands_alone,
     start_vectors_fit_the_mesh,
 )
-from gapbeam.solver.case.checks.support_body_checks import bodies_need_few_dofs, bodies_stand_on_the_frame
+from gapbeam.solver.case.checks.support_body_checks import (
+    bodies_need_few_dofs,
+    bodies_stand_on_the_frame,
+    bodies_start_in_a_run,
+)
 from gapbeam.solver.case.checks.support_checks import (
     own_contact_fits_the_case,
     something_carries_the_beam,
@@ -201,6 +205,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     *WEAR_CHECKS,
     bodies_need_few_dofs,
     bodies_stand_on_the_frame,
+    bodies_start_in_a_run,
     something_carries_the_beam,
     regions_fit_the_beam,
     round_beams_are_met_around,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from gapbeam.solver.case.analysis_table import Analysis, Transient
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.model_table import FullModel, ModelTable
 from gapbeam.solver.faults import Fault
@@ -25,6 +26,30 @@ def bodies_need_few_dofs(support: AnySupports, model: ModelTable) -> Iterator[Fa
                 "a reduced, beam or rigid model, which takes the motion of a support among its unknowns",
                 'type = "reduced" in [model]',
                 (("model", "type"),),
+            )
+
+
+def bodies_start_in_a_run(support: AnySupports, analysis: Analysis) -> Iterator[Fault]:
+    """A body starts by itself in a march, and at its own rest where it does not start at the seat."""
+    for key, one in keyed(support):
+        if one.body is None or not one.body.moved:
+            continue
+        name = "displacement" if one.body.displacement != 0.0 else "velocity"
+        if not isinstance(analysis, Transient):
+            yield Fault(
+                (*key, "body", name),
+                f"{getattr(one.body, name)}, in the search for a periodic response",
+                "no start: a periodic response has none",
+                f"leave {name} out",
+                (("analysis", "type"),),
+            )
+        elif one.body.displacement == "rest" and (analysis.state is not None or analysis.start == "seat"):
+            yield Fault(
+                (*key, "body", "displacement"),
+                '"rest", in a run that starts ' + ("from a state" if analysis.state is not None else "at the seat"),
+                "a number: beam and body start where they stand together",
+                'start = "undeformed" in [analysis]',
+                (("analysis", "state" if analysis.state is not None else "start"),),
             )
 
 

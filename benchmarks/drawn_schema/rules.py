@@ -150,6 +150,8 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Profile", "recesses"): lambda chance, scene: [abs(scene.clearance) * chance.uniform(0.0, 0.5) for _ in range(4)],
     ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
     ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
+    ("PlacedSupport", "support_stiffness"): never,  # in the place of stiffness: tests/verification/test_whole_supports
+    ("PlacedSupport", "support_damping"): never,
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
     ("PlacedSupport", "static_friction"): never,  # at least friction
     ("PlacedSupport", "law"): never,  # its stiffness has a unit of its own
@@ -162,6 +164,8 @@ RULES: dict[tuple[str, str], Rule] = {
     ("SupportBody", "mass"): lambda chance, scene: scene.mass * chance.choice((0.03, 0.1, 0.5)),
     ("SupportBody", "stiffness"): _spring,
     ("SupportBody", "damping"): seldom(_damper, 0.7),
+    ("SupportBody", "displacement"): never,  # only of a march, and away from the beam
+    ("SupportBody", "velocity"): never,  # only of a march
     ("PlacedSupport", "from"): never,  # places and names follow each other, `finishing`
     ("PlacedSupport", "to"): never,
     ("PlacedSupport", "name"): never,
@@ -230,12 +234,18 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PiecewiseLinear", "depths"): lambda _, scene: [scene.shallow, 2.0 * scene.shallow],
     ("PiecewiseLinear", "factors"): lambda chance, _: [chance.choice((0.5, 2.0)), chance.choice((1.0, 5.0))],
     ("ElasticPlastic", "yield_pressure"): lambda _, scene: scene.stiffness * scene.shallow,
+    ("ElasticPlastic", "yield_force"): never,  # in the place of yield_pressure
     ("ElasticPlastic", "hardening"): seldom(one_of(0.0, 0.1, 0.5), 0.5),
     ("LoadTable", "name"): never,  # numbered where the loads are put together
     ("LoadTable", "direction"): never,  # drawn for the dimension of the mesh where the loads are put together
     ("Gravity", "acceleration"): seldom(one_of(1.62, 9.81, 20.0)),
     ("PointLoad", "point"): _point,
     ("HarmonicLoad", "amplitude"): _force,
+    ("ConstantForce", "amplitude"): _preload,
+    ("StepForce", "amplitude"): _force,
+    ("StepForce", "start"): lambda chance, scene: chance.choice((0.0, 1.0)) / scene.frequency,
+    ("StepForce", "end"): never,  # after its start and ramp
+    ("StepForce", "ramp"): _ramp,
     ("BaseMotion", "amplitude"): lambda chance, _: 9.81 * 10.0 ** chance.uniform(-1.0, 0.8),
     ("MovingSupport", "support"): never,  # named where the loads are put together
     ("HarmonicSupportMotion", "amplitude"): lambda chance, scene: abs(scene.clearance) * chance.choice((0.1, 1.0, 5.0)),

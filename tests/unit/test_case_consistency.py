@@ -17,6 +17,7 @@ from gapbeam.solver.case.checks import model_checks as model_fits
 from gapbeam.solver.case.checks import place_checks as places
 from gapbeam.solver.case.checks import support_checks as supports
 from gapbeam.solver.case.checks import wear_checks as wear
+from gapbeam.solver.case.checks import whole_support_checks as wholes
 from gapbeam.solver.case.checks.all_checks import CHECKS, contradictions_in
 from gapbeam.solver.case.reading.case_reader import read_case, warnings
 from tests.shared.case_texts import GOOD, assert_says, faults_of, spoiled, written
@@ -453,6 +454,7 @@ def test_every_check_is_made() -> None:
             places,
             resultants,
             wear,
+            wholes,
         )
         for name, function in inspect.getmembers(module, inspect.isgeneratorfunction)
         if not name.startswith("_") and function.__module__.startswith("gapbeam.solver.case.checks.")

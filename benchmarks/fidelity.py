@@ -22,6 +22,7 @@ from mpi4py import MPI
 from benchmarks.table import Cell, Table, machine_words, options
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, coordinate_element
 from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.steady_figures import Steady, steady
 from gapbeam.solver.assembly.elasticity import stress
 from gapbeam.solver.case.case import Case
@@ -138,7 +139,7 @@ def errors(one: Answer, reference: Answer) -> dict[str, float]:
     wanted, given = reference.found.quantities, one.found.quantities
     found = {
         name: given[name].mean / wanted[name].mean - 1.0
-        for name in ("test smoothed acceleration", "base peak force", "base impulse")
+        for name in (f"test {SMOOTHED_ACCELERATION}", f"base {LARGEST_FORCE}", "base impulse")
     }
     first = np.abs(reference.found.harmonics["test"].mean(axis=0))
     second = np.abs(one.found.harmonics["test"].mean(axis=0))

@@ -103,7 +103,7 @@ def run(
     ] = None,
     error: Annotated[
         str | None,
-        typer.Option(help="how errors are estimated after the run: companions (default) or none"),
+        typer.Option(help="how errors are estimated after the run: companions (default), thorough or none"),
     ] = None,
     tolerance: Annotated[
         str | None, typer.Option(help="take the cheapest model, mesh and step within it, such as 2%, by a trade-off")

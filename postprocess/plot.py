@@ -54,7 +54,7 @@ from gapbeam.postprocess.signals.periodicity import TOLERANCE
 from gapbeam.postprocess.signals.power_density import density_data, density_rows, power_density
 from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze
 from gapbeam.postprocess.signals.shock_spectrum import DAMPING, shock_data, shock_rows, shock_spectrum
-from gapbeam.postprocess.signals.smoothing import POINTS, RATE, Sampling
+from gapbeam.postprocess.signals.smoothing import POINTS, Sampling
 from gapbeam.postprocess.signals.spectra import Window
 from gapbeam.solver.record_table import CURVE_FILE, HISTORY
 
@@ -78,7 +78,7 @@ def plot(
     probe: str | None = None,
     component: str | None = None,
     acceleration: Acceleration = "absolute",
-    rate: float = RATE,
+    rate: float | None = None,
     points: int = POINTS,
     sampling: Sampling = "mean",
     periods: int | None = None,
@@ -106,7 +106,7 @@ def plot(
         probe: Name of the probe; default the first.
         component: "x", "y" or "z"; default the bending direction.
         acceleration: "absolute" or "relative" to the support.
-        rate: Sampling rate in Hz for the smoothed acceleration.
+        rate: Sampling rate in Hz for the smoothed acceleration; default points over `output.smoothing_window`.
         points: Points of its moving average.
         sampling: "mean" over the sampling interval, or "pick" the value at its end.
         periods: Forcing periods in the spectra; default the most of 12, 24, ... after the transient.

@@ -17,6 +17,7 @@ HISTORY_FILE = "history.h5"
 FIELDS_FILE = "fields.xdmf"
 FIELDS_DATA_FILE = "fields.h5"
 SUMMARY_FILE = "summary.json"
+SMOOTHING_WINDOW = "smoothing_window"  # attribute of a history, s
 LOG_FILE = "run.log"
 PROGRESS_FILE = "progress.json"
 FIELD_FOLDER = "fields"

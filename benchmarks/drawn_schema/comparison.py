@@ -9,13 +9,12 @@ import numpy as np
 
 from benchmarks.drawn_schema.references import long_march, motion_by
 from benchmarks.drawn_schema.ways import Way
+from benchmarks.true_errors import true_errors
 from gapbeam.postprocess.results.results import Results, open_results
 from gapbeam.solver.case.analysis_table import Continuation, Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.record_table import CURVE_FILE
-from gapbeam.studies.error_estimate.horizon import spans_of
-from gapbeam.studies.error_estimate.key_figures import key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 CHANGES = 10  # of contact: before, motions that are the same are the same
@@ -45,7 +44,7 @@ def compared(way: Way, case: Case, folder: Any) -> dict[str, Any]:
     other = motion_by(way, case, run, step, computed)
     if way.exact is not None:
         return _exactly(run, other, way.exact, way.forces)
-    return _within(case, summary.get("errors", NOT_ASKED), run, other)
+    return _within(summary, other)
 
 
 def _exactly(run: MotionRecord, other: MotionRecord, limit: float, forces: float) -> dict[str, Any]:
@@ -72,23 +71,16 @@ def _waves(motion: MotionRecord, forces: float = 1.0) -> Any:
     return motion.displacement if motion.probes else motion.impulse / forces
 
 
-def _within(case: Case, errors: dict[str, Any], run: MotionRecord, other: MotionRecord) -> dict[str, Any]:
+def _within(summary: dict[str, Any], other: MotionRecord) -> dict[str, Any]:
     """Compare each figure that has an error; figures of which both difference and error are negligible are not."""
+    errors = summary.get("errors", NOT_ASKED)
     if errors["status"] != "estimated":
         return {"figures": 0, "above": 0, "worst": None, "what": errors["reason"]}
-    known = {(row["name"], row["span"]): row for row in errors["figures"]}
     rows = []
-    for span in spans_of(case, errors["up_to"], run.interval, errors["horizon"]):
-        theirs = key_figures(other, span)
-        for name, figure in key_figures(run, span).items():
-            row = known[name, span.name]
-            if row["error"] is None:
-                continue
-            scale = row["error"] / row["relative_error"] if row["relative_error"] else abs(figure.mean)
-            difference = abs(figure.mean - theirs[name].mean)
-            if max(difference, row["error"]) > NEGLIGIBLE * scale:
-                size = max(scale, 1.0e-300)
-                rows.append((difference / max(row["error"], 1.0e-300), f"{name}, {span.name}", difference / size))
+    for row, difference in true_errors(summary, other):
+        size = max(abs(row["value"]), 1.0e-300)
+        if max(difference, row["error"]) > NEGLIGIBLE * size:
+            rows.append((difference / max(row["error"], 1.0e-300), f"{row['name']}, {row['span']}", difference / size))
     worst = max(rows, default=(None, "", 0.0), key=lambda row: row[0] or 0.0)
     above = sum(ratio > FACTOR for ratio, _, _ in rows)
     return {"figures": len(rows), "above": above, "worst": worst[0], "what": worst[1], "relative": worst[2]}

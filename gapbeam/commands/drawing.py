@@ -34,7 +34,13 @@ def plot(
     acceleration: Annotated[
         AccelerationChoice, typer.Option(help="relative: to the support")
     ] = AccelerationChoice.absolute,
-    rate: Annotated[float, typer.Option(min=1e-6, help="sampling rate of the smoothed acceleration, Hz")] = 2000.0,
+    rate: Annotated[
+        float | None,
+        typer.Option(
+            min=1e-6,
+            help="sampling rate of the smoothed acceleration, Hz; by default its points span output.smoothing_window",
+        ),
+    ] = None,
     points: Annotated[int, typer.Option(min=1, help="points of its moving average")] = 5,
     sampling: Annotated[
         SamplingChoice, typer.Option(help="mean over an interval, or its last value")

@@ -79,7 +79,7 @@ def plot(
     component: str | None = None,
     *,
     acceleration: Literal["absolute", "relative"] = "absolute",
-    rate: float = 2000.0,
+    rate: float | None = None,
     points: int = 5,
     sampling: Literal["mean", "pick"] = "mean",
     periods: int | None = None,
@@ -105,7 +105,7 @@ def plot(
         probe: Name of a probe; None: the first.
         component: "x", "y" or "z"; None: the bending direction.
         acceleration: Absolute, or relative to the support.
-        rate: Sampling rate of the smoothed acceleration, Hz.
+        rate: Sampling rate of the smoothed acceleration, Hz; default points over `output.smoothing_window`.
         points: Points of its moving average.
         sampling: Mean over an interval, or its last value.
         periods: Forcing periods in the spectra; None: as many as there are.

@@ -24,6 +24,7 @@ from gapbeam.postprocess.comparison.waveform_overlay import (
     times_overlaid,
 )
 from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import HARMONICS, Steady, WindowFigure, steady
@@ -211,8 +212,8 @@ def _rows(both: tuple[Steady, Steady], probes: tuple[str, ...]) -> tuple[Compare
         scale = max(abs(one.mean), abs(other.mean))
         if probe is not None:
             scale = max(s.quantities[f"{probe} harmonic {n}"].mean for s in both for n in range(1, HARMONICS + 1))
-        elif name.endswith((" peak force", " impulse")):
-            suffix = "peak force" if name.endswith("force") else "impulse"
+        elif name.endswith((f" {LARGEST_FORCE}", " impulse")):
+            suffix = LARGEST_FORCE if name.endswith(LARGEST_FORCE) else "impulse"
             scale = max(s.quantities[key].mean for s in both for key in s.quantities if key.endswith(suffix))
         rows.append(_row(name, one, other, scale))
     return tuple(rows)

@@ -13,7 +13,7 @@ from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.signals.period_windows import FEWEST
 from gapbeam.postprocess.signals.periodicity import last_periods
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
-from gapbeam.postprocess.signals.smoothing import smooth
+from gapbeam.postprocess.signals.smoothing import smooth_over, window_of
 from gapbeam.postprocess.signals.spectra import whole_periods
 
 FloatArray = np.ndarray
@@ -85,11 +85,11 @@ class Overlay:
         return float(np.max(np.abs(self.a - self.b)) / self.range) if self.range > 0.0 else 0.0
 
 
-def _signals(one: Run, probe: str) -> dict[str, Signal]:
+def _signals(one: Run, probe: str, frequency: float) -> dict[str, Signal]:
     raw = probe_signal(one.history, "acceleration_absolute", probe)
     found = {"displacement": probe_signal(one.history, "displacement", probe)}
     with contextlib.suppress(SignalError):  # recorded too seldom
-        found["smoothed acceleration"] = smooth(raw)
+        found["smoothed acceleration"] = smooth_over(raw, window_of(one.history, frequency))
     return found | {"acceleration": raw}
 
 
@@ -97,7 +97,7 @@ def cycles_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float, c
     """Return the last cycle of both, A by the whole periods earlier that suit the first signal best."""
     found, shift = list[Overlay](), None
     for probe in probes:
-        of_a, of_b = _signals(a, probe), _signals(b, probe)
+        of_a, of_b = _signals(a, probe, frequency), _signals(b, probe, frequency)
         for name in (name for name in of_a if name in of_b):
             waves = []
             for one, signal in ((a, of_a[name]), (b, of_b[name])):
@@ -139,7 +139,7 @@ def times_overlaid(a: Run, b: Run, probes: tuple[str, ...], frequency: float) ->
     """Return the last 12 periods that both records hold, at the same times; nothing where they hold too few."""
     found = []
     for probe in probes:
-        of_a, of_b = _signals(a, probe), _signals(b, probe)
+        of_a, of_b = _signals(a, probe, frequency), _signals(b, probe, frequency)
         for name in (name for name in of_a if name in of_b):
             one, other = of_a[name], of_b[name]
             end = min(one.time[-1], other.time[-1])

@@ -27,6 +27,7 @@ from gapbeam.solver.record_table import (
     HISTORY,
     HISTORY_FILE,
     KEY_OF_MANY_PARTS,
+    SMOOTHING_WINDOW,
     SUMMARY_FILE,
     history_pieces,
 )
@@ -61,11 +62,16 @@ class Results:
         for _ in range(READINGS - 1):
             before = _marks(self.folder)
             try:
-                return _history_of(self.folder)
+                return self._with_window(_history_of(self.folder))
             except ResultsError:
                 if _marks(self.folder) == before:
                     raise
-        return _history_of(self.folder)
+        return self._with_window(_history_of(self.folder))
+
+    def _with_window(self, history: xr.Dataset) -> xr.Dataset:
+        """Return records with the time over which the run asks for the smoothed acceleration."""
+        window = (self.summary.get("smoothing") or {}).get("window")
+        return history if window is None else history.assign_attrs({SMOOTHING_WINDOW: float(window)})
 
     @cached_property
     def summary(self) -> dict[str, Any]:

@@ -27,7 +27,7 @@ from gapbeam.postprocess.signals.signal import (
     probe_signal,
 )
 from gapbeam.postprocess.signals.signal_peaks import PeriodPeaks, SignalPeaks, peaks, peaks_per_period
-from gapbeam.postprocess.signals.smoothing import POINTS, RATE, Sampling, smooth
+from gapbeam.postprocess.signals.smoothing import POINTS, Sampling, smooth, smooth_over, window_of
 from gapbeam.postprocess.signals.spectra import Spectrum, Window, default_periods, spectrum
 
 Acceleration = Literal["absolute", "relative"]
@@ -41,7 +41,7 @@ class Options:
         probe: Name of the probe; None the first.
         component: "x", "y" or "z"; None the bending direction.
         acceleration: In the inertial frame or relative to the support.
-        rate: Sampling rate in Hz of the smoothed acceleration.
+        rate: Sampling rate in Hz of the smoothed acceleration; None: that at which its points span `smoothing_window`.
         points: Points of its moving average.
         sampling: "mean" over the sampling interval, or "pick" at its end.
         periods: Forcing periods in the spectra; None the most of 12, 24, ... after the transient.
@@ -53,7 +53,7 @@ class Options:
     probe: str | None = None
     component: str | None = None
     acceleration: Acceleration = "absolute"
-    rate: float = RATE
+    rate: float | None = None
     points: int = POINTS
     sampling: Sampling = "mean"
     periods: int | None = None
@@ -176,7 +176,7 @@ def analyze(results: Results, options: Options | None = None, history: xr.Datase
     with warnings.catch_warnings(record=True) as caught:
         warnings.simplefilter("always", SignalWarning)
         try:
-            smoothed = smooth(acceleration, options.rate, options.points, options.sampling)
+            smoothed = _smoothed(acceleration, window_of(history, frequency), options)
         except SignalError as fault:
             notes.append(f"not smoothed: {fault}")
         signals = (displacement, velocity, acceleration, smoothed)
@@ -195,6 +195,14 @@ def analyze(results: Results, options: Options | None = None, history: xr.Datase
         section,
         tuple(dict.fromkeys(notes)),
     )
+
+
+def _smoothed(acceleration: Signal, window: float, options: Options) -> Signal:
+    """Return the moving average of an acceleration, as asked for, else over a window, s."""
+    if options.rate is None and (options.points, options.sampling) == (POINTS, "mean"):
+        return smooth_over(acceleration, window)
+    rate = options.points / window if options.rate is None else options.rate
+    return smooth(acceleration, rate, options.points, options.sampling)
 
 
 def _common_periods(signals: tuple[Signal | None, ...], frequency: float | None, steady: float) -> int | None:

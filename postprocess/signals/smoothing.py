@@ -1,7 +1,9 @@
-"""The moving average that takes the collision response out of a signal, at a stated sampling rate.
+"""The moving average that takes the collision response out of a signal.
 
-Li, Jin, Han, Cao and He (2013), section 4.2, smooth the measured acceleration by five points; their sampling
-rate is not printed. What n points do depends on the rate, so the rate is always part of the request here.
+Li, Jin, Han, Cao and He (2013), section 4.2, smooth the measured acceleration by five points; their sampling rate is
+not printed. What n points do depends on the rate, so the rate is part of the request here. Five points at 2000 Hz are
+a mean over 2.5 ms, a twentieth of the forcing period of the paper, 50 ms: a mean over a twentieth of the forcing
+period is the smoothed acceleration of any motion.
 """
 
 from __future__ import annotations
@@ -11,15 +13,18 @@ from dataclasses import replace
 from typing import Literal
 
 import numpy as np
+import xarray as xr
 from scipy.interpolate import make_interp_spline
 
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
+from gapbeam.solver.record_table import SMOOTHING_WINDOW
 
 Sampling = Literal["mean", "pick"]
 FloatArray = np.ndarray
 
-RATE = 2000.0
+RATE = 2000.0  # Hz, of the paper
 POINTS = 5
+SHARE = 0.05  # of the forcing period, or of the record without one
 
 _EDGE = 1.0e-6
 _FOLDED = 0.01
@@ -44,6 +49,40 @@ def smooth(signal: Signal, rate: float = RATE, points: int = POINTS, sampling: S
     """
     averaged = moving_average(resample(signal, rate, sampling), points)
     return replace(averaged, name=f"smoothed {signal.name}")
+
+
+def window_of(history: xr.Dataset, frequency: float | None) -> float:
+    """Return the time over which the smoothed acceleration of a history is a mean, s.
+
+    That of its run; else a twentieth of the forcing period, or of the record without forcing.
+
+    Args:
+        history: The records of a run.
+        frequency: Of the forcing, Hz; None: it has none.
+    """
+    if SMOOTHING_WINDOW in history.attrs:
+        return float(history.attrs[SMOOTHING_WINDOW])
+    time = history["time"].values
+    return SHARE / frequency if frequency is not None else SHARE * float(time[-1] - time[0])
+
+
+def smooth_over(signal: Signal, window: float) -> Signal:
+    """Average a signal over a time: of at most five samples, each the mean over a fifth of it, as `smooth` does.
+
+    Args:
+        signal: Evenly sampled.
+        window: s.
+
+    Raises:
+        SignalError: Fewer than two values in the window, or the signal is shorter.
+    """
+    points = min(POINTS, int(window / signal.interval + _EDGE))
+    if points < 2:
+        raise SignalError(
+            f"{signal.name}: recorded at {1 / signal.interval:g} Hz, it cannot be averaged over {window:.3g} s; "
+            "try output.smoothing_window, or a shorter output.history_interval"
+        )
+    return smooth(signal, points / window, points)
 
 
 def resample(signal: Signal, rate: float = RATE, sampling: Sampling = "mean") -> Signal:

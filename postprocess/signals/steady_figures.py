@@ -13,10 +13,16 @@ from dataclasses import dataclass, replace
 import numpy as np
 import xarray as xr
 
+from gapbeam.postprocess.signals.figure_names import (
+    ACCELERATION,
+    DISPLACEMENT,
+    LARGEST_FORCE,
+    SMOOTHED_ACCELERATION,
+)
 from gapbeam.postprocess.signals.period_windows import Windows, settled_windows
 from gapbeam.postprocess.signals.periodicity import TOLERANCE, Periodicity, left_to_change
 from gapbeam.postprocess.signals.signal import Signal, SignalError, face_signal, probe_signal
-from gapbeam.postprocess.signals.smoothing import smooth
+from gapbeam.postprocess.signals.smoothing import smooth_over, window_of
 
 FloatArray = np.ndarray
 
@@ -64,7 +70,7 @@ class Steady:
         windows: Number of windows k.
         start: s, where the first window begins.
         end: s, where the last one ends.
-        quantities: Figures by name: "<probe> displacement" and so on, see `steady`.
+        quantities: Figures by name: "<probe> peak-to-peak displacement" and so on, see `steady`.
         harmonics: Of the displacement, by probe: complex amplitudes A exp(i phase) of A sin(2 pi n f t + phase) for
             n = 1 ... 5, (k, 5), m.
         notes: What to read with care.
@@ -104,11 +110,10 @@ def steady(
 ) -> Steady:
     """Compute the figures of a response over its last windows.
 
-    For every probe, in the bending direction: peak to peak of the absolute acceleration as recorded ("acceleration")
-    and of its 2.5 ms mean ("smoothed acceleration"), of the displacement ("displacement"), and the amplitudes of the
-    harmonics 1 to 5 of the displacement ("harmonic 1" ...; those of the relative acceleration are (2 pi n f)^2 times
-    as large). For every face: the largest contact force on record ("peak force") and the impulse in a forcing period
-    ("impulse").
+    For every probe, in the bending direction: peak to peak of the absolute acceleration as recorded and of its mean
+    over `smoothing_window` ("smoothed"), of the displacement, and the amplitudes of the harmonics 1 to 5 of the
+    displacement ("harmonic 1" ...; those of the relative acceleration are (2 pi n f)^2 times as large). For every face:
+    the largest contact force on record and the impulse in a forcing period ("impulse").
 
     Args:
         history: The records of a run.
@@ -122,7 +127,7 @@ def steady(
     cycle, windows, notes = settled_windows(history, frequency, after, tolerance)
     quantities, amplitudes, faults = figures_over(history, frequency, windows.periods, windows.count)
     if cycle.period is not None:
-        for name, signal in _amplitude_signals(history, quantities):
+        for name, signal in _amplitude_signals(history, frequency, quantities):
             left = left_to_change(signal, frequency, cycle.period)
             quantities[name] = replace(quantities[name], unsettled=left)
     return Steady(
@@ -131,12 +136,16 @@ def steady(
     )  # fmt: skip
 
 
-def _amplitude_signals(history: xr.Dataset, names: Iterable[str]) -> Iterator[tuple[str, Signal]]:
+def _amplitude_signals(history: xr.Dataset, frequency: float, names: Iterable[str]) -> Iterator[tuple[str, Signal]]:
     """Yield displacement and smoothed acceleration of every probe, each with the name of its figure."""
+    window = window_of(history, frequency)
     for probe in (str(name) for name in history["probe"].values):
-        yield f"{probe} displacement", probe_signal(history, "displacement", probe)
-        if f"{probe} smoothed acceleration" in names:
-            yield f"{probe} smoothed acceleration", smooth(probe_signal(history, "acceleration_absolute", probe))
+        yield f"{probe} {DISPLACEMENT}", probe_signal(history, "displacement", probe)
+        if f"{probe} {SMOOTHED_ACCELERATION}" in names:
+            yield (
+                f"{probe} {SMOOTHED_ACCELERATION}",
+                smooth_over(probe_signal(history, "acceleration_absolute", probe), window),
+            )
 
 
 def figures_over(
@@ -154,6 +163,7 @@ def figures_over(
         SignalError: A window without values, or fewer values in a forcing period than the harmonics need.
     """
     probes = [str(name) for name in history["probe"].values]
+    window = window_of(history, frequency)
     quantities: dict[str, WindowFigure] = {}
     amplitudes: dict[str, FloatArray] = {}
     notes: list[str] = []
@@ -161,16 +171,20 @@ def figures_over(
     for probe in probes:
         displacement = probe_signal(history, "displacement", probe)
         acceleration = probe_signal(history, "acceleration_absolute", probe)
-        quantities[f"{probe} displacement"] = WindowFigure("m", span.ranges(displacement))
-        quantities[f"{probe} acceleration"] = WindowFigure("m/s^2", span.ranges(acceleration))
+        quantities[f"{probe} {DISPLACEMENT}"] = WindowFigure("m", span.ranges(displacement))
+        quantities[f"{probe} {ACCELERATION}"] = WindowFigure("m/s^2", span.ranges(acceleration))
         try:
-            quantities[f"{probe} smoothed acceleration"] = WindowFigure("m/s^2", span.ranges(smooth(acceleration)))
+            quantities[f"{probe} {SMOOTHED_ACCELERATION}"] = WindowFigure(
+                "m/s^2", span.ranges(smooth_over(acceleration, window))
+            )
         except SignalError as fault:
             notes.append(f"not smoothed: {fault}")
         amplitudes[probe] = span.harmonics(displacement, HARMONICS)
         for order in range(1, HARMONICS + 1):
             quantities[f"{probe} harmonic {order}"] = WindowFigure("m", np.abs(amplitudes[probe][:, order - 1]))
     for face in (str(name) for name in history["face"].values) if "face" in history.coords else ():
-        quantities[f"{face} peak force"] = WindowFigure("N", span.largest(face_signal(history, "contact_force", face)))
+        quantities[f"{face} {LARGEST_FORCE}"] = WindowFigure(
+            "N", span.largest(face_signal(history, "contact_force", face))
+        )
         quantities[f"{face} impulse"] = WindowFigure("N s", span.increments(face_signal(history, "impulse", face)))
     return quantities, amplitudes, notes

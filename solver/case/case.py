@@ -162,10 +162,16 @@ class Output(Table):
     wall_time: Positive | None = Field(
         default=None, description="wall time after which a run writes a checkpoint and stops, s; default none"
     )
-    errors: Literal["companions", "none"] = Field(
+    smoothing_window: Positive | None = Field(
+        default=None,
+        description="time over which the smoothed acceleration is a mean, s; default a twentieth of the forcing "
+        "period, else of the first bending period, at most of the run",
+        examples=[2.5e-3],
+    )
+    errors: Literal["companions", "thorough", "none"] = Field(
         default="companions",
-        description="how a finished run estimates the errors of its figures: from cheap companions with another step, "
-        "mesh and basis, or not at all",
+        description="how a finished run estimates the errors of its figures: from companions with another step, mesh "
+        'and basis, which together march at most twice its steps; "thorough": up to seven times; or not at all',
     )
 
 

@@ -198,6 +198,7 @@ def _opening(model: Model) -> dict[str, Any]:
         "warnings": [*warnings(case), *accepted_energy_creators(model), *remarks_on_model(model), *crowding],
         "versions": versions(),
         "forcing": _forcing(case),
+        "smoothing": summaries.describe_smoothing(case),
         "model": summaries.describe_model(model),
         "defaults": [vars(default) for default in model.defaults],
         "wall_time": dict(model.seconds),

@@ -85,7 +85,7 @@ def contact_words(model: Model, peaks: Peaks) -> str:
     deepest, clearance = float(np.max(peaks.deepest)), model.case.layout.clearance
     size = "interference" if clearance < 0.0 else "clearance"
     share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
-    return f"largest contact force: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
+    return f"largest contact force of a step: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
 
 
 def balance_words(ledger: Ledger) -> str:

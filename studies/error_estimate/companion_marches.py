@@ -17,16 +17,14 @@ from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.body import Body
-from gapbeam.studies.error_estimate.companions import COST, Companion
+from gapbeam.studies.error_estimate.companions import Companion
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import seated
 
-WARM_UP = 20  # steps that are not timed: code is loaded and memory touched
-TIMED = 200  # steps
-PATIENCE = 2.0  # times the budget of time that all marches may take in the end: the cost of a march is a guess
 FEWEST_RECORDS = 8
+WHOLE = 1.0e-6  # of an interval
 
 
 class EstimateError(Exception):
@@ -39,47 +37,46 @@ class CompanionMotion:
 
     Attributes:
         name: Of the companion.
-        motion: Its motion.
+        motion: Its motion; None: it has none, for the reason in `failure`.
         dofs: DOFs marched.
         step: s.
+        steps: How many it marched.
         seconds: Wall time, s.
+        failure: Why it was refused, found no seat or did not converge; "": it was not.
     """
 
     name: str
-    motion: MotionRecord
-    dofs: int
-    step: float
-    seconds: float
+    motion: MotionRecord | None
+    dofs: int = 0
+    step: float = 0.0
+    steps: int = 0
+    seconds: float = 0.0
+    failure: str = ""
 
 
 def companion_motions(
     case: Case,
     companions: Sequence[Companion],
     end: float,
-    step: float,
     interval: float,
-    budget: float,
+    longest: float | None = None,
     body: Body | None = None,
 ) -> Iterator[CompanionMotion]:
     """March the companions of a case, all up to the same time.
 
-    That is the end of the run, or what the budget of time allows, by the first steps of the first companion. A
-    companion that takes longer than its share all the same stops where it is, and those after it with it.
+    That is the last record before the end of the run, on any machine. Only where the user limits the wall time, a
+    companion that takes longer than its share stops where it is, and those after it with it.
 
     Args:
         case: The case of the run.
         companions: Which ones.
         end: Of the run, s.
-        step: Of the run, s.
         interval: Between records, s, a whole number of steps of every companion.
-        budget: Wall time for all marches, s; setting up does not count.
+        longest: Wall time for all marches, s; setting up does not count. None: no limit.
         body: That of the run, which companions with its mesh and model share; None: they set up their own.
-
-    Raises:
-        EstimateError: A companion is refused, finds no seat, does not converge or takes far too long.
     """
-    kept, reached = KeptBody(body), None
-    whole = sum(COST[one.name] for one in companions)
+    kept, reached = KeptBody(body), floor(end / interval + WHOLE) * interval
+    whole = sum(one.steps for one in companions)
     for companion in companions:
         clock = time.perf_counter()
         try:
@@ -88,21 +85,23 @@ def companion_motions(
                 model = kept.model(own)
                 start = seated(model).state
         except (CaseError, RunError) as error:
-            raise EstimateError(f"{companion.name}: {error}") from error
-        if reached is None:
-            respond(model, start, WARM_UP, longest=budget)
-            timed = respond(model, start, TIMED, longest=0.1 * budget)
-            total = whole * timed.seconds / max(1, timed.steps) * end / step
-            reached = end if total <= budget else floor(end / interval * budget / total) * interval
-        longest = PATIENCE * budget * COST[companion.name] / whole
-        response = respond(model, start, round(reached / model.step), interval, longest)
-        if response.verdict != "passed":
-            raise EstimateError(f"{companion.name}: {response.message}")
-        if len(response.history["time"]) < FEWEST_RECORDS:
-            raise EstimateError(f"{companion.name}: too slow for the {budget:.3g} s that it may take")
+            yield CompanionMotion(companion.name, None, failure=_first_sentence(error))
+            continue
+        limit = None if longest is None else longest * companion.steps / whole
+        response = respond(model, start, round(reached / model.step), interval, limit)
+        seconds = time.perf_counter() - clock
+        if response.verdict != "passed" or len(response.history["time"]) < FEWEST_RECORDS:
+            failure = response.message or f"too slow for the {limit or 0.0:.3g} s that it may take"
+            yield CompanionMotion(companion.name, None, model.dofs, model.step, response.steps, seconds, failure)
+            continue
         motion = MotionRecord.of_history(as_history(response.history, response.labels), bends_in_two_planes(case))
         reached = min(reached, motion.end)
-        yield CompanionMotion(companion.name, motion, model.dofs, model.step, time.perf_counter() - clock)
+        yield CompanionMotion(companion.name, motion, model.dofs, model.step, response.steps, seconds)
+
+
+def _first_sentence(error: Exception) -> str:
+    """Return what went wrong, without the advice for a case that the user did not write."""
+    return str(error).strip().splitlines()[0]
 
 
 @contextmanager

@@ -1,10 +1,14 @@
 """The companions of a run: cheap models of the same case with another step, mesh, basis or contact stiffness.
 
-    same           the reduced model with step and mesh of the run; the run itself where that is no full model
-    half step      the same with half the step
-    coarser mesh   the same with cells twice as large
-    finest         half the step, half the cells, 40 modes and 19 shapes along each face
-    stiffer        twice the contact stiffness, where the stiffness was computed: it stands for rigid contact then
+    twice the step    the reduced model with the mesh of the run; the model of the run where that is no full model
+    four times it     the same with four times the step: for solids, whose companions are plane
+    coarser mesh      the same as the first with cells twice as large
+    finest            the same as the first with half the cells, 40 modes and up to 19 shapes along each face
+    stiffer           the same as the first with twice the contact stiffness, where that was computed: it stands for
+                      rigid contact then
+
+All together march at most twice the steps of the run, whatever the machine does meanwhile. A `thorough` estimate has
+companions with the step of the run, half of it, and a finest one with half of it: at most seven times the steps.
 
 A solid (3D) that is loaded in its bending plane has plane companions: their differences are those of the solid within
 10 %, at a hundredth of its cost.
@@ -21,10 +25,11 @@ from gapbeam.solver.case.model_table import BeamModel, FullModel, ReducedModel, 
 from gapbeam.solver.case.time_table import Time
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
-SAME, HALF_STEP, COARSER, FINEST, STIFFER = "same", "half step", "coarser mesh", "finest", "stiffer contact"
+SAME, HALF_STEP, TWICE, FOURFOLD = "same", "half step", "twice the step", "four times the step"
+COARSER, FINEST, STIFFER = "coarser mesh", "finest", "stiffer contact"
 FINEST_MODES, FINEST_SHAPES = 40, 19
-COST = {SAME: 1.0, HALF_STEP: 2.0, COARSER: 1.0, FINEST: 3.0, STIFFER: 1.0}
-"""Cost of a march, relative to that of the companion `same`."""
+FEWEST_SHAPES, MOST_OF_ALL = 3, 200  # shapes along each face, and of all faces together
+MOST_STEPS = 2.0  # of all companions, over those of the run
 
 
 @dataclass(frozen=True)
@@ -34,10 +39,12 @@ class Companion:
     Attributes:
         name: One of those above.
         changes: Keys of the case that it replaces.
+        steps: How many it marches, over those of the run.
     """
 
     name: str
     changes: Mapping[str, Any]
+    steps: float = 1.0
 
 
 @dataclass(frozen=True)
@@ -48,14 +55,23 @@ class CompanionPlan:
         companions: In the order in which they are marched.
         in_plane: Whether they are plane and the run is a solid.
         left_out: Errors that no companion shows, and why.
+        records: Every how many records of the run fall on a step of every companion.
     """
 
     companions: tuple[Companion, ...]
     in_plane: bool
     left_out: tuple[str, ...]
+    records: int = 1
+
+    @property
+    def reference(self) -> str | None:
+        """The companion from which the others differ in one respect; None: the run itself."""
+        return next((one.name for one in self.companions if one.name in (SAME, TWICE)), None)
 
 
-def companions_of(case: Case, step: float, stiffness: float | None, computed: bool) -> CompanionPlan:
+def companions_of(
+    case: Case, step: float, stiffness: float | None, computed: bool, thorough: bool = False
+) -> CompanionPlan:
     """Return the companions of a run.
 
     Args:
@@ -63,15 +79,19 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
         step: Its time step, s.
         stiffness: Its contact stiffness, which no companion but the stiffer one changes; None: it has none.
         computed: Whether that was computed, and stands for rigid contact.
+        thorough: March more steps than twice those of the run.
     """
     left_out = []
     if not case.contact.formulation.takes_stiffness:
         stiffness = None
     plane = case.mesh.dimension == 3 and _in_bending_plane(case)
+    even = case.mesh.degree == 1  # puts nodes on the axis, where loads and probes are
+    longest = 1 if thorough else 4 if plane else 2
+    every = max(1, round((case.output.history_interval or step) / step))
+    records = next(count for count in (1, 2, 4) if count * every % longest == 0)
     shared: dict[str, Any] = {
         "title": case.title,
-        "time.step": step,
-        "output.history_interval": case.output.history_interval or step,
+        "output.history_interval": records * every * step,
         "output.fields_interval": None,
         "output.stress": False,
         "output.wall_time": None,
@@ -80,40 +100,66 @@ def companions_of(case: Case, step: float, stiffness: float | None, computed: bo
     if stiffness is not None:
         shared["contact.stiffness"] = stiffness
     shared |= _of_reduced_models(case)
-    usual = _model(case, None)
     shared |= _plane_keys(case) if plane else {}
-    even = case.mesh.degree == 1  # puts nodes on the axis, where loads and probes are
     own = mesh_keys(case, 1.0, plane, even) if plane else {}
-    found = [Companion(SAME, shared | own | {"model": usual})] if isinstance(case.model, FullModel) else []
-    found.append(Companion(HALF_STEP, shared | own | {"model": usual, "time.step": 0.5 * step}))
+    usual = _model(case, None)
+    base = 1.0 if thorough else 2.0
+
+    def companion(name: str, size: float, changes: Mapping[str, Any]) -> Companion:
+        return Companion(name, {"model": usual} | shared | {"time.step": size * step} | dict(changes), 1.0 / size)
+
+    found = []
+    if not thorough:
+        found.append(companion(TWICE, base, own))
+    elif isinstance(case.model, FullModel):
+        found.append(companion(SAME, base, own))
+    if thorough:
+        found.append(companion(HALF_STEP, 0.5, own))
+    elif plane:
+        found.append(companion(FOURFOLD, 4.0, own))
     if stiffness is not None and computed:
-        found.append(Companion(STIFFER, shared | own | {"model": usual, "contact.stiffness": 2.0 * stiffness}))
+        found.append(companion(STIFFER, base, own | {"contact.stiffness": 2.0 * stiffness}))
     if case.model.rings:
         left_out.append('the deformation of the sections, which sections = "rigid" leaves out')
     if case.mesh.file is not None:
         left_out.append("the mesh, which is given by a file")
     else:
-        coarse = _model(case, 0.5)
-        found.append(Companion(COARSER, shared | mesh_keys(case, 2.0, plane, even) | {"model": coarse}))
-        fine = mesh_keys(case, 0.5, plane, even)
-        if fine["mesh.cells_through_thickness"] > MOST_CELLS:
-            left_out.append(f"a finer mesh, which would have more than {MOST_CELLS} cells through the thickness")
-        elif case.mesh.dimension == 2 or plane:
-            fine |= {"model": _finest(case), "time.step": 0.5 * step}
-            found.append(Companion(FINEST, shared | fine))
-        else:
-            why = (
-                "the motion is not in the bending plane"
-                if case.profile.sliceable(case.beam.width)
-                else "the section has no slice"
-            )
-            left_out.append(f"a finer mesh: {why}, and finer solids are expensive")
-            simpler = isinstance(case.model, BeamModel | RigidModel)
-            if simpler and _contact_of_basis(case):
-                left_out.append("what the model leaves out of the solid, whose basis would hold every interface DOF")
-            elif simpler:  # what they leave out of the solid is an error of theirs
-                found.append(Companion(FINEST, shared | {"model": _finest(case), "time.step": 0.5 * step}))
-    return CompanionPlan(tuple(found), plane, tuple(left_out))
+        left_out += _why_no_finer(case, plane, even)
+        fine = _finer(case, plane, even)
+        if fine is not None:
+            found.append(companion(FINEST, 0.5 if thorough else base, fine))
+        coarse = companion(COARSER, base, mesh_keys(case, 2.0, plane, even) | {"model": _model(case, 0.5)})
+        if thorough or sum(one.steps for one in [*found, coarse]) <= MOST_STEPS:
+            found.append(coarse)
+    return CompanionPlan(tuple(found), plane, tuple(left_out), records)
+
+
+def _finer(case: Case, plane: bool, even: bool) -> dict[str, Any] | None:
+    """Return the keys of the finest companion; None: there is none, as `_why_no_finer` says."""
+    if _too_many_cells(case, plane, even):
+        return None
+    if case.mesh.dimension == 2 or plane:
+        return mesh_keys(case, 0.5, plane, even) | {"model": _finest(case)}
+    simpler = isinstance(case.model, BeamModel | RigidModel)  # what they leave out of the solid is an error of theirs
+    return {"model": _finest(case)} if simpler and not _contact_of_basis(case) else None
+
+
+def _too_many_cells(case: Case, plane: bool, even: bool) -> bool:
+    return int(mesh_keys(case, 0.5, plane, even)["mesh.cells_through_thickness"]) > MOST_CELLS
+
+
+def _why_no_finer(case: Case, plane: bool, even: bool) -> list[str]:
+    """Return which errors no finest companion shows, and why."""
+    if _too_many_cells(case, plane, even):
+        return [f"a finer mesh, which would have more than {MOST_CELLS} cells through the thickness"]
+    if case.mesh.dimension == 2 or plane:
+        return []
+    sliceable = case.profile.sliceable(case.beam.width)
+    why = "the motion is not in the bending plane" if sliceable else "the section has no slice"
+    words = [f"a finer mesh: {why}, and finer solids are expensive"]
+    if isinstance(case.model, BeamModel | RigidModel) and _contact_of_basis(case):
+        words.append("what the model leaves out of the solid, whose basis would hold every interface DOF")
+    return words
 
 
 def _in_bending_plane(case: Case) -> bool:
@@ -166,10 +212,11 @@ def _model(case: Case, refinement: float | None) -> dict[str, Any]:
 
 def _finest(case: Case) -> dict[str, Any]:
     """Return the richest basis: what models of beam elements and rigid bodies are compared with, too."""
+    shapes = min(FINEST_SHAPES, max(FEWEST_SHAPES, MOST_OF_ALL // max(1, len(case.layout.faces))))
     if isinstance(case.model, ReducedModel):
         own = _model(case, None)
-        return own | {"modes": max(own["modes"], FINEST_MODES), "shapes": max(own["shapes"], FINEST_SHAPES)}
-    richest = {"type": "reduced", "modes": FINEST_MODES, "shapes": FINEST_SHAPES}
+        return own | {"modes": max(own["modes"], FINEST_MODES), "shapes": max(own["shapes"], shapes)}
+    richest = {"type": "reduced", "modes": FINEST_MODES, "shapes": shapes}
     if any(face.circle for face in case.layout.faces):
         richest["sections"] = "rigid"
     return richest | _contact_of_basis(case)

@@ -1,55 +1,123 @@
-"""The largest contact forces of a run: means over stated windows, and beside them the largest of a single record.
+"""The largest contact force of each face: on record where the contact is resolved, else the mean over the contact.
 
-The force of one step has no limit at an impact: it grows as the step shrinks, and follows the formulation. Its mean
-over a window is a difference of impulses, which converges.
+The largest force on record means something where records resolve the contact that carries it. Elsewhere it follows the
+step and the formulation and has no limit as the step shrinks. The mean over the contact is an impulse over a time,
+which converges.
+
+The duration of a contact is
+
+    T = min(time with force about the peak, 2 x time with more than half of the peak about it)
+
+For half a sine that is the contact itself; of a face that stays closed while a short blow meets it, T is the blow.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 
-from gapbeam.solver.case.case import Case
-from gapbeam.studies.error_estimate.horizon import spans_of
-from gapbeam.studies.error_estimate.key_figures import FORCE_WINDOW
+import numpy as np
+
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE
+from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
+from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
+from gapbeam.studies.error_estimate.spans import Span
 
-WINDOWS = (0.5 * FORCE_WINDOW, FORCE_WINDOW, 2.0 * FORCE_WINDOW)  # s
+DURATION = "contact_duration"
 NOTABLE = 1.3  # of the mean: a larger force of one record is not a force of the structure
 
 ForcePeaks = dict[str, dict[str, dict[str, float]]]
 
 
-def force_peaks(run: MotionRecord, case: Case) -> ForcePeaks:
-    """Return the largest contact forces, N, by part of the run, face and window.
+def contact_records(force: Array) -> int:
+    """Return the duration of the contact that carries the largest force, in records; 0 without contact.
 
-    The windows are "0.25 ms mean", "0.5 ms mean" and "1 ms mean", at least one interval between records long; "one
-    record" is the largest value on record.
+    Args:
+        force: Contact force of a face, (n,), N.
+    """
+    peak = int(np.argmax(force))
+    if not force[peak] > 0.0:
+        return 0
+
+    def around(level: float) -> int:
+        below = np.flatnonzero(force <= level)
+        before, after = below[below < peak], below[below > peak]
+        return int((after[0] if after.size else force.size) - (before[-1] if before.size else -1) - 1)
+
+    return min(around(0.0), 2 * around(0.5 * float(force[peak])))
+
+
+def contact_windows(motion: MotionRecord) -> dict[str, float | None]:
+    """Return what the peak force of each face is: None, the largest on record, or a mean over so many s.
+
+    Records resolve a contact of more than ten of them.
+
+    Args:
+        motion: Of the run, over the part whose peaks are asked for.
+    """
+    counts = [contact_records(motion.force[:, face]) for face in range(len(motion.faces))]
+    return {
+        face: motion.interval * count if 0 < count <= RESOLVING_STEPS else None
+        for face, count in zip(motion.faces, counts, strict=True)
+    }
+
+
+def peak_forces(motion: MotionRecord, windows: Sequence[float | None]) -> Array:
+    """Return the largest force of each face, (faces,), N.
+
+    Args:
+        motion: The records.
+        windows: Of each face: None for the largest on record, else the width of the mean, s.
+    """
+    found = [
+        motion.force[:, face].max()
+        if width is None
+        else window_means(motion.impulse[:, face : face + 1], motion.interval, width).max()
+        for face, width in enumerate(windows)
+    ]
+    return np.array(found, dtype=float)
+
+
+def force_peaks(run: MotionRecord, spans: Iterable[Span]) -> ForcePeaks:
+    """Return the largest force on record, the mean over its contact, N, and the duration of that, s.
+
+    Args:
+        run: The motion.
+        spans: Its parts.
+
+    Returns:
+        By part of the run and face: LARGEST_FORCE, MEAN_FORCE and DURATION.
     """
     found: ForcePeaks = {}
-    for span in spans_of(case, run.end, run.interval, None):
+    for span in spans:
         part = run.between(span.start, span.end)
-        means = {
-            f"{1e3 * max(width, run.interval):.3g} ms mean": window_means(part.impulse, run.interval, width).max(axis=0)
-            for width in WINDOWS
-        }
-        means["one record"] = part.force.max(axis=0)
+        durations = [run.interval * contact_records(part.force[:, face]) for face in range(len(run.faces))]
+        largest, means = part.force.max(axis=0), peak_forces(part, [max(one, run.interval) for one in durations])
         found[span.name] = {
-            face: {name: float(peaks[number]) for name, peaks in means.items()} for number, face in enumerate(run.faces)
+            face: {LARGEST_FORCE: float(largest[number]), MEAN_FORCE: float(means[number]), DURATION: durations[number]}
+            for number, face in enumerate(run.faces)
         }
     return found
 
 
-def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]]) -> Iterator[str]:
-    """Yield which largest forces of one record are far above their means, one sentence a face."""
-    usual = f"{1e3 * FORCE_WINDOW:g} ms mean"
-    worst: dict[str, tuple[float, float]] = {}
+def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], interval: float) -> Iterator[str]:
+    """Yield which largest forces belong to contacts that records do not resolve, one sentence a face.
+
+    Args:
+        found: As `force_peaks` returns them.
+        interval: Between records, s.
+    """
+    worst: dict[str, Mapping[str, float]] = {}
     for faces in found.values():
         for face, peaks in faces.items():
-            mean, single = peaks.get(usual, 0.0), peaks["one record"]
-            if single > NOTABLE * mean > 0.0 and single > worst.get(face, (0.0, 0.0))[0]:
-                worst[face] = single, mean
-    for face, (single, mean) in worst.items():
+            short = peaks[DURATION] < (RESOLVING_STEPS + 0.5) * interval
+            if short and peaks[LARGEST_FORCE] > NOTABLE * peaks[MEAN_FORCE] > 0.0:
+                worst[face] = max(peaks, worst.get(face, peaks), key=lambda one: one[LARGEST_FORCE])
+    for face, peaks in worst.items():
+        count = round(peaks[DURATION] / interval)
+        largest, mean = peaks[LARGEST_FORCE], peaks[MEAN_FORCE]
         yield (
-            f"the largest contact force of one record on {face}, {single:.4g} N, is {single / mean:.2g} times the "
-            f"largest {usual}, {mean:.4g} N: the force of one step follows the step and the formulation; use the mean"
+            f"the {LARGEST_FORCE} on {face}, {largest:.4g} N, is {largest / mean:.2g} times the {MEAN_FORCE}, "
+            f"{mean:.4g} N: a contact of {count} records is not resolved, and the force of one record follows the "
+            "step; use the mean, or a smaller time.step"
         )

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 import xarray as xr
@@ -27,6 +27,7 @@ class MotionRecord:
         in_space: Whether the second half of the probes is the lateral motion of the first.
         gauges: Names of the probes whose stress is recorded.
         stress: Axial and von Mises stress, (n, 2, gauges), Pa.
+        active: Contact points under pressure, (n, faces); without columns where that was not recorded.
     """
 
     times: Array
@@ -39,6 +40,7 @@ class MotionRecord:
     in_space: bool = False
     gauges: tuple[str, ...] = ()
     stress: Array = field(default_factory=lambda: np.zeros((0, 2, 0)))
+    active: Array = field(default_factory=lambda: np.zeros((0, 0)))
 
     @classmethod
     def of_history(cls, history: xr.Dataset, in_space: bool = False) -> MotionRecord:
@@ -72,9 +74,10 @@ class MotionRecord:
             stress = np.stack(
                 [np.asarray(history[name].values) for name in ("axial_stress", "von_mises_stress")], axis=1
             )
+        active = history["active_points"].values if "active_points" in history else np.zeros((count, 0))
         return cls(
             times[:even], probes, displacement[:even], gained[:even], faces, force[:even], impulse[:even], in_space,
-            gauges, stress[:even],
+            gauges, stress[:even], np.asarray(active, dtype=float).reshape(count, -1)[:even],
         )  # fmt: skip
 
     @property
@@ -95,14 +98,24 @@ class MotionRecord:
         """Time of the last record, s."""
         return float(self.times[-1])
 
+    @property
+    def contact_changes(self) -> bool:
+        """Whether contact points close or open; a motion in which none does is linear."""
+        closed = self.active if self.active.size else self.force > 0.0
+        return bool(np.any(closed[1:] != closed[:-1]))
+
     def between(self, start: float, end: float) -> MotionRecord:
         """Return the records from one time to another, s."""
         first, last = (round(time / self.interval) for time in (start, end))
-        part = slice(first, last + 1)
-        return MotionRecord(
-            self.times[part], self.probes, self.displacement[part], self.velocity_gained[part],
-            self.faces, self.force[part], self.impulse[part], self.in_space, self.gauges, self.stress[part],
-        )  # fmt: skip
+        return self._records(slice(first, last + 1))
+
+    def thinned(self, factor: int) -> MotionRecord:
+        """Return the first of every so many records; velocities gained and impulses keep what acted between them."""
+        return self if factor == 1 else self._records(slice(None, None, factor))
+
+    def _records(self, part: slice) -> MotionRecord:
+        series = ("times", "displacement", "velocity_gained", "force", "impulse", "stress", "active")
+        return replace(self, **{name: getattr(self, name)[part] for name in series})
 
 
 def window_means(integral: Array, interval: float, width: float) -> Array:

@@ -6,7 +6,7 @@ import logging
 import os
 import time
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -15,37 +15,58 @@ from mpi4py import MPI
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.postprocess.signals.figure_names import (
+    AXIAL_STRESS,
+    DISPLACEMENT,
+    LARGEST_FORCE,
+    MEAN_FORCE,
+    SMOOTHED_ACCELERATION,
+    VON_MISES_STRESS,
+)
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.model_table import FullModel
+from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.body import Body
+from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.run_summary import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
-from gapbeam.studies.error_estimate.companion_marches import CompanionMotion, EstimateError, companion_motions
-from gapbeam.studies.error_estimate.companions import SAME, STIFFER, CompanionPlan, companions_of
+from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
+from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
-from gapbeam.studies.error_estimate.force_peaks import doubtful_peaks, force_peaks
-from gapbeam.studies.error_estimate.horizon import ALL, FEWEST_RECORDS, horizon_of, spans_of
-from gapbeam.studies.error_estimate.key_figures import BEYOND_HORIZON, UP_TO_HORIZON, peak_forces
+from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks
+from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
+from gapbeam.studies.error_estimate.key_figures import Averages
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
+from gapbeam.studies.error_estimate.spans import (
+    BEYOND_HORIZON,
+    FEWEST_RECORDS,
+    SETTLED,
+    UP_TO_HORIZON,
+    WHOLE_RUN,
+    Span,
+    spans_of,
+)
 
 LOG = logging.getLogger("gapbeam")
 
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
-SHARE, LEAST = 0.15, 5.0  # of the wall time of a full run, s: what its estimate may take
-MARCHES, SET_UP = 5.0, 2.0  # marches of any other run, s
+SET_UP = 2.0  # s, of a wall time that the user limits
 LEAST_BENDING = 1.0e-6  # of a figure: less is no error
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
 RESOLVING = [one.name for one in (ON_MESH, IN_BASIS, SLENDER, RIGID)]
 MOST_EATEN = 0.2  # of the energy under noise
-ACCELERATION = " smoothed acceleration"
+ACCELERATION = f" {SMOOTHED_ACCELERATION}"
 VARIABLE = "GAPBEAM_ERRORS"
-IN_THE_MESSAGE = (" displacement", " stress", " peak force")
-SHOWN = ("settled part", "whole run", "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
+FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
+IN_THE_MESSAGE = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
+MOST_FORCES = 4  # in the last line
+WAYS = ("companions", "thorough", "none")
+SHARES = {TWICE: 0.25, FOURFOLD: 0.25}  # of a difference: half the step would make a quarter of it
+SHOWN = (SETTLED, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
 
 
 @dataclass(frozen=True)
@@ -57,9 +78,13 @@ class RunErrors:
         horizon: Up to where the motion is predictable, s; None: up to the end of the estimate.
         reached: Up to where the companions went, s.
         whole: Whether that is the end of the run.
-        later: Faces whose largest 0.5 ms mean force came after it.
         plan: The companions.
-        marched: What they did, without their motions: DOFs, step, seconds by name.
+        marched: What they did, without their motions: DOFs, step, steps, seconds by name.
+        whole: Whether that is the end of the run.
+        later: Faces whose largest force came after it.
+        repeats: Whether the settled part is periodic.
+        failed: Companions without a motion, and why.
+        spans: The parts of the run.
     """
 
     figures: tuple[FigureError, ...]
@@ -69,6 +94,9 @@ class RunErrors:
     marched: Mapping[str, Mapping[str, float]]
     whole: bool = True
     later: tuple[str, ...] = ()
+    repeats: bool = False
+    failed: Mapping[str, str] = field(default_factory=dict)
+    spans: tuple[Span, ...] = ()
 
 
 def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
@@ -93,12 +121,17 @@ def errors_wanted(case: Case) -> bool:
     """Return whether errors are estimated: neither the case (output.errors) nor GAPBEAM_ERRORS switches them off.
 
     Raises:
-        UserError: GAPBEAM_ERRORS is neither "none" nor "companions".
+        UserError: GAPBEAM_ERRORS is none of WAYS.
     """
-    asked = os.environ.get(VARIABLE, "companions")
-    if asked not in ("none", "companions"):
-        raise UserError(f'the environment variable {VARIABLE} is "{asked}"; expected "none" or "companions"')
-    return "none" not in (asked, case.output.errors)
+    return "none" not in (_asked(), case.output.errors)
+
+
+def _asked() -> str:
+    asked = os.environ.get(VARIABLE, WAYS[0])
+    if asked not in WAYS:
+        expected = " or ".join(f'"{way}"' for way in WAYS)
+        raise UserError(f'the environment variable {VARIABLE} is "{asked}"; expected {expected}')
+    return asked
 
 
 def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
@@ -112,8 +145,8 @@ def _estimated(case: Case, outcome: Outcome) -> dict[str, Any]:
         run = MotionRecord.of_history(open_results(outcome.folder).history, bends_in_two_planes(case))
         if len(run.times) < FEWEST_RECORDS:
             raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
-        errors["force_peaks"] = force_peaks(run, case)
-        warnings += doubtful_peaks(errors["force_peaks"])
+        errors["force_peaks"] = force_peaks(run, spans_of(case, run.end, run.interval, None))
+        warnings += doubtful_peaks(errors["force_peaks"], run.interval)
         found, beyond, noisy = estimate(case, run, summary, outcome.body), beyond_resolution(summary), eaten(summary)
         found = without_errors(found, "" if noisy else ACCELERATION) if beyond or noisy else found
         found = with_bending(found, summary["model"].get("bending", {}).get("off", 0.0))
@@ -199,46 +232,78 @@ def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Bo
         body: That of its model, where it is still there.
 
     Raises:
-        EstimateError: A companion is refused, finds no seat or does not converge, or there is no time for it.
+        EstimateError: No companion has a motion, there are too few records for one, or there is no time.
     """
     computed = {default["key"]: default["value"] for default in summary["defaults"]}
     step = computed.get("time.step", case.time.step)
-    stiff = computed.get("contact.stiffness", None if case.contact.stiffness == "auto" else case.contact.stiffness)
-    plan = companions_of(case, step, stiff, "contact.stiffness" in computed)
-    budget = _budget(case, summary)
-    marches = companion_motions(case, plan.companions, run.end, step, run.interval, budget, body)
+    automatic = case.contact.stiffness == "auto"
+    stiff = computed.get("contact.stiffness", None if automatic else case.contact.stiffness)
+    plan = companions_of(case, step, stiff, automatic, "thorough" in (_asked(), case.output.errors))
+    interval = plan.records * run.interval
+    if len(run.times) < FEWEST_RECORDS * plan.records:
+        raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS * plan.records} are the fewest")
+    marches = companion_motions(case, plan.companions, run.end, interval, _time_left(case, summary), body)
     return errors_of(case, run, {one.name: one for one in marches}, plan)
 
 
 def errors_of(case: Case, run: MotionRecord, found: Mapping[str, CompanionMotion], plan: CompanionPlan) -> RunErrors:
     """Return the errors of the key figures of a run, given the motions of its companions."""
-    motions = {name: one.motion for name, one in found.items()}
+    motions = {name: one.motion for name, one in found.items() if one.motion is not None}
+    failed = {name: one.failure for name, one in found.items() if one.motion is None}
+    reference = plan.reference if plan.reference in motions else None
+    if not motions or (plan.in_plane and reference is None):
+        raise EstimateError("; ".join(f"{name}: {why}" for name, why in failed.items()))
+    if reference is None and plan.reference is not None:  # the others march with another step than the run
+        failed |= dict.fromkeys(motions, f"nothing to compare with, as {plan.reference} failed")
+        raise EstimateError("; ".join(f"{name}: {why}" for name, why in failed.items()))
     reached = min(motion.end for motion in motions.values())
-    whole, peaks = reached >= ALL * run.end, peak_forces(run)
-    run = run.between(0.0, reached)
-    later = () if whole else tuple(np.array(run.faces)[peaks > peak_forces(run)].tolist())
-    same = motions.get(SAME, run)
-    others = [motion for name, motion in motions.items() if name not in (SAME, STIFFER)]
-    parted = [horizon_of(same, others), None if plan.in_plane else horizon_of(run, [same])]
+    interval = plan.records * run.interval
+    whole = reached > run.end - interval * (1.0 + WHOLE)
+    part = run if whole else run.between(0.0, reached)
+    smoothing, _ = smoothing_window(case)
+    horizon, settled = _predictability(case, part, motions, plan, reference, smoothing)
+    figures, later = list[FigureError](), tuple[str, ...]()
+    spans = spans_of(case, reached, interval, horizon, settled)
+    if spans and spans[-1].name == WHOLE_RUN:
+        spans[-1] = replace(spans[-1], width=run.end)
+    for span in spans:
+        averages = Averages(smoothing, contact_windows(part.between(span.start, span.end)))
+        figures += figure_errors(part, motions, reference, span, plan.in_plane, averages, plan.records)
+    if not whole:
+        grown = run.force.max(axis=0) > part.force.max(axis=0)
+        later = tuple(np.array(run.faces)[grown].tolist())
+    marched = {
+        name: {"dofs": one.dofs, "step": one.step, "steps": one.steps, "seconds": one.seconds}
+        for name, one in found.items()
+        if one.steps
+    }
+    return RunErrors(tuple(figures), horizon, reached, plan, marched, whole, later, settled, failed, tuple(spans))
+
+
+def _predictability(
+    case: Case, run: MotionRecord, motions: Mapping[str, MotionRecord], plan: CompanionPlan, reference: str | None,
+    smoothing: float,
+) -> tuple[float | None, bool]:  # fmt: skip
+    """Return the horizon of a run, s, and whether its settled part is periodic."""
+    thin = run.thinned(plan.records)
+    same = thin if reference is None else motions[reference]
+    others = [(motion, SHARES.get(name, 1.0)) for name, motion in motions.items() if name not in (reference, STIFFER)]
+    parted = [horizon_of(same, others, smoothing)]
+    if reference is not None and not plan.in_plane:
+        parted.append(horizon_of(thin, [(same, SHARES.get(reference, 1.0))], smoothing))
     horizon = min((time for time in parted if time is not None), default=None)
-    figures: list[FigureError] = []
-    for span in spans_of(case, reached, run.interval, horizon):
-        figures += figure_errors(run, motions, span, plan.in_plane)
-    marched = {name: {"dofs": one.dofs, "step": one.step, "seconds": one.seconds} for name, one in found.items()}
-    return RunErrors(tuple(figures), horizon, reached, plan, marched, whole, later)
+    settled = next((one for one in spans_of(case, run.end, run.interval, None) if one.name == SETTLED), None)
+    return horizon, settled is not None and repeats(run, settled, smoothing)
 
 
-def _budget(case: Case, summary: Mapping[str, Any]) -> float:
-    """Return the wall time that the marches of companions may take, s."""
-    march = float(summary["wall_time"]["march"])
-    full = isinstance(case.model, FullModel)
-    allowed = max(SHARE * march, LEAST - SET_UP) if full else MARCHES * march + SET_UP
+def _time_left(case: Case, summary: Mapping[str, Any]) -> float | None:
+    """Return the wall time that the marches of companions may take, s; None where the user does not limit it."""
     if case.output.wall_time is None:
-        return allowed
+        return None
     left = case.output.wall_time - float(summary["wall_time"]["total"]) - SET_UP
     if left <= 0.0:
         raise EstimateError("the wall-time limit leaves no time for it")
-    return min(allowed, left)
+    return left
 
 
 def describe(found: RunErrors) -> dict[str, Any]:
@@ -247,8 +312,12 @@ def describe(found: RunErrors) -> dict[str, Any]:
         "status": "estimated",
         "up_to": found.reached,
         "horizon": found.horizon,
+        "settled_part_repeats": found.repeats,
+        "spans": [vars(one) for one in found.spans],
         "plane_companions": found.plan.in_plane,
         "not_estimated": list(found.plan.left_out),
+        "failed_companions": dict(found.failed),
+        "reference": found.plan.reference,
         "companions": dict(found.marched),
         "figures": [
             {
@@ -259,6 +328,7 @@ def describe(found: RunErrors) -> dict[str, Any]:
                 "error": one.error,
                 "relative_error": one.relative,
                 "standard_error": one.standard_error,
+                "window": one.window,
                 "differences": dict(one.parts),
             }
             for one in found.figures
@@ -267,45 +337,59 @@ def describe(found: RunErrors) -> dict[str, Any]:
 
 
 def last_line(found: RunErrors) -> str:
-    """Return the main figures with their errors in one line."""
+    """Return the main figures with their errors in one line; of many faces those with the largest forces."""
     known = [one for one in found.figures if one.error is not None]
     span = next((name for name in SHOWN if any(one.span == name for one in known)), None)
     shown = [one for one in known if one.span == span and one.name.endswith(IN_THE_MESSAGE)]
-    words = ", ".join(f"{one.name} {_with_unit(one.value, one.unit)} {_plus_minus(one)}" for one in shown)
+    forces = sorted((one for one in shown if one.name.endswith(FORCES)), key=lambda one: -abs(one.value))
+    smaller = [one for one in forces[MOST_FORCES:] if one.value or one.error]
+    words = [
+        f"{one.name} {_with_unit(one.value, one.unit)} {_plus_minus(one)}"
+        for one in shown
+        if one not in forces[MOST_FORCES:]
+    ]
+    words += [f"{len(smaller)} smaller forces in {SUMMARY_FILE}"] if smaller else []
     until = "" if found.whole else f", up to t = {found.reached:.3g} s"
-    return f"{span}{until}: {words}" if words else "no figure could be estimated"
+    return f"{span}{until}: {', '.join(words)}" if words else "no figure could be estimated"
 
 
 def _plus_minus(one: FigureError) -> str:
+    """Return an error in per cent of its figure, or in the unit of the figure where it is larger than that."""
     if one.relative is None:
-        return f"+- {one.error:.2g} {one.unit}"
+        return f"+- {_with_unit(one.error or 0.0, one.unit, 2)}"
     percent = 100.0 * one.relative
     if percent < LEAST_SHOWN:
         return f"+- less than {LEAST_SHOWN:g} %"
     return f"+- {percent:.0f} %" if percent >= 10.0 else f"+- {percent:.2g} %"
 
 
-def _with_unit(value: float, unit: str) -> str:
+def _with_unit(value: float, unit: str, digits: int = 3) -> str:
     if unit == "m" and abs(value) < 1.0:
-        return f"{1e3 * value:.3g} mm"
-    return f"{value:.3g} {unit}"
+        return f"{1e3 * value:.{digits}g} mm"
+    return f"{value:.{digits}g} {unit}"
 
 
 def doubts(found: RunErrors, end: float) -> list[str]:
     """Return what a user has to know of the errors, one sentence each."""
     words = []
     if found.horizon is not None:
-        words.append(
-            f"the motion can be predicted up to t = {found.horizon:.4g} s only: beyond, it depends on step and mesh, "
-            "and only its statistics have errors"
+        beyond = (
+            "beyond, it depends on step and mesh, but its settled part repeats, and the figures of that have errors"
+            if found.repeats
+            else "beyond, it depends on step and mesh, and only its statistics have errors"
         )
+        words.append(f"the motion can be predicted up to t = {found.horizon:.4g} s only: {beyond}")
     if not found.whole:
         words.append(
-            f"errors are estimated up to t = {found.reached:.4g} s of {end:g} s: the companions of the run would have "
-            "taken too long"
+            f"errors are estimated up to t = {found.reached:.4g} s of {end:g} s: the comparison runs met the limit of "
+            "the wall time"
         )
     if found.later:
         words.append(f"the largest force on {', '.join(found.later)} came later and has no error")
+    words += [
+        f"the comparison run with {name} failed, and its errors are left out: {why}"
+        for name, why in found.failed.items()
+    ]
     if found.plan.left_out:
         words.append(f"the errors do not include {'; '.join(found.plan.left_out)}")
     return words

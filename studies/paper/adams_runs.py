@@ -10,6 +10,7 @@ import numpy as np
 
 from gapbeam.postprocess.report.envelope import envelope
 from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.signals.figure_names import SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.signal import SignalError, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth
 from gapbeam.postprocess.signals.steady_figures import steady
@@ -166,7 +167,7 @@ def run_one(asked: Asked) -> RunFigures:
         return run
     run.kind = figures.word
     run.settled = figures.quantities["test acceleration"].mean / G
-    settled = figures.quantities["test smoothed acceleration"]
+    settled = figures.quantities[f"test {SMOOTHED_ACCELERATION}"]
     run.settled_smoothed, run.scatter = settled.mean / G, settled.scatter / G
     if asked.drawn:
         shown = acceleration.time < SHOWN / frequency

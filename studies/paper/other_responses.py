@@ -8,6 +8,7 @@ from typing import Any
 
 from gapbeam.postprocess.report.blocks import Block, ReportSection, Words
 from gapbeam.postprocess.report.sections.sweep_section import sweep_sections
+from gapbeam.postprocess.signals.figure_names import SMOOTHED_ACCELERATION
 from gapbeam.postprocess.study_figures.response_census import census
 from gapbeam.solver.record_table import STANDARD_GRAVITY
 from gapbeam.studies.paper.identified_values import CASE
@@ -19,7 +20,7 @@ from gapbeam.studies.trials.axes import read_axis
 COMMAND = "environment/run gapbeam paper"
 STARTS = 4
 SAME = 0.02
-FIGURE = "test smoothed acceleration"
+FIGURE = f"test {SMOOTHED_ACCELERATION}"
 SHOWN = {"summary", "response-curves", "responses"}
 STIFF = (
     "contact.stiffness=auto",

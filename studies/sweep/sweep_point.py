@@ -19,11 +19,13 @@ from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.postprocess.signals.steady_figures import Steady, steady
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
 from gapbeam.solver.errors import OutOfMemory, RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.run.output.run_summary import finite
 from gapbeam.solver.run.stop_rule import has_statistics
@@ -153,7 +155,8 @@ def _classified(
     if response.verdict != "passed":
         return {}
     after = None if transient is None else begin.state.time + transient
-    history = as_history(response.history, response.labels)
+    window, _ = smoothing_window(model.case)
+    history = as_history(response.history, response.labels).assign_attrs({SMOOTHING_WINDOW: window})
     try:
         if has_statistics(model.case):
             return random_response(history, response.statistics, after, notes, response.doubts) | {

@@ -12,6 +12,7 @@ from rich.table import Table
 
 from gapbeam.postprocess.display_units import shown
 from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
 from gapbeam.solver.run.output.results_folder import write_beside
@@ -132,7 +133,7 @@ def _amplitudes(branches: Iterable[Branch]) -> dict[str, str]:
     names: dict[str, str] = {}
     for branch in branches:
         for name, (_, _, unit) in branch.figures.items():
-            if name.endswith((" smoothed acceleration", " displacement", " peak force", ".rms")):
+            if name.endswith((" smoothed acceleration", " displacement", f" {LARGEST_FORCE}", ".rms")):
                 names.setdefault(name, unit)
     return names
 

@@ -14,19 +14,20 @@ from math import inf, log
 
 import numpy as np
 
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.signals.steady_figures import HARMONICS
 from gapbeam.postprocess.study_figures.response_census import CREEPING
 from gapbeam.studies.tradeoff.fidelity_levels import REFINEMENT, Level, LevelPlan
 from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel
 
-GROUPS = ("acceleration", "displacement", "harmonics", "peak force", "impulse")
+GROUPS = ("acceleration", "displacement", "harmonics", LARGEST_FORCE, "impulse")
 TOGETHER = 0.01  # rms difference of waveforms over their range, up to which motions can be predicted
 ORDERS = (0.5, 4.0)  # observed orders that are believed
 STANDARD_ERRORS = 2.0
 ENDINGS = {
     " smoothed acceleration": "acceleration",
     " displacement": "displacement",
-    " peak force": "peak force",
+    f" {LARGEST_FORCE}": LARGEST_FORCE,
     " impulse": "impulse",
 }
 Figures = Mapping[str, float]
@@ -205,7 +206,7 @@ def _scales(figures: Figures) -> dict[str, float]:
             probe = name.split(" harmonic ")[0]
             scales[name] = max(figures[f"{probe} harmonic {order}"] for order in range(1, HARMONICS + 1))
         else:
-            ending = next((ending for ending in (" impulse", " peak force") if name.endswith(ending)), None)
+            ending = next((ending for ending in (" impulse", f" {LARGEST_FORCE}") if name.endswith(ending)), None)
             if ending is not None:
                 scales[name] = max(value for key, value in figures.items() if key.endswith(ending))
     return {name: scale or 1.0 for name, scale in scales.items()}

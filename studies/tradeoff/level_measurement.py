@@ -16,7 +16,7 @@ import xarray as xr
 
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
-from gapbeam.postprocess.signals.smoothing import smooth
+from gapbeam.postprocess.signals.smoothing import smooth_over, window_of
 from gapbeam.postprocess.signals.spectra import CYCLE
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, figures_over, steady
 from gapbeam.solver.case.reading.case_reader import read_case
@@ -104,12 +104,14 @@ class MeasuredLevel:
         return {name: one.mean for name, one in quantities.items()}
 
     def waves(self, periods: int) -> dict[str, Signal]:
-        """Displacement and 2.5 ms mean acceleration of the probes over the first forcing periods."""
+        """Displacement and smoothed acceleration of the probes over the first forcing periods."""
         history, found = self._history(periods), dict[str, Signal]()
+        window = window_of(history, self.frequency)
         for probe in self.labels["probe"]:
+            acceleration = probe_signal(history, "acceleration_absolute", probe)
             found[f"{probe} displacement"] = probe_signal(history, "displacement", probe)
             with contextlib.suppress(SignalError):  # recorded too seldom
-                found[f"{probe} smoothed acceleration"] = smooth(probe_signal(history, "acceleration_absolute", probe))
+                found[f"{probe} smoothed acceleration"] = smooth_over(acceleration, window)
         return found
 
     def _history(self, periods: int) -> xr.Dataset:

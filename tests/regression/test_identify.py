@@ -71,7 +71,10 @@ def measured(frequencies: tuple[float, ...] = FREQUENCIES) -> str:
         model = body.model(read_case(CASE, {**settings, **TRUTH, "load.shaker.frequency": frequency}))
         response = respond(model, seated(model).state, span(model)[0], model.step)
         found = steady(as_history(response.history, response.labels), frequency).quantities
-        figures = {"motion": found["test displacement"], "smooth": found["test smoothed acceleration"]}
+        figures = {
+            "motion": found["test peak-to-peak displacement"],
+            "smooth": found["test peak-to-peak smoothed acceleration"],
+        }
         for name, figure in figures.items():
             held_out = '\nuse = "predict"' if frequency == 60.0 and name == "motion" else ""
             lines.append(

@@ -175,7 +175,7 @@ def test_aliasing_and_short_spans_are_among_the_warnings(tmp_path: Path) -> None
     time = np.linspace(0.0, 0.5, 501)
     records = sine_records(time)
     records["displacement"] = records["displacement"] + 1e-3 * np.cos(np.pi * np.arange(501))
-    analysis = analyze(open_results(write_results(tmp_path, time, records)), Options(periods=4))
+    analysis = analyze(open_results(write_results(tmp_path, time, records)), Options(periods=4, rate=2000.0))
     text = as_text(analysis)
     assert "near half the sampling rate" in text
     assert "fall between lines" in text

@@ -187,7 +187,7 @@ def test_runs_side_by_side(forced: Path, tmp_path: Path) -> None:
     made = report_on([forced, other], "c")
     assert tables(made)["Keys in which the cases differ"].rows == [("support.clearance", "0.000107", "0.0002")]
     figures = next(table for caption, table in tables(made).items() if caption.startswith("Figures over"))
-    row = next(row for row in figures.rows if row[0] == "tip displacement (mm)")
+    row = next(row for row in figures.rows if row[0] == "tip peak-to-peak displacement (mm)")
     assert row[3] == pytest.approx(50.0, rel=1e-6)
     wave = next(chart for chart in charts(made) if chart.caption.startswith("Tip displacement"))
     heights = {curve.name: np.ptp(curve.y) for curve in wave.curves if curve.choice == "twice"}

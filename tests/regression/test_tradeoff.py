@@ -70,7 +70,7 @@ def test_differences_are_those_put_in() -> None:
     found = differences(moving(1.03e-3).figures(8), moving(1e-3).figures(8))
     for name in ("acceleration", "displacement", "harmonics"):
         assert found[name] == pytest.approx(0.03, rel=1e-3)
-    assert found["peak force"] == pytest.approx(0.03 * 40.0 / 80.0, rel=1e-3)
+    assert found["largest recorded force"] == pytest.approx(0.03 * 40.0 / 80.0, rel=1e-3)
     assert found["impulse"] == pytest.approx(0.0, abs=1e-4)
 
 
@@ -90,7 +90,7 @@ def test_long_means_decide_beyond_their_scatter() -> None:
 
     def with_means(shift: float, word: str = "no cycle") -> MeasuredLevel:
         measured = moving()
-        measured.words, measured.long = [word], {"tip displacement": WindowFigure("m", windows + shift)}
+        measured.words, measured.long = [word], {"tip peak-to-peak displacement": WindowFigure("m", windows + shift)}
         return measured
 
     reference = with_means(0.0)

@@ -46,7 +46,7 @@ def resonance(detuned: float, step: float = 5e-4) -> MeasuredLevel:
 def test_windows_cover_a_record_from_its_start_to_its_end() -> None:
     """200 forcing periods: one window of 12 from the start and 16 up to the end; ranges grow with the motion."""
     windows = resonance(0.0).windows
-    ranges = windows["tip displacement"]
+    ranges = windows["tip peak-to-peak displacement"]
     assert ranges.shape == windows["tip harmonic 1"].shape == windows["base impulse"].shape == (17,)
     assert ranges[0] == pytest.approx(2e-3 * 12 / FREQUENCY, rel=0.05)
     assert ranges[-1] == pytest.approx(2e-3 * END, rel=0.01)
@@ -121,7 +121,7 @@ def test_means_of_a_chaotic_motion_are_known_to_their_scatter() -> None:
     windows = np.random.default_rng(0).normal(1.0, 0.05, 10)
     reference, other = resonance(0.0), resonance(0.0)
     for measured, values in ((reference, windows), (other, windows + 0.01)):
-        measured.words, measured.long = ["no cycle"], {"tip displacement": WindowFigure("m", values)}
+        measured.words, measured.long = ["no cycle"], {"tip peak-to-peak displacement": WindowFigure("m", values)}
     found = judged(Level("reduced 2D", {}), other, reference, 8, END)
     assert found.statistics == 0.0
     scatter = 2.0 * 2.0**0.5 * windows.std(ddof=1) / 10**0.5

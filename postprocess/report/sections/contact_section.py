@@ -50,7 +50,7 @@ def contact_section(
                 None if impulses is None else float(impulses[-1] - impulses[0]),
             )
         )  # fmt: skip
-    heads = ("face", "largest force (N)", "mean force (N)", "in contact (% of the records)",
+    heads = ("face", "largest recorded force (N)", "mean force (N)", "in contact (% of the records)",
              "largest penetration (µm)", "largest gap (µm)", "impulse (N s)")  # fmt: skip
     blocks: list[Block] = []
     if is_long(time, frequency):

@@ -14,11 +14,10 @@ from gapbeam.postprocess.report.sections.record_ends import ZOOM, end_words, is_
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
 from gapbeam.postprocess.signals.signal import Signal
-from gapbeam.postprocess.signals.smoothing import POINTS, RATE
 
 PORTRAIT = 6000  # points
 FEWEST = 3  # forcing periods worth a figure over them
-_RECORDED, _SMOOTHED = "as recorded", f"moving average over {1e3 * POINTS / RATE:g} ms"
+_RECORDED = "as recorded"
 
 
 def motion_section(
@@ -89,7 +88,8 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
         smoothed = analysis.smoothed if name == "acceleration" else None
         unit = one.signal.unit
         span = enlarged_span(one.signal.time, one.signal.values, analysis.forcing_frequency, ZOOM)
-        pairs = [(_RECORDED if smoothed else name, one)] + ([(_SMOOTHED, smoothed)] if smoothed else [])
+        pairs = [(_RECORDED if smoothed else name, one)]
+        pairs += [(_averaged(smoothed.signal), smoothed)] if smoothed else []
         for label, part in pairs:
             signal = part.signal.between(*span) if last else part.signal
             size = max(size, signal.time.size)
@@ -107,6 +107,10 @@ def _history(analyses: Mapping[str, Analysis], name: str, last: bool, command: s
         choices=list(dict.fromkeys(str(curve.choice) for curve in curves)),
         choice="probe",
     )
+
+
+def _averaged(smoothed: Signal) -> str:
+    return f"moving average over {1e3 * smoothed.width:.3g} ms"
 
 
 def _curve(label: str, signal: Signal, probe: str, scale: float) -> ChartCurve:

@@ -24,12 +24,13 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.report.number_text import number
 from gapbeam.postprocess.report.sections.study_axis import StudyAxis, axis_of
 from gapbeam.postprocess.report.study_json import read_object, read_records
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint, census, census_words
 
 SWEEP_FILE, PLAN_FILE, PICTURE = "sweep.json", "plan.json", "sweep.png"
 ENSEMBLES_FILE = "ensembles.json"
 ENSEMBLE_HEADER = ("figure", "value", "unit", "95 % interval", "independent samples", "judged", "s for 2 %")
-SHOWN = (".rms", " smoothed acceleration", " displacement", " peak force")
+SHOWN = (".rms", " smoothed acceleration", " displacement", f" {LARGEST_FORCE}")
 ORDERS = 5
 BUTTONS = 24  # points that get a button each
 TOLERANCE = 0.02  # of amplitudes that are the same, where the plan does not say

@@ -121,7 +121,7 @@ def result_figures(results: Results) -> list[Row]:
     alone = len(supports) == 1
     rows: list[Row] = [
         *(
-            (f"largest contact force on the {face}", float(force), "N")
+            (f"largest contact force of a step on the {face}", float(force), "N")
             for face, force in (summary.get("peak_contact_force") or {}).items()
         ),
         ("largest penetration", _of(summary, "penetration", "largest", _MICRO), "µm"),

@@ -15,6 +15,7 @@ from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.case.placed_support import own_law
+from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -56,6 +57,12 @@ def describe_model(model: Model) -> dict[str, Any]:
         "supports": describe_supports(model.case),
         "rayleigh": {"mass": model.system.mass_damping, "stiffness": model.system.stiffness_damping},
     }
+
+
+def describe_smoothing(case: Case) -> dict[str, Any]:
+    """Return the time over which the smoothed acceleration is a mean, s, and where it comes from."""
+    window, reason = smoothing_window(case)
+    return {"window": window, "reason": reason}
 
 
 def describe_supports(case: Case) -> list[dict[str, Any]]:

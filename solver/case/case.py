@@ -21,6 +21,7 @@ from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.beam_table import Beam as Beam
 from gapbeam.solver.case.beam_table import Material as Material
 from gapbeam.solver.case.contact_table import Contact
+from gapbeam.solver.case.gates_table import Gates as Gates
 from gapbeam.solver.case.model_table import FullModel, ModelTable
 from gapbeam.solver.case.placed_support import SupportTables
 from gapbeam.solver.case.segment_table import PlacedSegment
@@ -111,22 +112,6 @@ class Probe(Table):
     )
     stress: Switch = Field(
         default=False, description="record axial and von Mises stress at the point, which is in the material"
-    )
-
-
-class Gates(Table):
-    """Limits on the energy that the algorithm creates or loses, relative to that exchanged so far, and on memory."""
-
-    impact_loss: NonNegative = Field(default=0.008, description="largest algorithmic loss in one impact, no unit")
-    impact_growth: NonNegative = Field(default=0.0025, description="largest algorithmic growth in one impact, no unit")
-    total_growth: Positive = Field(default=0.05, description="cumulative growth that ends the run, no unit")
-    total_loss: Positive = Field(
-        default=0.1, description="largest algorithmic loss in the whole run that ends with status 0, no unit"
-    )
-    accept_energy_loss: Switch = Field(default=False, description="end with status 0 in spite of such a loss")
-    accept_energy_growth: Switch = Field(default=False, description="go on, and end with status 0, in spite of growth")
-    accept_lack_of_memory: Switch = Field(
-        default=False, description="run a model that is expected to need more memory than is free"
     )
 
 

@@ -15,7 +15,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
-from gapbeam.solver.case.case import Gates
+from gapbeam.solver.case.case import Case, Gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.face_updates import CLOSED, OPEN, UNKNOWN, Watched, after_look, breaks_gates
 from gapbeam.solver.diagnostics.ledger_update import relative_growth
@@ -24,10 +24,21 @@ from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
-REMEDY = (
-    "Use the scheme discrete-gradient (implicit-midpoint where contact has no potential), a smaller time.step or, with "
-    "the formulation penalty, a softer contact.stiffness"
-)
+SAFE_WITHOUT_POTENTIAL = "implicit-midpoint"  # a scheme that only loses energy at impacts
+
+
+def remedy_for(case: Case) -> str:
+    """Return what helps a case whose scheme creates energy, in a sentence: never the scheme that it has."""
+    ways = list[str]()
+    scheme, formulation = case.time.scheme, case.contact.formulation
+    if formulation.without_potential and scheme.type != SAFE_WITHOUT_POTENTIAL:
+        ways.append(f"the scheme {SAFE_WITHOUT_POTENTIAL}")
+    elif not formulation.without_potential and not scheme.conserves_energy:
+        ways.append("the scheme discrete-gradient")
+    ways.append("a smaller time.step")
+    if formulation.follows_the_law:
+        ways.append("a softer contact.stiffness")
+    return f"Try {', '.join(ways[:-1])} or {ways[-1]}" if len(ways) > 1 else f"Try {ways[0]}"
 
 
 @dataclass
@@ -43,6 +54,7 @@ class EnergyGates:
         violations: Impacts outside the gates.
         open_faces: Whether each face was open when last seen.
         entries: Energy created, and kinetic and strain energy, when faces closed whose impact has not ended, J.
+        remedy: What helps where energy is created, in a sentence.
     """
 
     limits: Gates
@@ -53,6 +65,7 @@ class EnergyGates:
     violations: int = 0
     open_faces: dict[int, bool] = field(default_factory=dict)
     entries: dict[int, tuple[float, float]] = field(default_factory=dict)
+    remedy: str = "Try a smaller time.step"
 
     def check(self, step: Step, ledger: Ledger) -> None:
         """Pass a step, or raise.
@@ -75,17 +88,13 @@ class EnergyGates:
             ledger: The ledger after it.
         """
         if not finite:
-            raise NotFinite(
-                f"at t = {time:.6g} s energy or contact pressure is not finite; "
-                "try a smaller time.step, or the scheme discrete-gradient (implicit-midpoint where contact has no "
-                "potential)"
-            )
+            raise NotFinite(f"at t = {time:.6g} s energy or contact pressure is not finite. {self.remedy}")
         growth = self.growth(ledger)
         if growth > self.limits.total_growth and not self.limits.accept_energy_growth:
             raise EnergyCreated(
                 f"at t = {time:.6g} s the scheme has created {ledger.created:.3g} J, {growth:.1%} of the "
                 f"energy exchanged (allowed: {self.limits.total_growth:.1%}); the results are not to be trusted. "
-                f"{REMEDY}; gates.accept_energy_growth = true goes on in spite of it"
+                f"{self.remedy}; gates.accept_energy_growth = true goes on in spite of it"
             )
 
     def growth(self, ledger: Ledger) -> float:

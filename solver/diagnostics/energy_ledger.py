@@ -17,6 +17,7 @@ import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.diagnostics.ledger_update import (
+    ESTIMATE,
     Energies,
     StepEnergies,
     after_measuring,
@@ -78,15 +79,16 @@ class Ledger:
         """Return the ledger with other energies, and the work of each load with them."""
         return replace(self, load_work=load_work, exchanged=exchanged_energy(energies), **energies._asdict())
 
-    def in_coordinates(self, kinetic: float, strain: float) -> Ledger:
-        """Return the ledger with T and V of the same state in other coordinates, whose round-off is not created energy.
+    def in_coordinates(self, kinetic: float, strain: float, contact: float) -> Ledger:
+        """Return the ledger of the same state in other coordinates, whose round-off is not created energy.
 
         Args:
             kinetic: T there, J.
             strain: V there, J.
+            contact: Psi there, J.
         """
-        start = self.start + (kinetic - self.kinetic) + (strain - self.strain)
-        return replace(self, kinetic=kinetic, strain=strain, start=start)
+        start = self.start + (kinetic - self.kinetic) + (strain - self.strain) + (contact - self.contact)
+        return replace(self, kinetic=kinetic, strain=strain, contact=contact, start=start)
 
     @property
     def total(self) -> float:
@@ -102,6 +104,21 @@ class Ledger:
     def residual(self) -> float:
         """What is left of the balance."""
         return energy_residual(self.energies, float(self.load_work.sum()))
+
+    @property
+    def at_rest(self) -> bool:
+        """Whether nothing moves but by round-off: loads bring less than that, and the balance cannot resolve it."""
+        return self.absolute_work <= self.largest_kinetic <= ESTIMATE * self.round_off
+
+    def fed(self, from_rest: bool) -> bool:
+        """Return whether loads feed the motion: their work can be resolved, and explains the kinetic energy.
+
+        Args:
+            from_rest: Whether all kinetic energy that loads have not brought was there at the start, or is that of
+                falling; False: loads may have brought it before the run.
+        """
+        hidden = ESTIMATE * self.round_off
+        return self.largest_kinetic > hidden and self.absolute_work > (self.largest_kinetic if from_rest else hidden)
 
     @property
     def created(self) -> float:
@@ -198,7 +215,12 @@ def round_off(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> floa
     """Return what the balance of a state cannot resolve: round-off in u K u, and the contact solve, J. Collective."""
     terms = state.u[VALUE] * system.operators.stiffness_round_off(state.u[VALUE])
     squares, strain = system.dots([(terms, terms), (state.u[VALUE], state.u[STIFFNESS])])
-    return unresolved_energy(float(squares), 0.5 * float(strain), _contact_energy(system, law, state))
+    contact, interface = system.contact, system.contact.interface
+    added_up = contact.added_up(interface.trace(np.abs(state.u[VALUE]), system.operators))
+    hidden = np.finfo(float).eps * contact.weights * state.pressure * added_up
+    return unresolved_energy(
+        float(squares) + float(hidden @ hidden), 0.5 * float(strain), _contact_energy(system, law, state)
+    )
 
 
 def _contact_energy(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> float:

@@ -16,6 +16,7 @@ from gapbeam.solver.contact.solve.contact_solve import RELATIVE_TOLERANCE
 from gapbeam.solver.jit import shared
 
 ROUND_OFF_SAFETY = 8.0
+ESTIMATE = 10.0  # times the estimate of round-off: no energy below it is called created
 
 
 class Energies(NamedTuple):
@@ -104,10 +105,10 @@ def after_measuring(before: Energies, kinetic: float, strain: float, contact: fl
 
 @shared
 def unresolved_energy(squares: float, strain: float, contact: float) -> float:
-    """Return what the balance of a state cannot resolve: round-off in u K u, and the tolerance of the contact solve.
+    """Return what the balance of a state cannot resolve: round-off, and the tolerance of the contact solve.
 
     Args:
-        squares: Sum of the squared round-off of the terms of u K u, J^2.
+        squares: Sum of the squared round-off of the terms of u K u, and of contact forces times penetrations, J^2.
         strain: V, J.
         contact: Psi, J.
     """
@@ -142,8 +143,8 @@ def exchanged_energy(energies: Energies) -> float:
 
 @shared
 def relative_growth(created: float, energy: float, round_off: float) -> float:
-    """Return created energy relative to an energy; 0 where round-off hides it."""
-    if abs(created) <= round_off:
+    """Return created energy relative to an energy; 0 where round-off, which is an estimate, may hide it."""
+    if abs(created) <= ESTIMATE * round_off:
         return 0.0
     share: float = created / energy if energy > 0.0 else np.copysign(np.inf, created)
     return share

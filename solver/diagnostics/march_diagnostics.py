@@ -52,12 +52,18 @@ class Accounts:
 
     @classmethod
     def opened(
-        cls, system: SemiDiscreteSystem, law: ContactLaw, start: State, dt: float, limits: Gates = UNGUARDED
+        cls,
+        system: SemiDiscreteSystem,
+        law: ContactLaw,
+        start: State,
+        dt: float,
+        limits: Gates = UNGUARDED,
+        remedy: str = "",
     ) -> Accounts:
         """Return the accounts at the start of a march in steps of dt, s; by default no growth ends it. Collective."""
         contact, ledger = system.contact, open_ledger(system, law, start)
         watch = (
-            EnergyGates(limits, contact),
+            EnergyGates(limits, contact, remedy=remedy),
             Episodes(contact),
             Peaks(contact),
             ContactTimes.opened(contact, law, start),

@@ -14,9 +14,10 @@ from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.face_wear import face_wear
-from gapbeam.solver.diagnostics.assumptions.assumption import let_pass
+from gapbeam.solver.diagnostics.assumptions.assumption import let_pass, limited
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
+from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import PointContact
@@ -95,7 +96,8 @@ class RunConsumers:
         left = start if isinstance(start, Left) else None
         self._start = start.paused if isinstance(start, Left) else start
         begin = self._start if isinstance(self._start, State) else self._start.state
-        self.accounts = Accounts.opened(model.system, model.law, begin, model.step, model.case.gates)
+        case = model.case
+        self.accounts = Accounts.opened(model.system, model.law, begin, model.step, case.gates, remedy_for(case))
         if left is not None:
             left.restore(self.accounts, self.recorder)
         self._trouble: NotWritten | None = None
@@ -271,7 +273,8 @@ class RunConsumers:
             return
         self._passed = largest
         try:
-            let_pass([*of_pose(watch, self.model.case), *of_contact(self.model.case, peaks, episodes)])
+            case = self.model.case
+            let_pass(limited([*of_pose(watch, case), *of_contact(case, peaks, episodes)], case.gates))
         except AssumptionBroken:
             watch.end()  # blocks that are computed already are recorded, but say no more about where it broke
             raise

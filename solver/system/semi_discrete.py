@@ -137,6 +137,14 @@ class ContactOperator:
         """Return which faces have one of the chosen contact points, (m,), among theirs, (faces,)."""
         return np.asarray(np.bincount(self.faces, weights=chosen, minlength=len(self.face_names)) > 0.0)
 
+    def added_up(self, sizes: Array) -> Array:
+        """Return the sums of the sizes of all terms that penetrations add up, (m,), m: round-off is in proportion.
+
+        Args:
+            sizes: Sizes of the interface values, (interface.size,).
+        """
+        return np.asarray(abs(self.gap_matrix) @ sizes + np.abs(self.initial_gap))
+
     def with_gaps_of(self, faces: Sequence[Face]) -> ContactOperator:
         """Return the operator of the same faces with other gaps."""
         if tuple(faces) == self.support.faces:

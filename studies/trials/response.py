@@ -10,6 +10,7 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding
 from gapbeam.solver.diagnostics.assumptions.frequency_content import content_of_motion
+from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
@@ -144,7 +145,7 @@ def _march(
     rings: bool,
 ) -> None:
     plan = replace(Simulation(model).plan, steps=steps)
-    accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates)
+    accounts = Accounts.opened(model.system, model.law, start, plan.dt, model.case.gates, remedy_for(model.case))
     recorder = Recorder(model, watch_of(model) if watched else None, gauges_of(model), response.statistics)
     every = None if interval is None else max(1, round(interval / plan.dt))
     rows = [] if every is None else [recorder.row(start, accounts)]

@@ -45,7 +45,7 @@ from gapbeam.solver.case.checks.contact_point_checks import (
 from gapbeam.solver.case.checks.damping_checks import damping_is_given_once, damping_is_positive
 from gapbeam.solver.case.checks.factor_checks import iterations_can_solve
 from gapbeam.solver.case.checks.friction_checks import static_friction_holds_more
-from gapbeam.solver.case.checks.gate_checks import gates_are_in_order
+from gapbeam.solver.case.checks.gate_checks import gates_are_in_order, limits_are_in_order
 from gapbeam.solver.case.checks.geometry_checks import (
     cells_fit_the_beam,
     cells_fit_the_dimension,
@@ -308,6 +308,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     beam_is_prismatic,
     iterations_can_solve,
     gates_are_in_order,
+    limits_are_in_order,
     forcing_is_periodic,
     period_map_is_smooth,
     shooting_has_whole_steps,

@@ -1,10 +1,10 @@
-"""Contradictions between the energy gates."""
+"""Contradictions between the limits of a run."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
 
-from gapbeam.solver.case.case import Gates
+from gapbeam.solver.case.gates_table import Gates
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
@@ -20,3 +20,17 @@ def gates_are_in_order(gates: Gates) -> Iterator[Fault]:
             f"total_growth = {max(0.05, 20 * gates.impact_growth):g}",
             (("gates", "impact_growth"),),
         )
+
+
+def limits_are_in_order(gates: Gates) -> Iterator[Fault]:
+    """No assumption ends a run that it does not warn of."""
+    for name in type(gates.failures).model_fields:
+        warning, failure = getattr(gates.warnings, name), getattr(gates.failures, name)
+        if isinstance(warning, float) and isinstance(failure, float) and failure < warning:
+            yield Fault(
+                ("gates", "failures", name),
+                f"{failure:g}, less than the warning, {warning:g}",
+                "at least the warning: a run that fails has passed the limit of the warning, too",
+                f"{name} = {warning:g}, or a smaller one in [gates.warnings]",
+                (("gates", "warnings", name),),
+            )

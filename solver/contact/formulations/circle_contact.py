@@ -151,6 +151,13 @@ class CircleOperator(ContactOperator):
         """Return the same."""
         return self.depth(interface_values, time)
 
+    def added_up(self, sizes: Array) -> Array:
+        """Return the sums of the sizes of all terms, those of y and z at stations, (m,), m."""
+        found, circles = super().added_up(sizes), self.circles
+        both = (abs(circles.plane) @ sizes).reshape(-1, 2) + np.abs(circles.middles)
+        found[circles.points] = both.sum(axis=1) + np.abs(circles.clearances)
+        return found
+
     def springs(self, stiffness: float) -> Springs:
         """Return springs along the normals of the whole faces."""
         return self.around.springs(stiffness)

@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass, replace
+from math import isfinite
 from typing import Any
 
+from gapbeam.solver.case.gates_table import Gates
 from gapbeam.solver.errors import AssumptionBroken
 from gapbeam.solver.system.operators import Array
 
@@ -32,6 +34,16 @@ class Assumption:
     failure: float | None
     meaning: str
 
+    def limited_by(self, gates: Gates) -> Assumption:
+        """Return the assumption with the limits that a case gives it; a failure is never below a warning."""
+        warning, failure = gates.warnings.of(self.name), gates.failures.of(self.name)
+        limit = self.limit if warning is None else warning
+        if failure is None:
+            failure = None if self.failure is None else max(self.failure, limit)
+        else:
+            limit = min(limit, failure)
+        return replace(self, limit=limit, failure=failure if failure is None or isfinite(failure) else None)
+
 
 @dataclass(frozen=True)
 class Finding:
@@ -44,6 +56,7 @@ class Finding:
         place: Where, (3,), m; None: it is not of one point.
         estimate: How far figures are off by it, relative; None: not known.
         detail: What else belongs to the value, in words.
+        of: What the estimate is of.
     """
 
     assumption: Assumption
@@ -52,6 +65,7 @@ class Finding:
     place: Array | None = None
     estimate: float | None = None
     detail: str = ""
+    of: str = "figures"
 
     @property
     def verdict(self) -> str:
@@ -70,14 +84,14 @@ class Finding:
         if self.place is not None:
             where += f", point ({', '.join(f'{x:.4g}' for x in self.place)}) m"
         limit = one.failure if self.verdict == FAILURE else one.limit
-        error = "" if self.estimate is None else f"; figures are off by about {100.0 * self.estimate:.2g} %"
+        error = "" if self.estimate is None else f"; {self.of} are off by about {100.0 * self.estimate:.2g} %"
         detail = f" ({self.detail})" if self.detail else ""
         return f"{one.name}: {one.quantity} {self.closest:.3g}{unit}{where}{detail}, limit {limit:g}{unit}{error}"
 
     @property
     def share(self) -> float:
         """How close the run came to the limit: 1 is the limit."""
-        return self.closest / self.assumption.limit
+        return self.closest / self.assumption.limit  # 0 where there is none
 
     @property
     def remark(self) -> str:
@@ -104,6 +118,11 @@ class Finding:
         }
 
 
+def limited(findings: Iterable[Finding], gates: Gates) -> list[Finding]:
+    """Return findings with the limits that a case gives their assumptions."""
+    return [replace(finding, assumption=finding.assumption.limited_by(gates)) for finding in findings]
+
+
 def in_one_line(findings: Sequence[Finding]) -> str:
     """Return how many assumptions hold, and which of them came closest to its limit."""
     holding = [finding for finding in findings if finding.verdict == HOLDS]
@@ -123,4 +142,5 @@ def let_pass(findings: Sequence[Finding]) -> None:
         raise AssumptionBroken(
             "an assumption behind the figures does not hold, the results are not to be trusted: "
             + "; ".join(finding.remark for finding in failed)
+            + f". gates.failures.{failed[0].assumption.name.replace(' ', '_')} sets another limit"
         )

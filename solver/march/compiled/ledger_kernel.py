@@ -134,9 +134,17 @@ def enter_step(ledgers: LedgerArrays, measured: StepEnergies, works: Array) -> N
 
 
 @compiled
-def enter_energies(ledgers: LedgerArrays, contact: float, squares: Array, q: Array) -> None:
-    """Enter the potential of the contact measured anew, and what the balance of the state cannot resolve."""
-    energies, total = energies_in(ledgers), 0.0
+def enter_energies(ledgers: LedgerArrays, contact: float, hidden: float, squares: Array, q: Array) -> None:
+    """Enter the potential of the contact measured anew, and what the balance of the state cannot resolve.
+
+    Args:
+        ledgers: Changed in place.
+        contact: Psi, J.
+        hidden: Sum of the squared round-off of contact forces times penetrations, J^2.
+        squares: s, (n,), 1/s^2.
+        q: The state, (n,).
+    """
+    energies, total = energies_in(ledgers), hidden
     for j in range(len(q)):
         term = EPS * squares[j] * q[j] * q[j]
         total += term * term

@@ -22,7 +22,13 @@ from gapbeam.solver.march.compiled.kernel_tables import KernelState, Modal, Reco
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits
 from gapbeam.solver.march.compiled.near_points import raise_closest
 from gapbeam.solver.march.compiled.point_motions import count_in_play, in_play
-from gapbeam.solver.march.compiled.point_solve import begin_points, complete_points, form_gaps_anew, touch_all
+from gapbeam.solver.march.compiled.point_solve import (
+    added_up,
+    begin_points,
+    complete_points,
+    form_gaps_anew,
+    touch_all,
+)
 from gapbeam.solver.march.compiled.scheme_kernels import accept, alpha_step, force_at, midpoint_step
 from gapbeam.solver.march.compiled.sliding_kernel import enter_sliding, record_sliding
 from gapbeam.solver.march.compiled.snapshot_kernel import is_due, take_snapshot
@@ -198,11 +204,14 @@ def _enter(
 def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, ledgers: LedgerArrays) -> None:
     """Form the gaps anew, and measure again what depends on them."""
     form_gaps_anew(modal, motion, room)
-    contact = 0.0
+    contact, hidden = 0.0, 0.0
     for i in range(len(motion.depth)):
         exponent = numbers_at(law, i).exponent
         contact += modal.weights[i] * spring_potential(law.stiffness[i], exponent, motion.depth[i])
-    accounts.enter_energies(ledgers, contact, modal.squares, motion.q)
+        if motion.pressure[i] != 0.0:
+            unknown = modal.weights[i] * motion.pressure[i] * accounts.EPS * added_up(modal, motion.q, i)
+            hidden += unknown * unknown
+    accounts.enter_energies(ledgers, contact, hidden, modal.squares, motion.q)
 
 
 @compiled_apart

@@ -211,13 +211,14 @@ def _sliding(modal: ModalSystem, accounts: Accounts, slides: tuple[Array, Array]
 
 
 def arrays_of_state(modal: ModalSystem, state: State) -> KernelState:
-    """Return a state, as a march carries it along, in modal coordinates, in whole lanes."""
-    nothing = np.zeros_like(modal.squares)
+    """Return a state, as a march carries it along, in modal coordinates, in whole lanes; penetrations are of these."""
+    nothing, contact = np.zeros_like(modal.squares), modal.system.contact
+    q = modal.coordinates(state.u[VALUE])
     return KernelState(
-        widened(modal.coordinates(state.u[VALUE])),
+        widened(q),
         widened(modal.coordinates(state.v[VALUE])),
         widened(nothing if state.a is None else modal.coordinates(state.a[VALUE])),
-        np.array(state.depth),
+        contact.depth(contact.interface.trace(modal.dofs(q), modal.system.operators), state.time),
         np.array(state.pressure),
         np.zeros_like(state.depth) if state.touch_speed is None else np.array(state.touch_speed),
     )

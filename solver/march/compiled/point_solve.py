@@ -210,6 +210,24 @@ def form_gaps_anew(modal: Modal, motion: KernelState, room: Room) -> None:
 
 
 @compiled
+def added_up(modal: Modal, q: Array, point: int) -> float:
+    """Return the sum of the sizes of all terms that the penetration of a point adds up, m."""
+    around = modal.around
+    total: float = abs(modal.initial_gap[point])
+    if around is None:
+        for j in range(len(q)):
+            total += abs(modal.gaps[point, j] * q[j])
+    else:
+        for a in range(2):
+            for j in range(len(q)):
+                total += abs(around.rows[around.pairs[point, a], j] * q[j])
+        if turns(around, point):
+            for a in range(3):
+                total += abs(around.holes[point, END + a])
+    return total
+
+
+@compiled
 def touch_all(modal: Modal, law: LawTable, motion: KernelState, room: Room) -> None:
     """Keep the approach speeds of all open points, and what the damper makes of them."""
     set_motions(modal.gaps, modal.around, motion.v, room.guess_rate)

@@ -54,7 +54,9 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
         first: Whether no solution is known yet.
 
     Returns:
-        The largest change of a direction under pressure, no unit; 0 where no direction turns.
+        The largest change of a direction in contact, no unit; 0 where no direction turns. In contact are stations
+        under pressure, and those that lie in the wall at the start or the end of the step: along the direction before
+        they may have been free.
     """
     largest = 0.0
     if around is not None:
@@ -62,7 +64,7 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
             point = in_play(around, number)
             if turns(around, point):
                 change = turn(around, point, first)
-                if not first and found.pressure[point] != 0.0:
+                if not first and (found.pressure[point] != 0.0 or touches(around, point)):
                     largest = max(largest, change)
         if len(around.turning) > 0:
             found.factor.filled[0] = 0
@@ -72,19 +74,35 @@ def aim(around: AroundPoints | None, found: Solution, first: bool) -> float:
 @compiled
 def turn(around: AroundPoints, point: int, first: bool) -> float:
     """Set the direction of a station as `aim` does; return its change, no unit."""
-    a, b = around.pairs[point, 0], around.pairs[point, 1]
     y, z = from_middle(around, around.place, point, START)
-    new_y, new_z = y + around.guess[a] + around.free[a], z + around.guess[b] + around.free[b]
-    new_y -= around.holes[point, END] - around.holes[point, START]
-    new_z -= around.holes[point, END + 1] - around.holes[point, START + 1]
-    if not first:
-        new_y, new_z = new_y + around.motions[a], new_z + around.motions[b]
+    new_y, new_z = _end_from_middle(around, point, first)
     lengths = np.sqrt(y * y + z * z) + np.sqrt(new_y * new_y + new_z * new_z)
     scale = -1.0 / lengths if lengths > 0.0 else 0.0
     aside, up = scale * (y + new_y), scale * (z + new_z)
     change: float = max(abs(aside - around.directions[point, 0]), abs(up - around.directions[point, 1]))
     around.directions[point, 0], around.directions[point, 1] = aside, up
     return change
+
+
+@compiled
+def touches(around: AroundPoints, point: int) -> bool:
+    """Return whether a station lies in the wall at the start of a step or at its end, as far as that is known."""
+    y, z = _end_from_middle(around, point, False)
+    inside: bool = np.sqrt(y * y + z * z) > around.holes[point, END + 2]
+    return inside or far(around, around.place, point, START) > 0.0
+
+
+@compiled
+def _end_from_middle(around: AroundPoints, point: int, first: bool) -> tuple[float, float]:
+    """Return r of a station at the end of a step, y and z, m; `first`: without a change of the contact forces."""
+    a, b = around.pairs[point, 0], around.pairs[point, 1]
+    y, z = from_middle(around, around.place, point, START)
+    y, z = y + around.guess[a] + around.free[a], z + around.guess[b] + around.free[b]
+    y -= around.holes[point, END] - around.holes[point, START]
+    z -= around.holes[point, END + 1] - around.holes[point, START + 1]
+    if not first:
+        y, z = y + around.motions[a], z + around.motions[b]
+    return y, z
 
 
 @compiled

@@ -4,13 +4,16 @@
 
 Given o, the step is that of contact points that do not turn; its end gives the next o. A turn changes o by about what
 the contact forces of a step move the section, relative to the clearance: where the step resolves the contact, by a
-hundredth of the turn before, or less. Contact that is open leaves o without meaning, and takes one turn.
+hundredth of the turn before, or less. Where turns converge slowly, o is extrapolated from them. A station is in contact
+if it is under pressure, or lies in the wall at the start or the end of the step: along another o it may have been free.
+Contact that is open leaves o without meaning, and takes one turn.
 
 Source: LaBudde and Greenspan (1976), Numerische Mathematik 25, 323-346, for the discrete force.
 """
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from dataclasses import replace
 
 import numpy as np
@@ -28,6 +31,8 @@ from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State
 SETTLED = 1.0e-14  # of a direction, no unit
 ENOUGH = 1.0e-11  # what may be left where turns no longer change it
 MOST_TURNS = 30
+FAST = 0.1  # of the turn before: turns that change directions by no more than that need no help
+REMEMBERED = 6  # turns
 
 
 @shared
@@ -72,25 +77,43 @@ def turning_step(
     before = circles.places(interface.trace(old.u[VALUE], operators))
     opening = circles.opening(before, places(old.u[VALUE] + dt * old.v[VALUE]))
     held = replace(old, pressure=_without(old.pressure, circles.points))
-    left, iterations = [np.inf], 0
+    begun_inside, left, iterations = circles.penetrations(before) > 0.0, [np.inf], 0
+    tried = list[tuple[Array, Array]]()
     for _ in range(MOST_TURNS):
         contact = system.contact.turned(opening)
         turned = replace(system, contact=contact)
         step = scheme.advance(turned, condensed.again(turned), law, held, dt, max_iterations)
         iterations += step.iterations
-        after = circles.opening(before, places(step.new.u[VALUE]))
-        pressed = step.new.pressure[circles.points] != 0.0
-        left.append(float(np.max(np.abs(after - opening)[pressed], initial=0.0)))
+        end = places(step.new.u[VALUE])
+        after = circles.opening(before, end)
+        # stations in the wall count as well: along the direction before they may have been free
+        touching = (step.new.pressure[circles.points] != 0.0) | begun_inside | (ends.penetrations(end) > 0.0)
+        left.append(float(np.max(np.abs(after - opening)[touching], initial=0.0)))
         if settled(left[-1], left[-2]):
             depth = system.contact.depth(interface.trace(step.new.u[VALUE], operators), step.new.time)
             stage = replace(step.stage, opening=opening)
             return replace(step, old=old, new=replace(step.new, depth=depth), stage=stage, iterations=iterations)
-        opening = after
+        tried.append((opening, after))
+        opening = after if left[-1] <= FAST * left[-2] else _extrapolated(tried[-REMEMBERED:])
     raise NotConverged(
         f"the directions of contact in round holes did not settle in {MOST_TURNS} turns: the last one changed them by "
         f"{left[-1]:.3e}",
         tuple(left[1:]),
     )
+
+
+def _extrapolated(tried: Sequence[tuple[Array, Array]]) -> Array:
+    """Return the directions that turns, x -> G(x), lead to if they are linear (Anderson's acceleration).
+
+    Args:
+        tried: x and G(x) of the last turns, (k, 2) each.
+
+    Source: Walker and Ni (2011), SIAM J. Numer. Anal. 49, 1715-1735, equation 2.2.
+    """
+    starts, ends = (np.array([one.reshape(-1) for one in some]) for some in zip(*tried, strict=True))
+    missed = ends - starts
+    shares = np.linalg.lstsq(np.diff(missed, axis=0).T, missed[-1])[0]
+    return np.asarray(ends[-1] - shares @ np.diff(ends, axis=0)).reshape(tried[-1][0].shape)
 
 
 def _without(pressure: Array, points: Indices) -> Array:

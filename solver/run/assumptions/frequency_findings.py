@@ -9,6 +9,7 @@ from typing import TypeVar
 
 import numpy as np
 
+from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_table import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
@@ -36,6 +37,11 @@ RESONANT = Assumption(
     "resonance beside the scheme", "share of a resonant amplitude that the scheme takes by damping and detuning", "1",
     0.05, 0.5, "the scheme damps and detunes more than the damping of the resonance allows; try a smaller time.step",
 )  # fmt: skip
+UNRESOLVED = 0.1  # error of the period by the scheme: a mode with more is no part of the figures
+UNRESOLVED_MEANING = (
+    "do not use figures that such modes decide, as accelerations and forces of single steps; impulses, durations and "
+    "displacements of slower motion do not depend on them. A smaller time.step resolves more modes"
+)
 RATTLING = 0.1  # contacts that end in a cycle; with more, contact bends and moves the resonance as well
 STORED = 0.5  # of the largest kinetic energy: a cycle that exchanges less feeds a resonance
 ON_MESH = Assumption(
@@ -69,12 +75,12 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
 
     Collective.
     """
-    if content is None:
+    if content is None or ledger.at_rest:
         return
     case, highest = model.case, content.highest
     detail = f"half of the energy lies below {content.middle:.4g} Hz, 99 % below {highest:.4g} Hz"
     damping, error = of_scheme(model, content)
-    yield Finding(IN_TIME, error, estimate=error, detail=detail)
+    yield of_step(model, content, error, detail)
     yield Finding(UNDAMPED, damping, estimate=damping, detail=detail)
     yield of_resonance(model, content, ledger, contacts)
     if isinstance(case.model, RigidModel):
@@ -110,6 +116,27 @@ def of_scheme(model: Model, content: FrequencyContent) -> tuple[float, float]:
     return float(weights @ _taken(ratios, own, omega * case.time.end)), error
 
 
+def of_step(model: Model, content: FrequencyContent, error: float, detail: str) -> Finding:
+    """Return what the scheme does to the periods of a motion, and which modes the step does not resolve.
+
+    Args:
+        model: The model.
+        content: What carries the energy of the probes.
+        error: Mean error of all periods.
+        detail: The content in words.
+    """
+    errors = scheme_error(model.case.time.scheme, 2.0 * pi * content.frequencies * model.step).period_error
+    resolved = np.abs(errors) <= UNRESOLVED
+    if resolved.all() or not resolved.any():
+        return Finding(IN_TIME, error, estimate=error, detail=detail)
+    first = float(content.frequencies[~resolved].min())
+    words = f"{detail}; modes from {first:.3g} Hz on, which carry {1.0 - resolved.mean():.0%} of it, are not resolved"
+    return Finding(
+        replace(IN_TIME, meaning=UNRESOLVED_MEANING), error, estimate=float(np.abs(errors[resolved]).mean()),
+        detail=words, of="figures of the others",
+    )  # fmt: skip
+
+
 def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contacts: int) -> Finding:
     """Return what the scheme takes of the amplitude of a resonance, where the run is at one.
 
@@ -117,15 +144,17 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contac
 
     z and e are damping ratio and period error of the scheme at the frequency w below which half of the energy lies, z_o
     the damping ratio without the scheme: that of Rayleigh damping or, where it is larger, of what was lost in a cycle,
-    over 4 pi times the largest kinetic energy. A run is at a resonance where a cycle exchanges little of the energy
-    that is stored. Where faces open and close, the formula is no more than a hint, and ends no run: contact limits the
-    amplitude, too.
+    over 4 pi times the largest kinetic energy. A run is at a resonance where loads have brought the energy that is
+    stored, and a cycle exchanges little of it. Free motion, and motion that round-off hides, are at none. Where faces
+    open and close, the formula is no more than a hint, and ends no run: contact limits the amplitude, too.
     """
     case, omega = model.case, 2.0 * pi * content.middle
     cycles = max(content.middle * case.time.end, 1.0)
     stored = ledger.largest_kinetic
     exchanged = ledger.absolute_work / cycles / stored if stored > 0.0 else np.inf
     detail = f"{content.middle:.4g} Hz; a cycle exchanges {100.0 * exchanged:.2g} % of the largest kinetic energy"
+    if not ledger.fed(isinstance(case.analysis, Transient) and case.analysis.state is None):
+        return Finding(RESONANT, 0.0, detail=f"no resonance: loads do not feed the motion; {content.middle:.4g} Hz")
     if exchanged >= STORED:
         return Finding(RESONANT, 0.0, detail=f"no resonance: {detail}")
     found = scheme_error(case.time.scheme, np.array([omega * model.step]))

@@ -1,0 +1,106 @@
+"""The table [gates]: limits on energy, memory and the assumptions behind the equations."""
+
+from __future__ import annotations
+
+from math import inf
+from typing import Literal
+
+from pydantic import Field
+
+from gapbeam.solver.table import NonNegative, Positive, Switch, Table
+
+Bound = Positive | Literal["never"] | None
+
+
+class Limits(Table):
+    """Other limits of the assumptions that a run watches, by their names in the summary; "never" is no limit."""
+
+    small_rotation: Bound = Field(default=None, description="largest rotation, rad; default the usual limit")
+    small_strain: Bound = Field(
+        default=None, description="largest strain at the surface, no unit; default the usual limit"
+    )
+    inside_the_support: Bound = Field(
+        default=None,
+        description="travel along the support over its length, no unit; default the usual limit",
+    )
+    radii_in_supports_around_the_beam: Bound = Field(
+        default=None,
+        description="largest motion across the beam over its radius, no unit; default the usual limit",
+    )
+    linear_seat: Bound = Field(default=None, description="largest rotation at the start, rad; default the usual limit")
+    penetration_beside_the_thickness: Bound = Field(
+        default=None,
+        description="largest penetration over the thickness, no unit; default the usual limit",
+    )
+    penetration_beside_the_clearance: Bound = Field(
+        default=None,
+        description="largest penetration over the clearance, no unit; default the usual limit",
+    )
+    contacts_resolved_by_the_step: Bound = Field(
+        default=None,
+        description="impulse in contacts of few steps over the whole, no unit; default the usual limit",
+    )
+    weak_restraint: Bound = Field(
+        default=None,
+        description="energy of the restraint over that of the beam, no unit; default the usual limit",
+    )
+    step_beside_the_frequencies: Bound = Field(
+        default=None,
+        description="mean error of periods by the scheme, no unit; default the usual limit",
+    )
+    damping_of_the_scheme: Bound = Field(
+        default=None,
+        description="share of the amplitude that the scheme takes, no unit; default the usual limit",
+    )
+    resonance_beside_the_scheme: Bound = Field(
+        default=None,
+        description="share of a resonant amplitude that the scheme takes, no unit; default the usual limit",
+    )
+    mesh_beside_the_wavelengths: Bound = Field(
+        default=None,
+        description="distance of nodes over the bending wavelength, no unit; default the usual limit",
+    )
+    basis_beside_the_frequencies: Bound = Field(
+        default=None,
+        description="highest frequency over that of the basis, no unit; default the usual limit",
+    )
+    beam_model_beside_the_wavelengths: Bound = Field(
+        default=None,
+        description="thickness over the bending wavelength, no unit; default the usual limit",
+    )
+    rigid_model_beside_the_frequencies: Bound = Field(
+        default=None,
+        description="highest frequency over the first of bending, no unit; default the usual limit",
+    )
+    energy_under_noise_kept_by_the_scheme: Bound = Field(
+        default=None,
+        description="energy that the scheme took or created, no unit; default the usual limit",
+    )
+
+    def of(self, assumption: str) -> float | None:
+        """Return the limit of an assumption, infinite for "never"; None: the usual one."""
+        asked: float | str | None = getattr(self, assumption.replace(" ", "_"), None)
+        return inf if isinstance(asked, str) else asked
+
+
+class Gates(Table):
+    """Limits on the energy that the algorithm creates or loses, on memory, and on the assumptions of the equations."""
+
+    impact_loss: NonNegative = Field(default=0.008, description="largest algorithmic loss in one impact, no unit")
+    impact_growth: NonNegative = Field(default=0.0025, description="largest algorithmic growth in one impact, no unit")
+    total_growth: Positive = Field(default=0.05, description="cumulative growth that ends the run, no unit")
+    total_loss: Positive = Field(
+        default=0.1, description="largest algorithmic loss in the whole run that ends with status 0, no unit"
+    )
+    accept_energy_loss: Switch = Field(default=False, description="end with status 0 in spite of such a loss")
+    accept_energy_growth: Switch = Field(default=False, description="go on, and end with status 0, in spite of growth")
+    accept_lack_of_memory: Switch = Field(
+        default=False, description="run a model that is expected to need more memory than is free"
+    )
+    warnings: Limits = Field(
+        default=Limits(), description='values of assumptions above which a run warns, as a table; "never": it does not'
+    )
+    failures: Limits = Field(
+        default=Limits(),
+        description='values of assumptions above which a run ends with status 4, as a table; "never": it goes on',
+    )

@@ -12,7 +12,7 @@ from gapbeam.solver.table import NonNegative, Positive, Switch, Table
 Bound = Positive | Literal["never"] | None
 
 
-class Limits(Table):
+class AssumptionLimits(Table):
     """Other limits of the assumptions that a run watches, by their names in the summary; "never" is no limit."""
 
     small_rotation: Bound = Field(default=None, description="largest rotation, rad; default the usual limit")
@@ -97,10 +97,11 @@ class Gates(Table):
     accept_lack_of_memory: Switch = Field(
         default=False, description="run a model that is expected to need more memory than is free"
     )
-    warnings: Limits = Field(
-        default=Limits(), description='values of assumptions above which a run warns, as a table; "never": it does not'
+    warnings: AssumptionLimits = Field(
+        default=AssumptionLimits(),
+        description='values of assumptions above which a run warns, as a table; "never": it does not',
     )
-    failures: Limits = Field(
-        default=Limits(),
+    failures: AssumptionLimits = Field(
+        default=AssumptionLimits(),
         description='values of assumptions above which a run ends with status 4, as a table; "never": it goes on',
     )

@@ -15,7 +15,7 @@ from gapbeam.solver.case.case import Case, Gates
 from gapbeam.solver.case.checks.case_warnings import motion
 from gapbeam.solver.case.computed_defaults import bending_words, overhang_frequency
 from gapbeam.solver.case.reading.case_reader import read_case_text
-from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates, remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import EnergyCreated, EnergyLost, NotConverged
@@ -68,11 +68,13 @@ def test_a_falling_beam_moves() -> None:
 def test_schemes_that_are_advised_against_created_energy_are_not_refused() -> None:
     """The discrete gradient, which has no potential in Nitsche's method with theta = 0, and the midpoint rule there."""
     ledger = Ledger(2.0, 0.0, 0.0, 1.0, np.zeros(0), algorithmic=-1.0, exchanged=1.0)
-    gates = EnergyGates(Gates(), beam_model({"mesh": COARSE}).system.contact)
+    model = beam_model({"mesh": COARSE, "time": {"scheme": "newmark"}})
+    gates = EnergyGates(Gates(), model.system.contact, remedy=remedy_for(model.case))
     with pytest.raises(EnergyCreated) as created:
         gates.let_pass(0.0, True, ledger)
-    assert "discrete-gradient (implicit-midpoint where contact has no potential)" in str(created.value)
-    assert "with the formulation penalty, a softer contact.stiffness" in str(created.value)
+    assert "Try the scheme discrete-gradient, a smaller time.step or a softer contact.stiffness" in str(created.value)
+    lost = case('contact.formulation={ type = "nitsche", theta = 0 }', "time.scheme=newmark")
+    assert remedy_for(lost) == "Try the scheme implicit-midpoint or a smaller time.step"
     case('contact.formulation={ type = "nitsche", theta = 1 }', "time.scheme=discrete-gradient")
     other = 'contact.formulation={ type = "nitsche", theta = 0 }'
     with pytest.raises(CaseError):

@@ -11,7 +11,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.solver.case.gates_table import Gates, Limits
+from gapbeam.solver.case.gates_table import AssumptionLimits, Gates
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption
 from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
@@ -124,7 +124,7 @@ def test_every_assumption_can_have_other_limits() -> None:
     """The keys are the names of the assumptions; those of the material and of the energy have keys of their own."""
     found = [one for module in (frequency_findings, motion_findings) for one in vars(module).values()]
     names = {one.name for one in found if isinstance(one, Assumption)} | {UNDER_NOISE[0], BESIDE_CLEARANCE[0]}
-    assert set(Limits.model_fields) == {name.replace(" ", "_") for name in names}
+    assert set(AssumptionLimits.model_fields) == {name.replace(" ", "_") for name in names}
 
 
 @pytest.mark.parametrize(

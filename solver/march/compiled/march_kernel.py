@@ -209,7 +209,8 @@ def _measure_anew(modal: Modal, law: LawTable, motion: KernelState, room: Room, 
         exponent = numbers_at(law, i).exponent
         contact += modal.weights[i] * spring_potential(law.stiffness[i], exponent, motion.depth[i])
         if motion.pressure[i] != 0.0:
-            unknown = modal.weights[i] * motion.pressure[i] * accounts.EPS * added_up(modal, motion.q, i)
+            terms = added_up(modal.gaps, modal.around, modal.initial_gap, motion.q, i)
+            unknown = modal.weights[i] * motion.pressure[i] * accounts.EPS * terms
             hidden += unknown * unknown
     accounts.enter_energies(ledgers, contact, hidden, modal.squares, motion.q)
 

@@ -210,13 +210,12 @@ def form_gaps_anew(modal: Modal, motion: KernelState, room: Room) -> None:
 
 
 @compiled
-def added_up(modal: Modal, q: Array, point: int) -> float:
+def added_up(gaps: Array, around: AroundPoints | None, initial_gap: Array, q: Array, point: int) -> float:
     """Return the sum of the sizes of all terms that the penetration of a point adds up, m."""
-    around = modal.around
-    total: float = abs(modal.initial_gap[point])
+    total: float = abs(initial_gap[point])
     if around is None:
         for j in range(len(q)):
-            total += abs(modal.gaps[point, j] * q[j])
+            total += abs(gaps[point, j] * q[j])
     else:
         for a in range(2):
             for j in range(len(q)):

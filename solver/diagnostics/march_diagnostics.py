@@ -58,7 +58,7 @@ class Accounts:
         start: State,
         dt: float,
         limits: Gates = UNGUARDED,
-        remedy: str = "",
+        remedy: str = "Try a smaller time.step",
     ) -> Accounts:
         """Return the accounts at the start of a march in steps of dt, s; by default no growth ends it. Collective."""
         contact, ledger = system.contact, open_ledger(system, law, start)

@@ -8,10 +8,11 @@ import pytest
 
 from gapbeam.solver.case.case import Gates
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
-from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates, remedy_for
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.errors import EnergyCreated, NotFinite
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
+from tests.shared.models import beam_case
 from tests.shared.toys import SCHEMES, start, stopped_oscillator
 
 STIFF = kelvin_voigt(1.0e6)
@@ -21,7 +22,8 @@ def watched(scheme: str, limits: Gates, steps: int = 3000, dt: float = 0.02) -> 
     """March a forced mass against a stiff stop under gates."""
     system = stopped_oscillator(1.0, 1.0, 0.1, 0.0, lambda t: sin(0.8 * t))
     integrator, state = SCHEMES[scheme], start(system)
-    gates, ledger = EnergyGates(limits, system.contact), open_ledger(system, STIFF, state)
+    remedy = remedy_for(beam_case({"time": {"scheme": scheme}}))
+    gates, ledger = EnergyGates(limits, system.contact, remedy=remedy), open_ledger(system, STIFF, state)
     for step in march(March(system, STIFF, integrator, EffectiveOperators(system, integrator), dt, steps), state):
         ledger = enter_step(system, STIFF, ledger, step)
         if step.refreshed is not None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from gapbeam.postprocess.report.envelope import envelope
 from gapbeam.postprocess.results.records_in_memory import as_history
-from gapbeam.postprocess.signals.figure_names import SMOOTHED_ACCELERATION
+from gapbeam.postprocess.signals.figure_names import ACCELERATION, SMOOTHED_ACCELERATION
 from gapbeam.postprocess.signals.signal import SignalError, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth
 from gapbeam.postprocess.signals.steady_figures import steady
@@ -166,7 +166,7 @@ def run_one(asked: Asked) -> RunFigures:
         run.kind = f"undecided: {error}"
         return run
     run.kind = figures.word
-    run.settled = figures.quantities["test acceleration"].mean / G
+    run.settled = figures.quantities[f"test {ACCELERATION}"].mean / G
     settled = figures.quantities[f"test {SMOOTHED_ACCELERATION}"]
     run.settled_smoothed, run.scatter = settled.mean / G, settled.scatter / G
     if asked.drawn:

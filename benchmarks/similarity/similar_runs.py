@@ -96,3 +96,9 @@ def difference(one: np.ndarray, other: np.ndarray, scale: float) -> float:
         return np.inf
     apart = float(np.max(np.abs(one - other), initial=0.0))
     return apart / scale if scale > 0.0 else apart
+
+
+def largest(unit: Motion, name: str) -> float:
+    """Return what differences of a history are compared with: its largest value, or the largest of all energies."""
+    energies = [key for key in unit.history if key.endswith(ENERGY)]
+    return max(float(np.max(np.abs(unit.history[key]))) for key in (energies if name in energies else [name]))

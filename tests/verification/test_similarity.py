@@ -6,11 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args
 
-import numpy as np
 import pytest
 
 from benchmarks.similarity.scaled_case import CHOSEN, OF_EARTH, scaled_case, unit_of
-from benchmarks.similarity.similar_runs import AT_ROUND_OFF, ENERGY, SIZES, Motion, difference, motion
+from benchmarks.similarity.similar_runs import AT_ROUND_OFF, SIZES, difference, largest, motion
 from benchmarks.similarity.size_exponents import size_exponent
 from benchmarks.similarity.ten_cases import TEN_CASES, SimilarCase
 from gapbeam.solver.case.model_table import ModelTable
@@ -98,12 +97,6 @@ def test_the_cases_cover_models_and_laws() -> None:
     laws = {type_name(type(case.contact.law)) for case in cases}
     assert laws >= set(LAWS)
     assert any(getattr(case.model, "rings", None) is not None for case in cases)
-
-
-def largest(unit: Motion, name: str) -> float:
-    """Return what differences of a history are compared with: its largest value, or the largest of all energies."""
-    energies = [key for key in unit.history if key.endswith(ENERGY)]
-    return max(float(np.max(np.abs(unit.history[key]))) for key in (energies if name in energies else [name]))
 
 
 def compare(one: SimilarCase, folder: Path, sizes: tuple[float, ...]) -> None:

@@ -11,6 +11,7 @@ import sys
 from typing import Any
 
 GONE = {errno.EPIPE, errno.EIO}
+FULL = {errno.ENOSPC, errno.EFBIG, errno.EDQUOT}
 ERROR_STREAM = 2  # its file descriptor
 
 
@@ -59,7 +60,7 @@ class _Screen(io.FileIO):
         try:
             return super().write(data)
         except OSError as error:
-            full = error.errno == errno.ENOSPC
+            full = error.errno in FULL
             if not full and (error.errno not in GONE or stat.S_ISREG(os.fstat(self.fileno()).st_mode)):
                 raise
             reason = error.strerror

@@ -12,6 +12,8 @@ from gapbeam.meshes.sizing.layers import Positions
 
 Entities = list[tuple[int, int]]
 
+COHERENCE = "Geometry.AutoCoherence"
+
 
 def extruded(entities: Entities, axis: int, positions: Positions) -> tuple[Entities, Entities]:
     """Extrude entities of one dimension over layers; returns their copies at the far end, and what lies in between."""
@@ -41,8 +43,11 @@ def extrude_beam(section: Entities, along: Positions, edges: Sequence[float], un
         The bodies between each two edges, in the order of the section.
     """
     bodies = []
+    gmsh.option.setNumber(COHERENCE, 0)  # after each body, it would go through all bodies before
     ends = [int(np.searchsorted(along, edge)) for edge in edges]
     for first, last in pairwise((0, *ends, len(along) - 1)):
         section, made = extruded(section, 0, along[first : last + 1] / unit)
         bodies.append(made)
+    gmsh.model.geo.removeAllDuplicates()
+    gmsh.option.setNumber(COHERENCE, 1)
     return bodies

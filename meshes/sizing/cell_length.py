@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from bisect import bisect_left
 from dataclasses import dataclass
 from itertools import pairwise
 
@@ -35,9 +36,25 @@ class CellLength:
         ends, lengths = np.array(self.regions).T
         region = np.minimum(np.searchsorted(ends, positions), len(ends) - 1)
         wanted = lengths[region]
+        if positions.ndim == 0 and self.sources:
+            places, sizes = np.array(self.sources).T
+            return np.asarray(np.minimum(wanted, np.min(sizes + SLOPE * np.abs(positions - places))))
         for position, size in self.sources:
             wanted = np.minimum(wanted, size + SLOPE * np.abs(positions - position))
         return np.asarray(wanted, dtype=np.float64)
+
+    def between(self, low: float, high: float) -> CellLength:
+        """The same from one place to another, without the regions and sources that say nothing there."""
+        ends = [end for end, _ in self.regions]
+        first, last = (min(bisect_left(ends, x), len(ends) - 1) for x in (low, high))
+        regions = self.regions[first : last + 1]
+        longest = max(length for _, length in regions)
+        near = [
+            (position, size)
+            for position, size in self.sources
+            if size + SLOPE * max(low - position, position - high, 0.0) < longest
+        ]
+        return CellLength(regions, tuple(near))
 
     @property
     def smallest(self) -> float:

@@ -87,6 +87,7 @@ def even_partition(breakpoints: npt.ArrayLike, count: int) -> Positions:
 
 def _segment(low: float, high: float, wanted: CellLength) -> Positions:
     """Layer boundaries from low to high."""
+    wanted = wanted.between(low, high)
     position = low
     samples = [low]
     while position < high:

@@ -12,6 +12,7 @@ from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
 from gapbeam.solver.case.computed_defaults import lightest_supported, overhang_frequency
+from gapbeam.solver.case.element_spacing import graded_count, highest_frequency
 from gapbeam.solver.case.model_table import (
     AutoModel,
     BeamModel,
@@ -91,7 +92,7 @@ def scene_figures(case: Case, wanted: Wanted) -> SceneFigures:
     profile = case.profile
     loads = [found for load in case.load if (found := load.forcing_frequency) is not None]
     interest = [one[0] for one in (load.frequency_of_interest for load in case.load) if one is not None]
-    highest = case.time.frequency or max([overhang_frequency(case, 2), *interest])
+    highest = highest_frequency(case)
     return SceneFigures(
         wanted=wanted,
         driven=max([contact_frequency(case), *loads, *interest]),
@@ -102,6 +103,8 @@ def scene_figures(case: Case, wanted: Wanted) -> SceneFigures:
         wavelength=min(bending_wavelength(piece, highest) for piece in profile.pieces),
         shortest_support=case.layout.shortest,
         squeezed=any(one.clearance < 0.0 for one in case.layout.supports),
+        graded=graded_count(case),
+        around=all(one.around for one in case.layout.supports),
     )
 
 

@@ -15,7 +15,7 @@ RIGID_SHARE = 0.3  # of the first bending frequency, up to which a body may be r
 THICKNESS_OF_WAVE = 0.125  # thickness over the bending wavelength, up to which beam theory holds
 SPACING_OF_WAVE = 0.125  # distance of nodes over the bending wavelength
 ELEMENTS_IN_SUPPORT = 5
-MOST_ELEMENTS = 2000
+MUCH_FEWER = 0.5  # of as many equal elements: graded ones
 MODES_BEYOND = 2  # modes for each half wave along the beam: those across its plane, along it and in torsion, too
 
 Wanted = Literal["motion", "forces", "pressures", "stresses"]
@@ -34,6 +34,8 @@ class SceneFigures(NamedTuple):
         wavelength: Of bending waves of the highest frequency, where they are shortest, m.
         shortest_support: Length of the shortest support, m.
         squeezed: Whether a support is an interference fit, which squeezes the section.
+        graded: Number of graded elements that supports and waves ask for.
+        around: Whether all supports are around the beam.
     """
 
     wanted: Wanted
@@ -45,6 +47,8 @@ class SceneFigures(NamedTuple):
     wavelength: float
     shortest_support: float
     squeezed: bool = False
+    graded: int = 0
+    around: bool = False
 
 
 class _AnyModel(Table):
@@ -138,7 +142,7 @@ class ReducedModel(_AnyModel):
     )
     stations: Whole | None = Field(
         default=None,
-        ge=2,
+        ge=1,
         le=20,
         description=f"rigid sections along each support, at Gauss points; default {STATIONS} where sections are rigid",
     )
@@ -173,6 +177,17 @@ class BeamModel(_AnyModel):
 
     type: Literal["beam"] = Field(description="name of the model")
     elements: Whole = Field(default=102, ge=2, description="number of elements along the beam")
+    spacing: Literal["equal", "graded"] = Field(
+        default="equal",
+        description="equal elements, or graded ones: short in supports and longer between them, as bending waves allow",
+    )
+    stations: Whole | None = Field(
+        default=None,
+        ge=1,
+        le=20,
+        description="sections that touch along each support around the beam, at Gauss points; default the points of "
+        "the mesh",
+    )
     motions: Literal["auto"] | tuple[BeamMotion, ...] = Field(
         default="auto",
         description="what the elements do: bending in the bending plane, lateral bending across it, axial stretching, "
@@ -180,12 +195,28 @@ class BeamModel(_AnyModel):
         examples=[["bending", "axial", "torsion"]],
     )
 
+    @property
+    def rings(self) -> int | None:
+        """Sections that touch along each support around the beam; None: points of the mesh touch."""
+        return self.stations
+
+    @property
+    def graded(self) -> bool:
+        """Whether elements are shorter in supports than between them."""
+        return self.spacing == "graded"
+
     def fitted(self, scene: SceneFigures) -> Self:
-        """Return the model with elements as short as bending waves and supports ask for."""
+        """Return the model with elements as short as bending waves and supports ask for.
+
+        Where equal ones would be many, and graded ones are much fewer, these are taken, and a few sections touch.
+        """
         in_supports = ELEMENTS_IN_SUPPORT * scene.length / scene.shortest_support
         in_waves = scene.length / (SPACING_OF_WAVE * scene.wavelength)
         wanted = max(self.elements, ceil(in_supports - 1e-9), ceil(in_waves))
-        return self.model_copy(update={"elements": min(wanted, MOST_ELEMENTS)})
+        if wanted == self.elements or scene.graded > MUCH_FEWER * wanted:
+            return self.model_copy(update={"elements": wanted})
+        stations = STATIONS if scene.around else None
+        return self.model_copy(update={"elements": scene.graded, "spacing": "graded", "stations": stations})
 
     def doubts(self, scene: SceneFigures) -> Iterator[str]:
         """Yield results of the section, squeezed ones, and waves that are not long beside the thickness."""

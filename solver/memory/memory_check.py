@@ -11,16 +11,18 @@ from mpi4py import MPI
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.sizing.expected_size import expected_nodes
 from gapbeam.solver.assembly.case_mesh import geometry_of, sizing_of
+from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed
 from gapbeam.solver.case.model_table import AutoModel, BeamModel, FullModel, ReducedModel, RigidModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.memory.free_memory import free_memory
-from gapbeam.solver.memory.memory_estimate import memory_needs
+from gapbeam.solver.memory.memory_estimate import beam_needs, memory_needs
 
 LOG = logging.getLogger("gapbeam")
 GIGABYTE = 1.0e9
 SMALL = 0.5 * GIGABYTE  # needs that are not worth asking how much is free
+DOFS_OF_ELEMENT = 2  # of each motion of a beam
 UNASSEMBLED = 0.25  # of the matrices: what mesh and nodes alone take
 
 
@@ -38,11 +40,12 @@ def expected_dofs(case: Case) -> float | None:
 def memory_of(case: Case, dofs: float) -> dict[str, float]:
     """Return what a case takes over all ranks on a mesh of so many DOFs, about, by what takes it; bytes.
 
-    Beam elements need the mesh alone; rigid bodies, and what iterations can take the place of, no factor.
+    Beam elements need the mesh and their own modes; rigid bodies, and what iterations can take the place of, no factor.
     """
     needs = memory_needs(dofs, case.mesh.dimension)
     parts = {"mesh": UNASSEMBLED * needs.matrices}
     if isinstance(case.model, BeamModel):
+        parts["beam"] = beam_needs(DOFS_OF_ELEMENT * case.model.elements * len(beam_motions(case)))
         return parts
     parts["matrices"] = needs.matrices - parts["mesh"]
     if isinstance(case.model, RigidModel):

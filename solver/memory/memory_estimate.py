@@ -16,6 +16,7 @@ from math import log2
 FACTOR_OF_MILLION, GROWTH = 11.5e9, 1.1
 FACTOR_2D = 50.0
 MATRICES = {2: 3.0e3, 3: 8.0e3}
+COPIES, SHAPES = 5, 1000  # of the shapes of beam elements that are held at once, and how many there are at most
 PRECONDITIONER = {2: 2.0e3, 3: 6.0e3}
 
 
@@ -32,6 +33,11 @@ class MemoryNeeds:
     matrices: float
     factor: float
     preconditioner: float
+
+
+def beam_needs(dofs: float) -> float:
+    """Return what beam elements of so many DOFs need, bytes: the shapes of a basis, of at most as many columns."""
+    return 8.0 * COPIES * dofs * min(dofs, SHAPES)
 
 
 def memory_needs(dofs: float, dimension: int) -> MemoryNeeds:

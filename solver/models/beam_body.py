@@ -12,11 +12,11 @@ from math import pi
 from typing import assert_never
 
 import numpy as np
-from scipy.linalg import block_diag
-from scipy.sparse import csr_matrix, hstack
+from scipy.sparse import block_diag, csr_matrix, hstack
 
 from gapbeam.solver.assembly.attached_motions import attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
+from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.attachments.mean_motion import MeanMotion
 from gapbeam.solver.case.beam_motions import beam_motions
 from gapbeam.solver.case.case import Case
@@ -24,9 +24,11 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.case.model_table import BeamModel, BeamMotion
 from gapbeam.solver.case.rigid_motion import NAMES
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
+from gapbeam.solver.contact.formulations.contact_points import StationOperator
 from gapbeam.solver.loads.load_directions import axis_point, load_direction
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
+from gapbeam.solver.models.beam_basis import floating_basis
 from gapbeam.solver.models.beam_parts import AxialPart, BeamPart, BendingPart, TorsionPart
 from gapbeam.solver.models.body import Body, MeshedBeam, gathered, point_rule
 from gapbeam.solver.models.elastic_rod import ElasticRod
@@ -34,12 +36,16 @@ from gapbeam.solver.models.reduction.held_motions import held
 from gapbeam.solver.models.reduction.holds import FloatingBody
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
+from gapbeam.solver.models.reduction.points_around import points_around
 from gapbeam.solver.models.reduction.projection import DenseRow, projected
 from gapbeam.solver.models.stepped_beam import SteppedBeam
 from gapbeam.solver.supports.support import along_faces
-from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Array, Interface
+from gapbeam.solver.system.operators import Array, Indices, Interface, Operators
 from gapbeam.solver.system.semi_discrete import ContactOperator
+from gapbeam.solver.system.sparse_operators import SparseOperators
+
+DENSE = 1000  # DOFs up to which a beam of equal elements is marched whole: its modes take about a second
+FEW = 300  # the same of graded elements, which are few where nothing happens: a basis is smaller from there on
 
 
 @dataclass(frozen=True)
@@ -59,10 +65,10 @@ class BeamOfParts:
     dimension: int
 
     @classmethod
-    def of_case(cls, case: Case, elements: int) -> BeamOfParts:
-        """Return the beam of a case."""
+    def of_case(cls, case: Case, elements: int, graded: bool = False) -> BeamOfParts:
+        """Return the beam of a case with so many elements along it, equal or graded ones."""
         dimension, motions = case.mesh.dimension, tuple(beam_motions(case))
-        upright = SteppedBeam.of_case(case, elements)
+        upright = SteppedBeam.of_case(case, elements, graded=graded)
         bending = BendingPart(upright, dimension - 1, dimension, ("vertical", "rotation"))
 
         def part(name: BeamMotion) -> BeamPart:
@@ -70,7 +76,7 @@ class BeamOfParts:
                 case "bending":
                     return bending
                 case "lateral":
-                    across = SteppedBeam.of_case(case, elements, lateral=True)
+                    across = SteppedBeam.of_case(case, elements, lateral=True, graded=graded)
                     return BendingPart(across, 1, dimension, ("lateral", "lateral_rotation"))
                 case "axial":
                     return AxialPart(ElasticRod.of_case(case, upright.places, twists=False), dimension)
@@ -91,12 +97,13 @@ class BeamOfParts:
         """Number of DOFs."""
         return sum(part.size for part in self.parts)
 
-    def operators(self) -> DenseOperators:
+    def operators(self) -> SparseOperators:
         """Return M and K."""
         parts = [part.operators() for part in self.parts]
         if len(parts) == 1:
             return parts[0]
-        return DenseOperators(*(block_diag(*(getattr(part, name) for part in parts)) for name in ("mass", "stiffness")))
+        mass, stiffness = (block_diag([getattr(part, name) for part in parts]) for name in ("mass", "stiffness"))
+        return SparseOperators(csr_matrix(mass), csr_matrix(stiffness))
 
     def along(self, places: Array, directions: Array) -> csr_matrix:
         """Return the motions of points of the beam along directions, (k, n).
@@ -143,12 +150,17 @@ class BeamOfParts:
 def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
     """Return the body of a case as a beam, whose mesh gives the contact faces and the fields. Collective."""
     started = time.perf_counter()
-    beam = BeamOfParts.of_case(case, settings.elements)
+    beam = BeamOfParts.of_case(case, settings.elements, settings.graded)
     dimension = case.mesh.dimension
     contact = contact_operator(meshed.space, meshed.faces, case.layout.faces, meshed.width, point_rule(case))
-    operators = _restrained(case, beam, contact)
+    sparse = _restrained(case, beam, contact)
+    whole = sparse.size <= (FEW if settings.graded else DENSE)
+    operators: Operators = sparse.dense if whole else sparse
     contact, patch = gathered(case, _on_beam(contact, beam))
-    contact = gathered_points(case, contact, "torsion" not in beam.motions, 1, meshed.facet_length)
+    if settings.stations is None:
+        contact = gathered_points(case, contact, "torsion" not in beam.motions, 1, meshed.facet_length)
+    else:
+        contact = _at_stations(contact, beam, settings.stations)
     if case.follows_faces:
         contact = replace(contact, tangents=_tangents(contact, beam), frictionless=case.contact.rubs is None)
     patterns = []
@@ -180,16 +192,20 @@ def beam_body(case: Case, meshed: MeshedBeam, settings: BeamModel) -> Body:
         expansion=beam.displacement(places),
         seconds={"mesh": meshed.seconds, "assembly": time.perf_counter() - started},
     )
-    if not any(one.held for one in attached_motions(case)):
+    if whole and not any(one.held for one in attached_motions(case)):
         return body
-    shift = (2.0 * pi * overhang_frequency(case)) ** 2
-    floating = modal_basis(operators, np.identity(beam.size), shift)
+    shift, report = (2.0 * pi * overhang_frequency(case)) ** 2, None
+    if whole:
+        floating = modal_basis(operators, np.identity(beam.size), shift)
+    else:
+        floating, report = floating_basis(body, sparse, shift, len(beam.parts))
     basis = held(body, floating, shift)
     holding = FloatingBody(body, floating, shift).holding_shapes(contact, basis)
-    return replace(projected(body, contact, basis), holding=holding)
+    seconds = {"mesh": meshed.seconds, "assembly": time.perf_counter() - started}
+    return replace(projected(body, contact, basis), holding=holding, basis=report, seconds=seconds)
 
 
-def _restrained(case: Case, beam: BeamOfParts, contact: ContactOperator) -> DenseOperators:
+def _restrained(case: Case, beam: BeamOfParts, contact: ContactOperator) -> SparseOperators:
     """Return M and K, with the restraint of those motions along the faces that the beam has."""
     operators = beam.operators()
     sideways = not case.layout.holes and bool({"lateral", "torsion"} & set(beam.motions))
@@ -203,8 +219,8 @@ def _restrained(case: Case, beam: BeamOfParts, contact: ContactOperator) -> Dens
             along = np.tile(np.identity(beam.dimension)[axis], (contact.size, 1))
             rows = beam.along(contact.positions, along)
             spread = spring / contact.area * contact.weights
-            held.append((rows.T @ rows.multiply(spread[:, None])).toarray())
-    return DenseOperators(operators.mass, operators.stiffness, sum(held[1:], held[0])) if held else operators
+            held.append(csr_matrix(rows.T @ rows.multiply(spread[:, None])))
+    return SparseOperators(operators.mass, operators.stiffness, sum(held[1:], held[0])) if held else operators
 
 
 def _on_beam(contact: ContactOperator, beam: BeamOfParts) -> ContactOperator:
@@ -213,6 +229,36 @@ def _on_beam(contact: ContactOperator, beam: BeamOfParts) -> ContactOperator:
     everywhere = np.arange(beam.size)
     gap = beam.along(contact.positions, opening)
     return replace(contact, interface=Interface(beam.size, everywhere, everywhere), gap_matrix=gap)
+
+
+def _at_stations(contact: ContactOperator, beam: BeamOfParts, count: int) -> ContactOperator:
+    """Return the operator at points around so many sections along each support, at Gauss points.
+
+    Args:
+        contact: The operator at the points of the mesh, all of them around the beam, on the DOFs of the beam.
+        beam: The beam, whose sections keep their shape.
+        count: Sections along each support.
+    """
+    places, areas, faces = list[Array](), list[Array](), list[Indices]()
+    for face, points in enumerate(contact.points_of_faces):
+        x = contact.positions[points, 0]
+        gauss = gauss_rule(x, contact.weights[points], count)
+        places.append(gauss.rows @ x)
+        areas.append(gauss.areas)
+        faces.append(np.full(len(gauss.areas), face))
+    around = points_around(contact, np.concatenate(places), np.concatenate(areas), np.concatenate(faces))
+    opening = contact.support.opening(around.faces, around.positions[:, : beam.dimension])
+    return StationOperator(
+        interface=contact.interface,
+        gap_matrix=beam.along(around.positions, opening),
+        weights=around.weights,
+        initial_gap=around.gaps,
+        faces=around.faces,
+        support=contact.support,
+        positions=around.positions,
+        frictionless=contact.frictionless,
+        shares=around.shares,
+    )
 
 
 def _tangents(contact: ContactOperator, beam: BeamOfParts) -> csr_matrix:

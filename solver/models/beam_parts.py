@@ -18,8 +18,8 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.attachments.mean_motion import MotionName
 from gapbeam.solver.models.elastic_rod import ElasticRod
 from gapbeam.solver.models.stepped_beam import SteppedBeam
-from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.sparse_operators import SparseOperators
 
 NO_ARM = 1.0e-12  # of the distance from the axis: what round-off leaves of a force through it
 
@@ -31,7 +31,7 @@ class BeamPart(Protocol):
     def size(self) -> int:
         """Number of DOFs."""
 
-    def operators(self) -> DenseOperators:
+    def operators(self) -> SparseOperators:
         """Return M and K."""
 
     def along(self, places: Array, directions: Array) -> csr_matrix:
@@ -76,7 +76,7 @@ class BendingPart:
         """Number of DOFs."""
         return self.beam.size
 
-    def operators(self) -> DenseOperators:
+    def operators(self) -> SparseOperators:
         """Return M and K."""
         return self.beam.operators()
 
@@ -129,7 +129,7 @@ class AxialPart:
         """Number of DOFs."""
         return self.rod.size
 
-    def operators(self) -> DenseOperators:
+    def operators(self) -> SparseOperators:
         """Return M and K."""
         return self.rod.operators()
 
@@ -169,7 +169,7 @@ class TorsionPart:
         """Number of DOFs."""
         return self.rod.size
 
-    def operators(self) -> DenseOperators:
+    def operators(self) -> SparseOperators:
         """Return M and K."""
         return self.rod.operators()
 

@@ -43,6 +43,7 @@ from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_sol
 from gapbeam.solver.memory.free_memory import free_memory
 from gapbeam.solver.memory.memory_estimate import memory_needs
 from gapbeam.solver.models.bending_stiffness import BendingStiffness, bending_stiffness, rigid_motions
+from gapbeam.solver.models.expansion import ProductExpansion
 from gapbeam.solver.models.holding_shapes import HoldingShapes
 from gapbeam.solver.models.reduction.basis_report import BasisReport
 from gapbeam.solver.system.operators import Array, Indices, Operators, Springs
@@ -110,7 +111,7 @@ class Body:
     rigid: Array
     gamma: Array | None = None
     patch: Default | None = None
-    expansion: Array | csr_matrix | None = None
+    expansion: Array | csr_matrix | ProductExpansion | None = None
     basis: BasisReport | None = None
     holding: HoldingShapes | None = None
     bending: BendingStiffness = field(default_factory=BendingStiffness)

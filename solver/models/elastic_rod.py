@@ -20,8 +20,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.sparse_operators import SparseOperators
 
 STIFFNESS = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / 3.0
 MASS = np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]]) / 30.0
@@ -68,15 +68,16 @@ class ElasticRod:
         places = (np.repeat(np.arange(len(x)), 3), columns.reshape(-1))
         return csr_matrix((shapes.reshape(-1), places), (len(x), self.size))
 
-    def operators(self) -> DenseOperators:
+    def operators(self) -> SparseOperators:
         """Return M and K."""
         lengths = np.diff(self.ends)
-        mass, stiffness = np.zeros((self.size, self.size)), np.zeros((self.size, self.size))
-        for number, length in enumerate(lengths):
-            here = slice(2 * number, 2 * number + 3)
-            mass[here, here] += self.inertia[number] * length * MASS
-            stiffness[here, here] += self.stiffness[number] / length * STIFFNESS
-        return DenseOperators(mass, stiffness)
+        firsts = 2 * np.arange(len(lengths))
+        rows, columns = (firsts[:, None, None] + one for one in np.meshgrid(np.arange(3), np.arange(3), indexing="ij"))
+        places = (rows.reshape(-1), columns.reshape(-1))
+        mass = (self.inertia * lengths)[:, None, None] * MASS
+        stiffness = (self.stiffness / lengths)[:, None, None] * STIFFNESS
+        shape = (self.size, self.size)
+        return SparseOperators(*(csr_matrix((one.reshape(-1), places), shape) for one in (mass, stiffness)))
 
 
 def _tension(case: Case, piece: BeamPiece) -> tuple[float, float]:

@@ -10,15 +10,16 @@ Source: Friedman and Kosmatka (1993) for the element; area, I and kappa are thos
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.sparse_operators import SparseOperators
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for products of the cubic shapes
 
@@ -67,6 +68,10 @@ class TimoshenkoBeam:
             inertia=material.density * second,
         )
 
+    def of_length(self, length: float) -> TimoshenkoBeam:
+        """Return the beam with another length, m."""
+        return replace(self, length=length)
+
     @property
     def size(self) -> int:
         """Number of DOFs."""
@@ -79,32 +84,32 @@ class TimoshenkoBeam:
 
     def rows(self, x: Array) -> tuple[csr_matrix, csr_matrix]:
         """Return what gives w and theta at places, (k, n) each."""
+        return as_rows(*self.shapes_at(x), self.size)
+
+    def shapes_at(self, x: Array) -> tuple[Array, Array, Array]:
+        """Return the shapes of w and theta at places, and the DOFs that they belong to, (k, 4) each."""
         element = self.length / self.elements
         which = np.clip(np.floor(x / element).astype(int), 0, self.elements - 1)
         w, theta, _, _ = self._shapes(x / element - which)
-        columns = 2 * which[:, None] + np.arange(4)
-        places = (np.repeat(np.arange(len(x)), 4), columns.reshape(-1))
-        shape = (len(x), self.size)
-        return csr_matrix((w.reshape(-1), places), shape), csr_matrix((theta.reshape(-1), places), shape)
+        return w, theta, 2 * which[:, None] + np.arange(4)
 
     def heave_and_pitch(self) -> Array:
         """Return both rigid motions, (2, n): w = 1, and w = x with theta = 1."""
         return heave_and_pitch_at(self.places)
 
-    def operators(self) -> DenseOperators:
+    def operators(self) -> SparseOperators:
         """Return M and K."""
+        return of_elements([self])
+
+    def element_matrices(self) -> tuple[Array, Array]:
+        """Return M and K of one element, (4, 4) each."""
         length = self.length / self.elements
         w, theta, slope, curvature = self._shapes(0.5 * (1.0 + POINTS))
         factors = 0.5 * length * WEIGHTS[:, None]
         strain = slope - theta
         stiffness = curvature.T @ (self.bending * factors * curvature) + strain.T @ (self.shear * factors * strain)
         mass = w.T @ (self.mass * factors * w) + theta.T @ (self.inertia * factors * theta)
-        whole_mass, whole_stiffness = np.zeros((self.size, self.size)), np.zeros((self.size, self.size))
-        for first in range(0, 2 * self.elements, 2):
-            here = slice(first, first + 4)
-            whole_mass[here, here] += mass
-            whole_stiffness[here, here] += stiffness
-        return DenseOperators(whole_mass, whole_stiffness)
+        return mass, stiffness
 
     def _shapes(self, xi: Array) -> tuple[Array, Array, Array, Array]:
         """Return shapes of w, theta, w' and theta' at xi in [0, 1] of an element, (k, 4) each."""
@@ -154,3 +159,21 @@ def heave_and_pitch_at(places: Array) -> Array:
     """Return both rigid motions of nodes at places, (2, n): w = 1, and w = x with theta = 1."""
     ones, zeros = np.ones_like(places), np.zeros_like(places)
     return np.stack([np.stack(pair, axis=1).reshape(-1) for pair in ((ones, zeros), (places, ones))])
+
+
+def as_rows(w: Array, theta: Array, columns: Array, size: int) -> tuple[csr_matrix, csr_matrix]:
+    """Return shapes of w and theta, (k, 4), on their DOFs, (k, 4), as rows on all DOFs, (k, size) each."""
+    places = (np.repeat(np.arange(len(w)), 4), columns.reshape(-1))
+    shape = (len(w), size)
+    return csr_matrix((w.reshape(-1), places), shape), csr_matrix((theta.reshape(-1), places), shape)
+
+
+def of_elements(parts: Sequence[TimoshenkoBeam]) -> SparseOperators:
+    """Return M and K of prismatic beams, one behind the other."""
+    counts = np.array([part.elements for part in parts])
+    each = zip(*(part.element_matrices() for part in parts), strict=True)
+    firsts = 2 * np.arange(counts.sum())
+    rows, columns = (firsts[:, None, None] + one for one in np.meshgrid(np.arange(4), np.arange(4), indexing="ij"))
+    size, places = 2 * int(counts.sum() + 1), (rows.reshape(-1), columns.reshape(-1))
+    whole = (np.repeat(np.array(matrices), counts, axis=0).reshape(-1) for matrices in each)
+    return SparseOperators(*(csr_matrix((entries, places), (size, size)) for entries in whole))

@@ -29,6 +29,8 @@ from gapbeam.solver.system.slip_modes import ALL_SLIDES, SlipModes
 from gapbeam.solver.system.system_load import Load, factor_rows_of
 from gapbeam.solver.system.wall_motion import NO_WALLS, Walls
 
+FILLED = 0.25  # of the entries of a matrix, from which products of dense arrays are quicker
+
 
 @dataclass(frozen=True)
 class ContactOperator:
@@ -178,7 +180,7 @@ class ContactOperator:
     def springs(self, stiffness: float) -> Springs:
         """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed."""
         matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
-        return Springs(self.interface, csr_matrix(matrix.T @ matrix.multiply((stiffness * self.weights)[:, None])))
+        return Springs(self.interface, spring_matrix(matrix, stiffness * self.weights))
 
     def resultant(self, forces: Array, friction: Array | None = None) -> Array:
         """Return H^T f + T^T h on the interface DOFs, (interface.size,), N, for f = w p (m,) and h = w t (m, k)."""
@@ -208,6 +210,14 @@ class ContactOperator:
             return new.depth - old.depth
         moved = self.resultants.T @ self.interface.trace(new.u[VALUE] - old.u[VALUE], operators)
         return np.asarray(-moved - self.walls.grown(old.time, new.time))
+
+
+def spring_matrix(rows: csr_matrix, springs: Array) -> csr_matrix:
+    """Return R^T diag(s) R of rows R, (m, n), and springs s, (m,), N/m: (n, n)."""
+    if rows.nnz > FILLED * rows.shape[0] * rows.shape[1]:
+        filled = rows.toarray()
+        return csr_matrix(filled.T @ (springs[:, None] * filled))
+    return csr_matrix(rows.T @ rows.multiply(springs[:, None]))
 
 
 @dataclass(frozen=True)

@@ -119,7 +119,7 @@ def companions_of(
         found.append(companion(FOURFOLD, 4.0, own))
     if stiffness is not None and computed:
         found.append(companion(STIFFER, base, own | {"contact.stiffness": 2.0 * stiffness}))
-    if case.model.rings:
+    if isinstance(case.model, ReducedModel) and case.model.rings:
         left_out.append('the deformation of the sections, which sections = "rigid" leaves out')
     if case.mesh.file is not None:
         left_out.append("the mesh, which is given by a file")
@@ -205,7 +205,9 @@ def _model(case: Case, refinement: float | None) -> dict[str, Any]:
         case FullModel():
             return {"type": "reduced"} | _contact_of_basis(case)
         case BeamModel() as beam:
-            return {"type": "beam", "elements": max(2, round(beam.elements * (refinement or 1.0)))}
+            own: dict[str, Any] = {"type": "beam", "elements": max(2, round(beam.elements * (refinement or 1.0)))}
+            own |= {"spacing": beam.spacing} if beam.graded else {}
+            return own | ({"stations": beam.stations} if beam.stations else {})
         case _:
             return {key: value for key, value in case.model.model_dump().items() if value is not None}
 

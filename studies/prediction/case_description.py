@@ -18,6 +18,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.centered_pose import centered_pose
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency, stiffness_unit
+from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
 from gapbeam.solver.memory.memory_check import lack_of_memory, refuse_too_large_before_meshing
@@ -76,7 +77,7 @@ def describe_case(case: Case, comm: MPI.Comm) -> CaseDescription:
     """
     refuse_too_large_before_meshing(case, comm, mesh_alone=True)
     meshed = mesh_beam(case, comm)
-    if mesh_dofs(meshed) > LARGEST:
+    if mesh_dofs(meshed) > LARGEST and not isinstance(case.model, BeamModel):  # whose DOFs are others
         cost = predict_large(case, mesh_dofs(meshed), comm)
         sections = {"Model": tuple(_mesh_rows(case, meshed)), "Run": tuple(_cost_rows(cost))}
         return CaseDescription(

@@ -8,6 +8,7 @@ for each part of the set-up, for a step, and for the memory above that of a proc
 from __future__ import annotations
 
 import gc
+import logging
 import time
 from dataclasses import replace
 from math import log
@@ -20,6 +21,7 @@ from gapbeam.solver.models.model import build_model
 from gapbeam.solver.run.output.run_summary import peak_memory
 from gapbeam.studies.prediction.trial_prediction import Prediction, predict
 
+LOG = logging.getLogger("gapbeam")
 LARGEST = 300_000  # DOFs of a model that is tried out
 TRIED = (20_000, 60_000)  # DOFs, about, of those tried out in its place
 CELLS = 4  # through the thickness and across the width, by default
@@ -44,6 +46,8 @@ def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
     sizes: list[int] = []
     for target in TRIED:
         clock = time.perf_counter()
+        if comm.rank == 0:
+            LOG.info("tries out a coarser mesh of about %d DOFs: %d are too many for that", target, dofs)
         model = build_model(coarser(case, dofs / target), comm)
         refuse_energy_creators(model)
         tried.append(predict(model, time.perf_counter() - clock, comm))

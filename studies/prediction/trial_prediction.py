@@ -9,6 +9,7 @@ next time: what another day or another machine measured would not hold.
 
 from __future__ import annotations
 
+import logging
 import shutil
 import tempfile
 import time
@@ -32,9 +33,11 @@ from gapbeam.solver.run.run_consumers import RunConsumers
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.snapshots import Snapshots
 
+LOG = logging.getLogger("gapbeam")
 FIELDS = 3  # written for the time that one takes
 WARM_UP = 2  # steps, in which everything happens for the first time
 TRIAL_TIME, ENOUGH = 3.0, 0.3  # s of a trial, and the share of it below which a longer one follows
+LONGEST = 30.0  # s of a trial that follows the first steps: where steps cost more, these have to do
 GROWTH, MOST = 4, 100_000  # steps of a trial: at least times those of the one before, and at all
 LOADED = 2.0  # s, to load compiled loops; what was compiled in the first steps is kept for the run
 FIELDS_OF_A_RUN = 100  # by default
@@ -95,15 +98,19 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
     """
     trial = Simulation(model_of(at_full_amplitude(model.case), model.body))
     clock = time.perf_counter()
+    if comm.rank == 0:
+        LOG.info("model made in %.2g s: %d DOFs, %d contact points; seats the beam", spent, *_size(model))
     seat = trial.seat()
     setup = {"model": spent, "seat": time.perf_counter() - clock}
     setup |= trial.factor()
+    if comm.rank == 0:
+        LOG.info("seated in %.2g s; marches some steps to see what they cost", setup["seat"])
     plan, folder = trial.plan, on_rank_zero(comm, lambda: Path(tempfile.mkdtemp(prefix="gapbeam-check-")))
     try:
         trials = _Trials(trial.model, plan, seat, folder, comm)
         most = min(MOST, plan.steps)
         first = trials.march(min(WARM_UP, most))
-        done = trials.march(min(GROWTH * WARM_UP, most))
+        done = first if GROWTH * first.spent > LONGEST else trials.march(min(GROWTH * WARM_UP, most))
         while done.steps < most and not done.early and comm.bcast(done.spent < ENOUGH * TRIAL_TIME):
             wanted = min(max(round(TRIAL_TIME / done.per_step), GROWTH * done.steps), most)
             done = trials.march(comm.bcast(wanted))
@@ -120,6 +127,11 @@ def predict(model: Model, spent: float, comm: MPI.Comm) -> Prediction:
         float(sum(peak_memory(comm))),
         done.words,
     )
+
+
+def _size(model: Model) -> tuple[int, int]:
+    """Return the DOFs that are marched and the contact points."""
+    return model.dofs, model.system.contact.size
 
 
 def at_full_amplitude(case: Case) -> Case:

@@ -5,12 +5,14 @@ from __future__ import annotations
 from math import pi
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.computed_defaults import overhang_frequency
-from gapbeam.solver.case.model_table import MOST_ELEMENTS, RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
+from gapbeam.solver.case.element_spacing import graded_places
+from gapbeam.solver.case.model_table import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel
 from gapbeam.solver.case.reading.case_reader import CaseError, read_case, read_case_text
 from gapbeam.solver.models.body_key import body_key
 from tests.shared.command import DEMO
@@ -79,10 +81,14 @@ def test_choices_can_be_written_read_and_shared() -> None:
 
 
 def test_elements_are_as_short_as_supports_ask_for() -> None:
-    """Five elements in the shortest support: 5 * 1.2 / 0.02."""
-    model = read_case(DEMO.with_name("baffles.toml"), {"model": "auto"}).model
-    assert isinstance(model, BeamModel)
-    assert model.elements == 300 <= MOST_ELEMENTS
+    """Five elements in each support, and graded ones between: equal ones would be 5 * 1.2 / 0.02 = 300."""
+    case = read_case(DEMO.with_name("baffles.toml"), {"model": "auto"})
+    assert isinstance(case.model, BeamModel)
+    assert case.model.graded
+    assert case.model.elements < 0.5 * 300
+    places = graded_places(case, case.model.elements)
+    for one in case.layout.supports:
+        assert np.sum((places > one.start - 1e-9) & (places < one.end + 1e-9)) >= 6
 
 
 def test_a_scene_that_no_model_takes_is_refused_with_each_reason() -> None:

@@ -76,6 +76,7 @@ from gapbeam.solver.case.checks.model_checks import (
     modal_damping_has_modes,
     rigid_sections_are_in_holes,
     stations_are_of_rigid_sections,
+    touching_sections_are_in_holes,
 )
 from gapbeam.solver.case.checks.moving_support_checks import (
     closures_leave_a_beam,
@@ -300,6 +301,7 @@ CHECKS: tuple[Callable[..., Iterator[Fault]], ...] = (
     patches_keep_apart,
     contact_fits_the_model,
     stations_are_of_rigid_sections,
+    touching_sections_are_in_holes,
     rigid_sections_are_in_holes,
     implicit_schemes_march_the_model,
     modal_damping_has_modes,

@@ -13,6 +13,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE
 from gapbeam.solver.case.checks.unit_questions import unit_questions
 from gapbeam.solver.case.computed_defaults import contact_patch, overhang_frequency
+from gapbeam.solver.case.element_spacing import graded_count
 from gapbeam.solver.case.model_table import BeamModel, RigidModel
 from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.loads.load_choice import Load
@@ -20,7 +21,6 @@ from gapbeam.solver.supports.layout import keyed
 
 FEWEST_ELEMENTS = 5  # of a beam in its support
 MOST_UNKNOWNS = 1e6
-MANY_ELEMENTS = 2000
 FIXED_NORMALS = 0.01  # clearance over radius, up to which forces act along the radii of the beam
 MOST_STEPS = 1e7
 MOST_FIELDS = 1e4
@@ -35,17 +35,21 @@ def beam_elements(case: Case) -> Iterator[str]:
     """Yield beam elements too long for the support."""
     if not isinstance(case.model, BeamModel):
         return
-    if case.model.elements > MANY_ELEMENTS:
-        yield (
-            f"[model] elements = {case.model.elements}: the set-up grows with the square of the number and more; "
-            "bending waves and supports rarely need so many"
-        )
+    if case.model.graded:
+        asked = graded_count(case)
+        if 2 * case.model.elements < asked:
+            yield (
+                f"[model] elements = {case.model.elements} graded ones are few where the beam is pressed; try "
+                f"elements = {asked}"
+            )
+        return
     in_support = case.model.elements * case.layout.shortest / case.beam.length
     if in_support < FEWEST_ELEMENTS:
         enough = math.ceil(FEWEST_ELEMENTS * case.beam.length / case.layout.shortest)
         yield (
             f"[model] elements = {case.model.elements} leaves {in_support:.2g} of them to the support, too few for "
-            f"where the beam is pressed; try elements = {enough}"
+            f"where the beam is pressed; try elements = {enough}, or elements = {graded_count(case)} with "
+            'spacing = "graded"'
         )
 
 

@@ -67,6 +67,21 @@ def stations_are_of_rigid_sections(model: ModelTable) -> Iterator[Fault]:
         )
 
 
+def touching_sections_are_in_holes(model: ModelTable, support: AnySupports, contact: Contact) -> Iterator[Fault]:
+    """Sections of beam elements that touch at stations are met all around."""
+    if not isinstance(model, BeamModel) or model.stations is None:
+        return
+    key, found = ("model", "stations"), f"{model.stations}"
+    for at, one in keyed(support):
+        if not one.around:
+            expected = "supports around the beam alone: stations are sections that are met all around"
+            yield Fault(key, f"{found}, with the {one.region.type} {one.name}", expected, "leave stations out", (at,))
+            break
+    if contact.points is not None:
+        related = (("contact", "points"),)
+        yield Fault(key, f"{found}, with contact.points", "one of both", "leave one of both out", related)
+
+
 def rigid_sections_are_in_holes(model: ModelTable, support: AnySupports) -> Iterator[Fault]:
     """Sections that keep their shape are met all around, and take the place of shapes of pressure on a surface."""
     if not isinstance(model, ReducedModel) or model.rings is None:

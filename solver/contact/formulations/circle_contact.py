@@ -33,7 +33,7 @@ from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import DOWN, Circles, unit_vectors
 from gapbeam.solver.system.operators import Array, Indices, Springs
-from gapbeam.solver.system.semi_discrete import ContactOperator
+from gapbeam.solver.system.semi_discrete import ContactOperator, spring_matrix
 from gapbeam.solver.system.wall_motion import Walls
 
 
@@ -176,8 +176,7 @@ class CircleOperator(ContactOperator):
         unit = circles.directions(places)
         rates = np.maximum(forces[circles.points], 0.0) / np.maximum(np.hypot(*places.T), np.abs(circles.clearances))
         sideways = _rows(np.column_stack([-unit[:, 1], unit[:, 0]]), 2 * np.arange(len(unit)), 2 * len(unit))
-        rows = csr_matrix(sideways @ circles.plane)
-        return csr_matrix(rows.T @ rows.multiply(rates[:, None]))
+        return spring_matrix(csr_matrix(sideways @ circles.plane), rates)
 
     def with_gaps_of(self, faces: Sequence[Face]) -> CircleOperator:
         """Return the operator of the same faces with other gaps."""

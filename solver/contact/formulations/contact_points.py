@@ -80,6 +80,26 @@ class ResultantOperator(ContactOperator):
         return self.shares.T.tocsr()
 
 
+@dataclass(frozen=True, kw_only=True)
+class StationOperator(ContactOperator):
+    """G, w and g0 at points around sections that keep their shape: a rule along supports that is coarser than a mesh.
+
+    Attributes:
+        shares: How a force on each is shared among the quadrature points of the faces, (m, q); rows add up to 1.
+    """
+
+    shares: csr_matrix
+
+    def spread(self, forces: Array) -> Array:
+        """Return the forces at the quadrature points, (q, ...), N, for those at the points, (m, ...), N."""
+        return np.asarray(self._shared_by @ forces)
+
+    @cached_property
+    def _shared_by(self) -> csr_matrix:
+        """The transpose of `shares`, (q, m)."""
+        return self.shares.T.tocsr()
+
+
 def resultant_operator(contact: ContactOperator, places: Sequence[Place], size: float) -> ResultantOperator:
     """Gather contact at quadrature points into resultants, at the same places of every face.
 

@@ -12,6 +12,7 @@ from gapbeam.solver.assembly.attached_motions import attached_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body, ProbeRow
+from gapbeam.solver.models.expansion import ProductExpansion
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface, Operators
@@ -59,8 +60,17 @@ def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
         patterns=tuple(basis.project(operators, pattern) for pattern in body.patterns),
         probes={name: _dense_row(probe, basis, operators) for name, probe in body.probes.items()},
         rigid=np.stack([basis.project(operators, row) for row in body.rigid]),
-        expansion=basis.columns if body.expansion is None else np.asarray(body.expansion @ basis.columns),
+        expansion=_expanded(body, basis),
     )
+
+
+def _expanded(body: Body, basis: Basis) -> Array | ProductExpansion:
+    """Return what takes reduced DOFs to those of the mesh."""
+    if body.expansion is None:
+        return basis.columns
+    if isinstance(body.expansion, csr_matrix):
+        return ProductExpansion(body.expansion, basis.columns)
+    return np.asarray(body.expansion @ basis.columns)
 
 
 def moved(body: Body, contact: ContactOperator, basis: Basis) -> Kept:

@@ -26,13 +26,12 @@ from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.body import Body, point_rule
 from gapbeam.solver.models.reduction.kept_contact import Neglected
 from gapbeam.solver.models.reduction.modal_basis import Basis
+from gapbeam.solver.models.reduction.points_around import points_around
 from gapbeam.solver.models.reduction.truncation_check import flexibilities, random_pressures
 from gapbeam.solver.models.reduction.vibration_modes import Modes
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
-ONE_LINE = 1.0e-6  # rad, between the contact points of a line along the beam
-CUT = 1.0  # rad, where angles begin: no line of points lies there
 PRESSED = np.array([[0.0, -1.0], [1.0, 0.0]])  # directions along y and z of the pressures that measure what is left out
 
 
@@ -85,9 +84,6 @@ class RigidSections:
 def on_rigid_sections(contact: ContactOperator, space: Any, rings: RingRows) -> ResultantOperator:
     """Return the operator at points around the stations.
 
-    The points of a station have the angles and the areas of the contact points of the mesh; `spread` shares a force
-    among the points of the mesh on the same line along the beam that are nearest to the station.
-
     Args:
         contact: The operator at the points of the mesh, all of them around the beam.
         space: The space of the mesh.
@@ -104,46 +100,26 @@ def on_rigid_sections(contact: ContactOperator, space: Any, rings: RingRows) -> 
         gap_matrix=csr_matrix((entries.data, (entries.row, slots[entries.col])), whole),
         tangents=None,
     )
-    positions, weights, owners, stations, shares = [], [], [], [], []
-    for face in range(len(contact.face_names)):
-        here, ringed = np.flatnonzero(contact.faces == face), np.flatnonzero(rings.faces == face)
-        parts = rings.areas[ringed] / rings.areas[ringed].sum()
-        lines = _lines(contact, here)
-        across = np.array([contact.positions[line, 1:].mean(axis=0) for line in lines])
-        areas = np.array([contact.weights[line].sum() for line in lines])
-        for number, station in enumerate(ringed):
-            positions.append(np.column_stack([np.full(len(lines), rings.places[station]), across]))
-            weights.append(parts[number] * areas)
-            owners.append(np.full(len(lines), face))
-            stations.append(np.full(len(lines), station))
-            shares += [_share(contact, line, parts, number) for line in lines]
-    places, faces, numbers = np.concatenate(positions), np.concatenate(owners), np.concatenate(stations)
+    around = points_around(contact, rings.places, rings.areas, rings.faces)
+    places, faces, numbers = around.positions, around.faces, around.stations
     opening = contact.support.opening(faces, places)[:, 1:]
     rows, count = np.arange(len(places)), len(places)
     turned = csr_matrix(
         (opening.reshape(-1), (np.repeat(rows, 2), np.stack([2 * numbers, 2 * numbers + 1], axis=1).reshape(-1))),
         (count, rings.motions.shape[0]),
     )
-    gaps = np.empty(count)
-    for face, met in enumerate(contact.support.faces):
-        gaps[faces == face] = met.gaps(places[faces == face])
-    ends = np.cumsum([0, *(len(line) for line, _ in shares)])
-    spread = csr_matrix(
-        (np.concatenate([share for _, share in shares]), np.concatenate([line for line, _ in shares]), ends),
-        (count, contact.size),
-    )
     return ResultantOperator(
         interface=rings.interface,
         gap_matrix=csr_matrix(turned @ rings.motions),
-        weights=np.concatenate(weights),
-        initial_gap=gaps,
+        weights=around.weights,
+        initial_gap=around.gaps,
         faces=faces,
         support=contact.support,
         positions=places,
         tangents=None if rings.surface is None else _tangents(rings, rings.surface, opening, places[:, 1:], numbers),
         frictionless=contact.frictionless,
         distributed=mesh,
-        shares=spread,
+        shares=around.shares,
     )
 
 
@@ -186,31 +162,3 @@ def _lobes(contact: ContactOperator) -> Array:
             if force > 0.0:  # else no wall is there
                 lobes.append(lobe / force)
     return np.stack(lobes, axis=1)
-
-
-def _lines(contact: ContactOperator, points: Indices) -> list[Indices]:
-    """Return the contact points of a face line by line along the beam, each in the order along it."""
-    y, z = contact.positions[points, 1:].T
-    turns = np.mod(np.arctan2(z, y) + CUT, 2.0 * np.pi)
-    order = np.argsort(turns, kind="stable")
-    breaks = np.flatnonzero(np.diff(turns[order]) > ONE_LINE) + 1
-    return [line[np.argsort(contact.positions[line, 0])] for line in np.split(points[order], breaks)]
-
-
-def _share(contact: ContactOperator, line: Indices, parts: Array, number: int) -> tuple[Indices, Array]:
-    """Return the points of a line among which a station shares its force, and their shares.
-
-    Stations own parts of the line one after the other, and points those of their areas.
-
-    Args:
-        contact: The points.
-        line: Some of them, in the order along the beam.
-        parts: Of the line that belong to the stations, (k,).
-        number: The station.
-    """
-    ends = np.cumsum(contact.weights[line]) / contact.weights[line].sum()
-    begins = np.concatenate([[0.0], ends[:-1]])
-    last = parts[: number + 1].sum()
-    overlap = np.minimum(ends, last) - np.maximum(begins, last - parts[number])
-    met = overlap > 0.0
-    return line[met], overlap[met] / overlap[met].sum()

@@ -12,6 +12,7 @@ import numpy as np
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.computed_defaults import overhang_frequency
+from gapbeam.solver.case.element_spacing import longest_element
 from gapbeam.solver.case.model_table import RIGID_SHARE, THICKNESS_OF_WAVE, BeamModel, RigidModel
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
 from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent
@@ -92,7 +93,7 @@ def of_frequencies(model: Model, content: FrequencyContent | None, ledger: Ledge
     wavelength = min(length for length, _ in waves)
     detail = f"{wavelength:.3g} m at {highest:.4g} Hz"
     if isinstance(case.model, BeamModel):
-        spacing = case.beam.length / case.model.elements
+        spacing = longest_element(case, case.model)
         yield Finding(SLENDER, max(thickness / length for length, thickness in waves), detail=detail)
     else:
         spacing = node_distance(model)

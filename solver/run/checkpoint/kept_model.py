@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.expansion import ProductExpansion
 from gapbeam.solver.models.holding_shapes import HoldingShapes
 from gapbeam.solver.models.reduction.projection import DenseRow
 from gapbeam.solver.system.dense_operators import DenseOperators
@@ -23,6 +24,7 @@ from gapbeam.solver.system.operators import Array, Interface
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 EXPANSION = "expansion"
+COLUMNS = "columns"  # of a basis of beam elements
 HOLDING = "holding"
 CONTACT = "contact"
 SPARSE = ("data", "indices", "indptr")
@@ -40,6 +42,8 @@ def matrices_of(body: Body) -> Matrices:
         "restraint": operators.restraint,
         "patterns": np.array(body.patterns).reshape(len(body.patterns), operators.size),
     }
+    if isinstance(body.expansion, ProductExpansion):
+        found[COLUMNS] = body.expansion.columns
     for number, probe in enumerate(body.probes.values()):
         assert isinstance(probe, DenseRow)
         found[f"probe.{number}"] = probe.matrix
@@ -58,7 +62,7 @@ def sum_of(matrices: Mapping[str, NDArray[Any]]) -> str:
 
 
 def has_basis(body: Body) -> bool:
-    """Return whether DOFs are in a basis that was computed: fields need its columns. Beam elements need none."""
+    """Return whether DOFs are in a basis of the mesh that was computed: fields need its columns, on every rank."""
     return isinstance(body.expansion, np.ndarray)
 
 
@@ -83,13 +87,21 @@ def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array 
     for name, matrix in matrices.items():
         if matrix.dtype.kind not in "fi" or not np.all(np.isfinite(matrix)):
             raise ValueError(f"{name} holds other things than finite numbers")
+    if expansion is not None:
+        found: Array | csr_matrix | ProductExpansion | None = expansion
+    elif isinstance(body.expansion, ProductExpansion):
+        found = replace(body.expansion, columns=matrices[COLUMNS])
+        if found.columns.shape != body.expansion.columns.shape:
+            raise ValueError(f"a basis of shape {found.columns.shape}")
+    else:
+        found = body.expansion
     return replace(
         body,
         operators=DenseOperators.of_whole(*square),
         contact=_with(CONTACT, body.contact, matrices, size),
         patterns=tuple(matrices["patterns"]),
         probes=dict(zip(body.probes, map(DenseRow, rows), strict=True)),
-        expansion=body.expansion if expansion is None else expansion,
+        expansion=found,
         holding=None if body.holding is None else _holding(body.holding, matrices, size),
     )
 

@@ -1,0 +1,41 @@
+"""From the DOFs of a basis of beam elements to the nodes of a mesh, as a product that is never multiplied out."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.sparse import csr_matrix
+
+from gapbeam.solver.system.operators import Array
+
+
+@dataclass(frozen=True)
+class ProductExpansion:
+    """E V, from reduced DOFs to those of the nodes.
+
+    Attributes:
+        nodes: E, from the DOFs of beam elements to those of the nodes, (N, n).
+        columns: V, from reduced DOFs to those of beam elements, (n, r).
+    """
+
+    nodes: csr_matrix
+    columns: Array
+
+    @property
+    def shape(self) -> tuple[int, int]:
+        """(N, r)."""
+        return int(self.nodes.shape[0]), int(self.columns.shape[1])
+
+    def __matmul__(self, x: Array) -> Array:
+        """Return E V x."""
+        return np.asarray(self.nodes @ (self.columns @ x))
+
+    def __getitem__(self, rows: Any) -> Array:
+        """Return some rows of E V."""
+        return np.asarray(self.nodes[rows] @ self.columns)
+
+    def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
+        """Return E V multiplied out, (N, r)."""
+        return np.asarray(self.nodes @ self.columns, dtype=dtype)

@@ -106,4 +106,4 @@ def _shared_out(wanted: Array, count: int) -> NDArray[np.int64]:
     shares = np.floor(free).astype(np.int64)
     left = count - len(wanted) - int(shares.sum())
     shares[np.argsort(shares - free, kind="stable")[:left]] += 1
-    return shares + 1
+    return np.asarray(shares + 1)

@@ -8,10 +8,12 @@ from collections.abc import Sequence
 import pytest
 from mpi4py import MPI
 
+import gapbeam
 from benchmarks.predictions import both
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import build_model
-from gapbeam.studies.prediction import large_prediction
+from gapbeam.studies.prediction import case_description, large_prediction, trial_prediction
+from gapbeam.studies.prediction.case_description import describe_case
 from gapbeam.studies.prediction.trial_prediction import predict
 from tests.shared.command import DEMO, alone, called, settings
 from tests.shared.models import beam_case
@@ -43,6 +45,23 @@ def test_prediction_is_within_a_factor_of_two(case: str, overrides: Sequence[str
         if 1.0 / FACTOR <= ratios[-1] <= FACTOR:
             return
     raise AssertionError(f"predicted over measured: {ratios}")
+
+
+@alone
+@pytest.mark.parametrize("model", [{"type": "beam"}, {"type": "beam", "elements": 60, "spacing": "graded"}, "rigid"])
+def test_check_says_what_it_does_and_stops_where_steps_are_slow(
+    model: object, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Words before the seat and before the trial; the first steps have to do; beams are tried out on any mesh."""
+    monkeypatch.setattr(trial_prediction, "LONGEST", 0.0)
+    monkeypatch.setattr(trial_prediction, "ENOUGH", 0.0)
+    monkeypatch.setattr(case_description, "LARGEST", 10**9 if model == "rigid" else 10)
+    caplog.set_level("INFO", logger="gapbeam")
+    found = describe_case(gapbeam.read_case(DEMO, {"model": model, "time.end": 1.0}), MPI.COMM_SELF)
+    assert "seats the beam" in caplog.text
+    assert "marches some steps" in caplog.text
+    assert f"{trial_prediction.WARM_UP} steps from the seat" in found.cost.basis
+    assert not found.cost.scaled
 
 
 @alone

@@ -58,11 +58,11 @@ def test_play_around_a_pipe_is_accepted(region: str, radial: bool, share: float)
     assert ("act along radii of the beam" in lines) == radial
 
 
-@pytest.mark.parametrize(("elements", "warned"), [(500, False), (2000, False), (2001, True), (8000, True)])
-def test_many_elements_are_warned_of(elements: int, warned: bool) -> None:
-    """More than 2000 run; what round-off hides is refused."""
+@pytest.mark.parametrize("elements", [500, 2000, 8000])
+def test_many_elements_are_taken(elements: int) -> None:
+    """Nothing is said of thousands, which are marched in few DOFs; what round-off hides is refused."""
     text = BEAM + PLANE + f'[model]\ntype = "beam"\nelements = {elements}\n'
-    assert ("the set-up grows with" in said(text)) == warned
+    assert "elements" not in said(text)
     with pytest.raises(CaseError, match="round-off"):
         read_case_text(text, {"model.elements": 20_000})
 

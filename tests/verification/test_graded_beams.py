@@ -113,7 +113,9 @@ def test_graded_elements_have_the_frequencies_and_the_deflection_of_theory(
     tip = np.zeros(beam.size - 2)
     tip[-2] = 1.0
     deflection = np.linalg.solve(operators.stiffness[free, free], tip)[-2]
-    assert deflection == pytest.approx(length**3 / (3.0 * part.bending) + length / part.shear, rel=1.0e-6)
+    conditioning = (length / np.diff(beam.places).min()) ** 4  # of K, which bounds what round-off leaves from above
+    allowed = 1.0e-6 + 1.0e-3 * np.finfo(float).eps * conditioning
+    assert deflection == pytest.approx(length**3 / (3.0 * part.bending) + length / part.shear, rel=allowed)
 
 
 def flexibility(model: Model) -> tuple[Array, Array]:

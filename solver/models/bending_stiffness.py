@@ -163,7 +163,7 @@ def softest_bending(case: Case, names: Sequence[MotionName], held: bool) -> tupl
         held: Whether joints hold it; their springs count, too.
     """
     beam = SteppedBeam.of_case(case, ELEMENTS, lateral=names == SIDEWAYS)
-    operators = beam.operators()
+    operators = beam.operators().dense
     stiffness, rows = operators.stiffness.copy(), list[Array]()
     joints = [one for joint in case.joint for one in joint.attached() if one.motion.name in names] if held else []
     for one in joints:

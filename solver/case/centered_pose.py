@@ -19,16 +19,17 @@ from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.play import Play, play_of
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 
-TOUCHES = 1.0e-9  # of the clearance: round-off of a gap that is closed
+TOUCHES = 1.0e-9  # of the clearance or the play: round-off
 
 
 def centered_pose(support: AnySupports) -> RigidMotion:
     """Return the pose; no motion where no support has play on both sides."""
     plays = [play for _, one in keyed(support) if (play := play_of(one)) is not None]
-    heights = [(_middle(play.support), play.height) for play in plays]
-    sideways = [(_middle(play.support), play.lateral) for play in plays if play.lateral is not None]
-    middle, height, climb = _line(heights, plays[0].support.faces[0].tilt if plays else 0.0)
-    place, lateral, turn = _line(sideways, 0.0)
+    heights = [(_middle(play.support), _resolved(play.height, play)) for play in plays]
+    sideways = [(_middle(one.support), _resolved(one.lateral, one)) for one in plays if one.lateral is not None]
+    least = TOUCHES * min((abs(play.half) for play in plays), default=0.0)
+    middle, height, climb = _line(heights, plays[0].support.faces[0].tilt if plays else 0.0, least)
+    place, lateral, turn = _line(sideways, 0.0, least)
     lifted = RigidMotion.about((middle, 0.0, 0.0), (0.0, 0.0, height), (0.0, -climb, 0.0))
     return lifted + RigidMotion.about((place, 0.0, 0.0), (0.0, lateral, 0.0), (0.0, 0.0, turn))
 
@@ -90,12 +91,18 @@ def _ends(support: OneSupport) -> tuple[float, float]:
     return support.start, support.end
 
 
-def _line(points: Sequence[tuple[float, float]], alone: float) -> tuple[float, float, float]:
+def _resolved(place: float, play: Play) -> float:
+    """Return the middle of a play without its round-off: the centroid of a symmetric support is its center."""
+    return 0.0 if abs(place) <= TOUCHES * abs(play.half) else place
+
+
+def _line(points: Sequence[tuple[float, float]], alone: float, least: float) -> tuple[float, float, float]:
     """Return the mean place of points (x, c), their mean c, and the slope of the line of least squares.
 
     Args:
         points: The points.
         alone: The slope of a line through one point.
+        least: Distances from the mean c up to this are round-off.
     """
     if not points:
         return 0.0, 0.0, 0.0
@@ -104,4 +111,6 @@ def _line(points: Sequence[tuple[float, float]], alone: float) -> tuple[float, f
     spread = sum((x - middle) ** 2 for x, _ in points)
     if len(points) == 1:
         return middle, mean, alone
+    if all(abs(value - mean) <= least for _, value in points):
+        return middle, mean, 0.0
     return middle, mean, sum((x - middle) * (value - mean) for x, value in points) / spread

@@ -18,6 +18,7 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import March, march
 from gapbeam.solver.models.reduction.mesh_check import refuse_other_faces
+from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import Seat, find_seat
 from gapbeam.solver.start.start_state import start_of_case
 from gapbeam.solver.system.accepted_step import Step
@@ -81,7 +82,13 @@ class Simulation:
         model = self.model
         contact = model.system.contact
         refuse_other_faces(model.case, contact, np.zeros(contact.interface.size), "undeformed")
-        seat = find_seat(model.system, model.law, model.seat_springs, self.scheme.carries_acceleration)
+        seat = find_seat(
+            model.system,
+            model.law,
+            model.seat_springs,
+            self.scheme.carries_acceleration,
+            lambda: RigidMotions.of_model(model),
+        )
         values = contact.interface.trace(seat.state.u[VALUE], model.system.operators)
         refuse_other_faces(model.case, contact, values, "at the seat")
         return seat

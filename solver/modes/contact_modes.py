@@ -22,6 +22,7 @@ from gapbeam.solver.models.contact_scales import compared_depth
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
 from gapbeam.solver.modes.section_motion import SectionMotion, Sections
+from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import find_seat
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Springs
@@ -97,7 +98,7 @@ def held_modes(model: Model, count: int, more: int = 0) -> tuple[HeldModes, Held
             "the mesh"
         )
     wanted = min(max(count, more), most)
-    seat = find_seat(model.system, law, model.seat_springs)
+    seat = find_seat(model.system, law, model.seat_springs, rigid=lambda: RigidMotions.of_model(model))
     everywhere = np.full(contact.size, compared_depth(model.case))
     states = {
         SEATED: law.static(seat.state.depth).slope,

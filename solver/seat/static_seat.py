@@ -4,32 +4,45 @@
 
 A beam with play is held by contact alone, so K by itself is (nearly) singular. The proximal point iteration
 
-    (K + s G^T w G) (u' - u) = f + G^T (w p(u')) - K u
+    (K + G^T w S G) (u' - u) = f + G^T (w p(u')) - K u
 
-solves a strictly convex contact problem in each iteration and converges to an equilibrium for every s > 0, from
-any start and for any clearance; its residual is formed with K, so s leaves no trace in the answer. The springs s
+solves a strictly convex contact problem in each iteration and converges to an equilibrium for all springs S > 0, from
+any start and for any clearance; its residual is formed with K, so S leaves no trace in the answer. The springs S = s
 on both faces hold just the motions that the weak restraint leaves free; s well below the contact stiffness makes
 the iteration contract fast, and not much smaller keeps the first free motion moderate.
 
+Where a long face peels, the part that is lifted is softer than these springs, and the iteration creeps. A Newton stage
+(`seat.newton_stage`) then finds the active set, and the iteration goes on from there. Springs of points that do not
+press become softer while it creeps, down to nothing: it converges faster than linearly, and each of its problems is
+convex still. An iteration whose contact problem is too hard to solve is tried again with stiffer springs.
+
+Contact in round holes is linear along directions that turn with the beam. Its potential is convex, too, and an exact
+line search along each update keeps it falling.
+
 A rigid motion that only the weak restraint holds has hardly any energy: a beam that tips over the edge of a support
 would pass the test of the energy norm while the springs s let it turn by the same angle in each iteration. Therefore
-the gaps have to be at rest, too.
+the gaps have to be at rest, too. That there is no seat is said where a linear program (`seat.escape`) finds the rigid
+motion by which the beam leaves.
 
 Nothing slides at rest, so the regularized friction bears nothing: the seat is found without it.
 
-Source: Rockafellar (1976) for the proximal point algorithm.
+Source: Rockafellar (1976) for the proximal point algorithm, and its convergence as the springs soften.
 """
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.solve.contact_solve import solve_contact
+from gapbeam.solver.contact.solve.contact_solve import ContactSolution, solve_contact
 from gapbeam.solver.contact.solve.matrix_free_condensation import Condensed, condensed_operator
 from gapbeam.solver.errors import NotConverged
+from gapbeam.solver.seat.escape import RigidMotions, find_escape
+from gapbeam.solver.seat.newton_stage import newton_stage, takes_newton
 from gapbeam.solver.system.operators import Array, Operators, Springs
 from gapbeam.solver.system.semi_discrete import (
     STIFFNESS,
@@ -48,7 +61,18 @@ STALLED = 1.0e-6
 NOISE_SAFETY = 10.0
 NOISY = 3  # updates that have stopped to contract
 ROLLED = 1.0e-9  # of the clearance of a round hole: an update at rest
+UNCERTAIN = 1.0e-6  # of that clearance: what round-off may hide of an update
 STILL = 1.0e-7, 1.0e-3  # of the largest gap and of the penetration: changes of gaps at rest
+PATIENCE = 8  # iterations with springs that do not change
+SLOW = 0.1  # of the update two iterations before: the iteration creeps
+HARD = 2  # iterations whose contact problem took softer laws
+SOFTER, SOFTEST = 0.1, 1.0e-12  # springs of open points over those before, and over s
+LEFT = 1.0e-2  # of the length from the first to the last contact point: a change of gaps
+AFTER_NEWTON = 1.0e-6  # springs of open points over s
+STIFFER, STIFFEST = 100.0, 1.0e6  # likewise, where a contact problem is not solved
+MAX_RETRIES = 20
+TRIED = 20  # iterations of a contact problem, before softer laws lead to its solution
+OVERSHOT = 0.5  # slope of the potential at the end of an update over that at its start
 
 
 @dataclass(frozen=True, repr=False)
@@ -63,7 +87,13 @@ class Seat:
         return f"<Seat in {self.iterations} iterations, last update {self.last_update:.1e}: {self.state!r}>"
 
 
-def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carries_acceleration: bool = False) -> Seat:
+def find_seat(
+    system: SemiDiscreteSystem,
+    law: ContactLaw,
+    springs: float,
+    carries_acceleration: bool = False,
+    rigid: Callable[[], RigidMotions] | None = None,
+) -> Seat:
     """Find the contact equilibrium under the static loads.
 
     Args:
@@ -71,134 +101,230 @@ def find_seat(system: SemiDiscreteSystem, law: ContactLaw, springs: float, carri
         law: The contact law; its damping plays no part.
         springs: s, Pa/m; well below the stiffness of the contact and of the body.
         carries_acceleration: Whether the state needs a (zero) acceleration.
+        rigid: Returns the rigid motions of the system, by which the beam may leave; None: they are not known.
 
     Returns:
         The seat, at rest.
 
     Raises:
-        NotConverged: No equilibrium found: nothing holds the beam against the static loads.
+        NotConverged: No equilibrium was found: a rigid motion that nothing opposes leads away, or the iteration failed.
 
     Collective.
     """
-    system = replace(system, contact=replace(system.contact, tangents=None))
-    contact, operators = system.contact, system.operators
-    held, condensed = contact.springs(springs), None
-    force = system.combine_loads(np.array([load.factor(0.0) if load.static else 0.0 for load in system.loads]))
-    u: Imaged = np.zeros((3, operators.size))
-    depth = contact.depth(np.zeros(contact.interface.size))
-    point_forces: Array = np.zeros(contact.size)
-    updates, moves = list[float](), list[float]()
-    for iteration in range(1, MAX_ITERATIONS + 1):
-        if condensed is None or contact.turning is not None:
-            contact, condensed = _held(system, held, u[VALUE], point_forces)
-        unbalanced = force - u[STIFFNESS]
-        contact.interface.add(unbalanced, contact.resultant(point_forces))
-        free = condensed.solve_free(unbalanced)
-        held_depth = depth - contact.gap_matrix @ contact.interface.trace(free, operators)
-        try:
-            solution = solve_contact(
-                condensed, 1.0, held_depth, contact.weights, law.static, point_forces, augmented=law.augmented
-            )
-        except NotConverged as error:
-            worst = int(np.argmax(depth)) if error.worst_point is None else error.worst_point
-            why = _unsettled(contact, worst, point_forces, depth)
-            raise NotConverged(f"no static seat was found: {error}; {why}", error.residuals, worst) from error
-        moved, u = -u, imaged(operators, u[VALUE] + condensed.correct(free, solution.change, None, solution.response))
-        moved += u
-        point_forces = solution.forces
-        before, depth = depth, contact.depth(contact.interface.trace(u[VALUE], operators))
-        energy, change = system.dots([(u[VALUE], u[STIFFNESS]), (moved[VALUE], moved[STIFFNESS])])
-        potential = 2.0 * float(contact.weights @ law.potential(depth))
-        updates.append(float(np.sqrt(abs(change) / (abs(energy) + potential))) if change != 0.0 else 0.0)
-        settled = updates[-1] <= TOLERANCE
-        if not settled and _is_noise(updates):
-            noise = _noise(system, condensed, u[VALUE]) / (abs(energy) + potential)
-            settled = updates[-1] <= max(STALLED, NOISE_SAFETY * float(np.sqrt(noise)))
-        moves.append(float(np.max(np.abs(depth - before))))
-        limit = STILL[0] * float(np.max(np.abs(depth))) + STILL[1] * max(float(np.max(depth)), 0.0)
-        if settled and moves[-1] > limit:
-            settled = False
-            if _creeps(moves):
-                raise NotConverged(f"no static seat was found: {_tips(contact, depth - before)}", tuple(updates))
-        if settled and _stand_still(contact, moved[VALUE], operators):
-            pressure = point_forces / contact.weights
-            return Seat(_at_rest(u, depth, pressure, carries_acceleration), updates[-1], iteration)
-    worst, tips = int(np.argmax(np.abs(depth - before))), _creeps(moves) and bool(np.any(point_forces))
-    raise NotConverged(
-        f"no static seat was found in {MAX_ITERATIONS} iterations (last relative update {updates[-1]:.2e}): "
-        f"{_tips(contact, depth - before) if tips else _unsettled(contact, worst, point_forces, depth)}",
-        tuple(updates),
-        worst,
+    return _Search(replace(system, contact=replace(system.contact, tangents=None)), law, springs, rigid).seat(
+        carries_acceleration
     )
 
 
-def _held(system: SemiDiscreteSystem, held: Springs, u: Array, forces: Array) -> tuple[ContactOperator, Condensed]:
-    """Return the contact with the directions of a pose, and an operator with springs that holds these directions.
+class _Search:
+    """The iteration: where it stands, and what it has done."""
 
-    The penetration along them is a lower bound of the penetration itself, which the next iteration sees.
+    def __init__(
+        self, system: SemiDiscreteSystem, law: ContactLaw, springs: float, rigid: Callable[[], RigidMotions] | None
+    ) -> None:
+        self._system, self._law, self._springs, self._rigid = system, law, springs, rigid
+        self._contact, self._operators = system.contact, system.operators
+        self._force = system.combine_loads(np.array([one.factor(0.0) if one.static else 0.0 for one in system.loads]))
+        self._u: Imaged = np.zeros((3, self._operators.size))
+        self._depth = self._contact.depth(np.zeros(self._contact.interface.size))
+        self._before = self._depth
+        self._forces: Array = np.zeros(self._contact.size)
+        self._condensed: Condensed | None = None
+        self._share, self._least, self._held = 1.0, SOFTEST, np.zeros(0, dtype=bool)
+        self._updates, self._moves, self._hard = list[float](), list[float](), 0
+
+    def seat(self, carries_acceleration: bool) -> Seat:
+        """Iterate until the seat is found; errors as in `find_seat`. Collective."""
+        system, contact, law = self._system, self._contact, self._law
+        updates, looked, retries = self._updates, False, 0
+        while len(updates) < MAX_ITERATIONS:
+            try:
+                moved = self._iterate()
+            except NotConverged as error:
+                self._refuse_escape(looked)
+                looked, retries = True, retries + 1
+                if retries > MAX_RETRIES or self._share >= STIFFEST:
+                    worst = int(np.argmax(self._depth)) if error.worst_point is None else error.worst_point
+                    raise NotConverged(
+                        f"no static seat was found: {error}; {self._unsettled(worst)}", error.residuals, worst
+                    ) from error
+                self._share, self._condensed = min(STIFFER * self._share, STIFFEST), None
+                self._least = min(self._share, 1.0)
+                continue
+            energy, change = system.dots([(self._u[VALUE], self._u[STIFFNESS]), (moved[VALUE], moved[STIFFNESS])])
+            potential = 2.0 * float(contact.weights @ law.potential(self._depth))
+            updates.append(float(np.sqrt(abs(change) / (abs(energy) + potential))) if change != 0.0 else 0.0)
+            noise = self._round_off() if updates[-1] > TOLERANCE and _is_noise(updates) else None
+            settled = updates[-1] <= TOLERANCE
+            if noise is not None:
+                hidden = float(system.dots([(noise, self._operators.apply_stiffness(noise))])[0])
+                settled = updates[-1] <= max(
+                    STALLED, NOISE_SAFETY * float(np.sqrt(abs(hidden) / (abs(energy) + potential)))
+                )
+            self._moves.append(float(np.max(np.abs(self._depth - self._before))))
+            limit = STILL[0] * float(np.max(np.abs(self._depth))) + STILL[1] * max(float(np.max(self._depth)), 0.0)
+            settled = settled and self._moves[-1] <= limit
+            if settled and _stand_still(contact, moved[VALUE], noise, self._operators):
+                self._refuse_escape(looked or not self._has_left())
+                pressure = self._forces / contact.weights
+                return Seat(_at_rest(self._u, self._depth, pressure, carries_acceleration), updates[-1], len(updates))
+            creeps = len(updates) >= PATIENCE and not updates[-1] <= SLOW * updates[-3]
+            if creeps or (self._hard >= HARD and not looked):
+                self._refuse_escape(looked)
+                if not looked and takes_newton(system):
+                    self._take_newton()
+                looked = True
+                self._share, self._condensed = max(SOFTER * self._share, self._least), None
+        self._refuse_escape(looked)
+        worst = int(np.argmax(np.abs(self._depth - self._before)))
+        raise NotConverged(
+            f"no static seat was found in {MAX_ITERATIONS} iterations (last relative update {updates[-1]:.2e}): "
+            f"{self._unsettled(worst)}",
+            tuple(updates),
+            worst,
+        )
+
+    def _take_newton(self) -> None:
+        """Go where the Newton stage leads, and on from there with soft springs. Collective."""
+        start = self._u[VALUE]
+        found, self._forces = newton_stage(self._system, self._law, self._springs, self._force, start, self._forces)
+        self._u = imaged(self._operators, found)
+        self._depth = self._contact.depth(self._contact.interface.trace(found, self._operators))
+        self._share = AFTER_NEWTON
+
+    def _iterate(self) -> Imaged:
+        """Take an iteration, and return by how much the beam moved."""
+        pressed = self._forces > 0.0
+        turns = self._contact.turning is not None
+        if self._condensed is None or turns or (self._share != 1.0 and not np.array_equal(pressed, self._held)):
+            stiffness: float | Array = self._springs
+            if self._share != 1.0:
+                stiffness = self._springs * np.where(pressed, max(self._share, 1.0), self._share)
+            self._condensed, self._held = self._condense(self._contact.springs(stiffness)), pressed
+        contact, condensed = self._directed, self._condensed
+        unbalanced = self._force - self._u[STIFFNESS]
+        contact.interface.add(unbalanced, contact.resultant(self._forces))
+        free = condensed.solve_free(unbalanced)
+        held_depth = self._depth - contact.gap_matrix @ contact.interface.trace(free, self._operators)
+        solution = self._solved(condensed, held_depth)
+        self._hard += solution.iterations > TRIED
+        update = condensed.correct(free, solution.change, None, solution.response)
+        length = self._length(update) if turns else 1.0
+        moved, self._u = -self._u, imaged(self._operators, self._u[VALUE] + length * update)
+        moved += self._u
+        values = contact.interface.trace(self._u[VALUE], self._operators)
+        self._before, self._depth = self._depth, self._contact.depth(values)
+        self._forces = solution.forces
+        if length < 1.0:
+            self._forces = self._contact.weights * self._law.static(self._depth).pressure
+        return moved
+
+    def _solved(self, condensed: Condensed, held_depth: Array) -> ContactSolution:
+        """Return the solution of the contact problem of an iteration."""
+        law, weights = self._law, self._contact.weights
+        return solve_contact(
+            condensed, 1.0, held_depth, weights, law.static, self._forces, augmented=law.augmented, patience=TRIED
+        )
+
+    def _condense(self, held: Springs) -> Condensed:
+        """Return an operator with springs, for contact with the directions of the pose.
+
+        The penetration along them is a lower bound of the penetration itself, which the next iteration sees.
+        """
+        system, contact = self._system, self._contact
+        if contact.turning is not None:
+            values = contact.interface.trace(self._u[VALUE], self._operators)
+            held = replace(held, matrix=held.matrix + contact.holding(self._forces, values))
+            system = replace(system, contact=contact.at(values))
+        self._directed = system.contact
+        condensed = condensed_operator(system, 0.0, 1.0, springs=held, seldom=True)
+        condensed.loosen(INNER_TOLERANCE)
+        return condensed
+
+    def _length(self, update: Array) -> float:
+        """Return the length in (0, 1] of an update that minimizes the potential, where the whole one overshoots."""
+        contact, operators = self._contact, self._operators
+        first, second = self._system.dots(
+            [(update, self._u[STIFFNESS] - self._force), (update, operators.apply_stiffness(update))]
+        )
+        values = contact.interface.trace(self._u[VALUE], operators)
+        change = contact.interface.trace(update, operators)
+
+        def slope(length: float) -> float:
+            there = values + length * change
+            forces = contact.weights * self._law.static(contact.depth(there)).pressure
+            return float(first + length * second - forces @ (contact.at(there).gap_matrix @ change))
+
+        return float(brentq(slope, 0.0, 1.0)) if slope(1.0) > -OVERSHOT * slope(0.0) > 0.0 else 1.0
+
+    def _round_off(self) -> Array:
+        """Return an update that round-off in K u alone makes, (n,), m. Collective."""
+        assert self._condensed is not None
+        u = self._u[VALUE]
+        signs = np.random.default_rng(0).choice([-1.0, 1.0], len(u))
+        return self._condensed.solve_free(signs * self._operators.stiffness_round_off(u))
+
+    def _has_left(self) -> bool:
+        """Return whether gaps have changed by so much that the beam may rest on the weak restraint alone."""
+        first = self._contact.depth(np.zeros(self._contact.interface.size))
+        return bool(np.max(np.abs(self._depth - first)) > LEFT * np.ptp(self._contact.positions[:, 0]))
+
+    def _refuse_escape(self, looked: bool) -> None:
+        """Raise where the static loads drive a rigid motion that nothing opposes. Collective."""
+        if looked or self._rigid is None:
+            return
+        escape = find_escape(self._system, self._force, self._rigid())
+        if escape is not None:
+            raise NotConverged(
+                f"no static seat was found, and there is none: a rigid motion that no contact opposes {escape.words}, "
+                "and the static loads do work along this motion; only the weak restraint resists it. Check the places "
+                "of supports and the direction of loads, or hold the motion by a [[joint]] or a further support; a "
+                'transient with analysis.start = "undeformed" needs no seat',
+                tuple(self._updates),
+            )
+
+    def _unsettled(self, worst: int) -> str:
+        """Return what does not settle, where, and what to try."""
+        contact, depth = self._contact, self._depth
+        face = contact.face_names[int(contact.faces[worst])]
+        place = f"{face} at x = {contact.positions[worst, 0]:.4g} m"
+        pressed = int(np.count_nonzero(self._forces))
+        if pressed == 0:
+            either = ", ".join(contact.face_names) + " nor restraint"
+            return (
+                f"the static loads push the beam where neither {either} holds it; the gap of {place} is "
+                f"{-depth[worst]:.3g} m and still changes; check the direction of gravity and [restraint]"
+            )
+        return (
+            f"{pressed} of {contact.size} contact points press, and the {place} still opens and closes most; no rigid "
+            "motion leads away, so that a softer contact.stiffness or smaller cells may find the seat; a transient "
+            'with analysis.start = "undeformed" needs no seat: the beam falls to it'
+        )
+
+
+def _stand_still(contact: ContactOperator, moved: Array, noise: Array | None, operators: Operators) -> bool:
+    """Return whether stations in round holes no longer roll along their walls, which takes no energy. Collective.
+
+    Args:
+        contact: The contact.
+        moved: By how much the beam moved, (n,), m.
+        noise: By how much round-off moves it, where that is known, (n,), m.
+        operators: Of the system.
     """
-    if system.contact.turning is not None:
-        values = system.contact.interface.trace(u, system.operators)
-        held = replace(held, matrix=held.matrix + system.contact.holding(forces, values))
-        system = replace(system, contact=system.contact.at(values))
-    condensed = condensed_operator(system, 0.0, 1.0, springs=held, seldom=True)
-    condensed.loosen(INNER_TOLERANCE)
-    return system.contact, condensed
-
-
-def _stand_still(contact: ContactOperator, moved: Array, operators: Operators) -> bool:
-    """Return whether stations in round holes no longer roll along their walls, which takes no energy. Collective."""
     if (circles := contact.turning) is None:
         return True
-    rolled = np.abs(circles.plane @ contact.interface.trace(moved, operators))
-    return bool(np.max(rolled) <= ROLLED * np.max(circles.clearances))
 
+    def rolled(motion: Array) -> float:
+        return float(np.max(np.abs(circles.plane @ contact.interface.trace(motion, operators))))
 
-def _unsettled(contact: ContactOperator, worst: int, point_forces: Array, depth: Array) -> str:
-    """Return what does not settle, where, and what to try."""
-    face = contact.face_names[int(contact.faces[worst])]
-    place = f"{face} at x = {contact.positions[worst, 0]:.4g} m"
-    pressed = int(np.count_nonzero(point_forces))
-    if pressed == 0:
-        either = ", ".join(contact.face_names) + " nor restraint"
-        return (
-            f"the static loads push the beam where neither {either} holds it; the gap of {place} is "
-            f"{-depth[worst]:.3g} m and still changes; check the direction of gravity and [restraint]"
-        )
-    return (
-        f"{pressed} of {contact.size} contact points press, and the {place} still opens and closes most; a transient "
-        'with analysis.start = "undeformed" needs no seat: the beam falls to it'
-    )
-
-
-def _creeps(moves: list[float]) -> bool:
-    """Return whether the gaps go on changing by about the same."""
-    return len(moves) > NOISY and min(moves[-NOISY:]) >= 0.5 * max(moves[-NOISY:])
-
-
-def _tips(contact: ContactOperator, moved: Array) -> str:
-    """Return which way the beam goes on moving as a rigid body, and what to try."""
-    farthest = int(np.argmax(np.abs(moved)))
-    face = contact.face_names[int(contact.faces[farthest])]
-    way = "into" if moved[farthest] > 0.0 else "off"
-    return (
-        f"the static loads move the beam on as a rigid body, {way} {face} at "
-        f"x = {contact.positions[farthest, 0]:.4g} m, and nothing but the weak restraint holds the beam; it tips over "
-        "where its center of mass lies beyond the last plane below; check the places of supports and the direction of "
-        'loads; a transient with analysis.start = "undeformed" needs no seat'
-    )
+    largest = float(np.max(np.abs(circles.clearances)))
+    hidden = 0.0 if noise is None else min(NOISE_SAFETY * rolled(noise), UNCERTAIN * largest)
+    return rolled(moved) <= max(ROLLED * largest, hidden)
 
 
 def _is_noise(updates: list[float]) -> bool:
     """Return whether the updates no longer contract: the last ones are not half of the one before them."""
     return len(updates) > NOISY and min(updates[-NOISY:]) >= 0.5 * updates[-NOISY - 1]
-
-
-def _noise(system: SemiDiscreteSystem, condensed: Condensed, u: Array) -> float:
-    """Return twice the energy of an update that round-off in K u alone makes. Collective."""
-    signs = np.random.default_rng(0).choice([-1.0, 1.0], len(u))
-    moved = condensed.solve_free(signs * system.operators.stiffness_round_off(u))
-    return abs(float(system.dots([(moved, system.operators.apply_stiffness(moved))])[0]))
 
 
 def _at_rest(u: Imaged, depth: Array, pressure: Array, carries_acceleration: bool) -> State:

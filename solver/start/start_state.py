@@ -9,14 +9,16 @@ import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.centered_pose import centered_pose
-from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion
 from gapbeam.solver.errors import UserError
+<<<<<<< HEAD
 from gapbeam.solver.supports.body_motions import body_motions
+=======
+from gapbeam.solver.models.rigid_shapes import rigid_parts
+>>>>>>> 598f143 (Find the seat of long faces that peel, and refuse one only by a rigid motion that a linear program finds)
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State, imaged
 
 if TYPE_CHECKING:
-    from gapbeam.solver.models.body import Body
     from gapbeam.solver.models.model import Model
 
 INSIDE = 1.0e-7  # of the thickness: round-off of a start that touches
@@ -63,11 +65,11 @@ def _with_motions(model: Model, state: State, analysis: Transient) -> State:
     places, speeds = list[Array](), list[Array]()
     asked = list[str]()
     if analysis.start == "centered":
-        places += _motions(model.body, centered_pose(model.case.support))
+        places += rigid_parts(model.body, centered_pose(model.case.support))
         asked.append('start = "centered"')
     if analysis.motion is not None:
-        places += _motions(model.body, analysis.motion.pose(length))
-        speeds += _motions(model.body, analysis.motion.rate(length))
+        places += rigid_parts(model.body, analysis.motion.pose(length))
+        speeds += rigid_parts(model.body, analysis.motion.rate(length))
         asked.append("[analysis.motion]")
     if analysis.mode is not None:
         from gapbeam.solver.start.mode_start import mode_motion  # finite elements need DOLFINx, marches do not
@@ -123,16 +125,6 @@ def undeformed(system: SemiDiscreteSystem) -> State:
     still = imaged(system.operators, np.zeros(system.operators.size))
     contact = system.contact
     return State(0.0, still, still.copy(), contact.depth(np.zeros(contact.interface.size)), np.zeros(contact.size))
-
-
-def _motions(body: Body, motion: RigidMotion) -> list[Array]:
-    """Return the parts of a rigid motion on the DOFs: x = M^-1 (M x), of the images that the body keeps. Collective."""
-    sizes = motion.section(0.0)
-    wanted = [(sizes[name], row) for name, row in zip(NAMES, body.rigid, strict=True) if sizes[name] != 0.0]
-    if not wanted:
-        return []
-    factor = body.operators.factor(1.0, 0.0)
-    return [size * factor.solve(row) for size, row in wanted]
 
 
 def _moved(

@@ -177,8 +177,12 @@ class ContactOperator:
             return state.depth
         return self.penetration(self.interface.trace(state.u[VALUE], operators), state.time)
 
-    def springs(self, stiffness: float) -> Springs:
-        """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed."""
+    def springs(self, stiffness: float | Array) -> Springs:
+        """Return G^T (stiffness w) G: springs along the normal of both faces, whether open or closed.
+
+        Args:
+            stiffness: One for all contact points, or that of each, (m,), Pa/m.
+        """
         matrix = self.gap_matrix if self.geometry_matrix is None else self.geometry_matrix
         return Springs(self.interface, spring_matrix(matrix, stiffness * self.weights))
 

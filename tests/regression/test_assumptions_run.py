@@ -120,6 +120,9 @@ def test_a_beam_that_leaves_its_support(tmp_path: Path) -> None:
     travel = finding(summary, "inside the support")
     assert (summary["exit_status"], summary["reason"]) == (4, "assumption broken")
     assert "travel along the support" in summary["message"]
+    assert travel["detail"] == f"{0.05 * travel['closest']:.3g} m along a support of 0.05 m"
+    assert "contact stays at the sections that lay in the support at the start" in summary["message"]
+    assert "load shaker drives this motion" in summary["message"]
     assert 0.5 < travel["closest"] < 0.55
     displacement = gapbeam.open_results(tmp_path / "out").history["displacement"]
     moved = float(displacement.sel(probe="tip", component="x").sel(time=travel["time"]).values)

@@ -13,6 +13,7 @@ from scipy.sparse.linalg import eigsh
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import Model, build_model
+from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import Seat, find_seat
 from gapbeam.solver.system.operators import Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
@@ -65,7 +66,8 @@ def beam_model(
 
 def seat_of(model: Model, carries_acceleration: bool = False) -> Seat:
     """Return the static seat of a model."""
-    return find_seat(model.system, model.law, model.seat_springs, carries_acceleration)
+    rigid = lambda: RigidMotions.of_model(model)  # noqa: E731
+    return find_seat(model.system, model.law, model.seat_springs, carries_acceleration, rigid)
 
 
 def out_of_reach(system: SemiDiscreteSystem, distance: float = 1.0) -> SemiDiscreteSystem:

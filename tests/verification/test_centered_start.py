@@ -6,6 +6,8 @@ from typing import Any
 
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam.solver.case.centered_pose import centered_pose
@@ -150,3 +152,29 @@ def test_a_pinned_beam_in_a_support_around_its_axis_is_centered() -> None:
     simulation = gapbeam.model(case)
     start = simulation.start(simulation.seat_or_failure())
     assert not np.any(start.u)
+
+
+@given(
+    st.integers(3, 8),
+    st.floats(-180.0, 180.0),
+    st.floats(-5.0, -3.0).map(lambda exponent: 10.0**exponent),
+    st.sampled_from(["clamped", "pinned", "guided"]),
+    st.booleans(),
+)
+@settings(deadline=None, max_examples=25)
+def test_symmetric_walls_leave_a_held_beam_where_it_is(
+    walls: int, first: float, clearance: float, joint: str, with_hole: bool
+) -> None:
+    """The centroid of a regular polygon is its center, whatever the angle of its first wall: no pose at all."""
+    angles = [first + 360.0 * number / walls for number in range(walls)]
+    polygon = {"type": "polygon", "walls": angles}
+    regions = [polygon, "hole" if with_hole else polygon]
+    supports = [
+        {"name": f"s{number}", "from": x, "to": x + 0.02, "clearance": clearance, "region": region}
+        for number, (x, region) in enumerate(zip((0.2, 0.35), regions, strict=True))
+    ]
+    case = gapbeam.read_case(
+        round_bar() | {"model": "beam", "support": supports, "joint": [{"name": "root", "type": joint, "point": 0.0}]}
+    )
+    pose = centered_pose(case.support)
+    assert not any((*pose.translation, *pose.rotation))

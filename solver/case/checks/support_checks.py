@@ -115,9 +115,11 @@ def own_contact_fits_the_case(support: AnySupports, contact: Contact) -> Iterato
 
 
 def something_carries_the_beam(support: AnySupports, load: Loads, joint: Mapping[int, Joint]) -> Iterator[Fault]:
-    """A beam with weight rests on something."""
+    """A beam with weight rests on something, where no other static force may press it against supports above."""
     gravity = max((entry.weight_acceleration for entry in load.values()), default=0.0)
     if gravity == 0.0 or isinstance(support, BaseAndGland):
+        return
+    if any(entry.static_force is not None for entry in load.values()):
         return
     if bending_rank(tuple(joint.values()), held_only=False) > 0:
         return

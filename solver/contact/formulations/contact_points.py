@@ -44,8 +44,15 @@ class ResultantOperator(ContactOperator):
         """Area of all faces, whether in a patch or not, m^2."""
         return self.distributed.area
 
-    def springs(self, stiffness: float) -> Springs:
-        """Return springs along the normal of the whole faces, as if there were no patches."""
+    def springs(self, stiffness: float | Array) -> Springs:
+        """Return springs along the normal of the whole faces, as if there were no patches.
+
+        A quadrature point has the largest stiffness of the points that share it, and the least of all where none does.
+        """
+        if isinstance(stiffness, np.ndarray):
+            least = float(np.min(stiffness))
+            shared = self._shared_by.astype(bool).astype(float).multiply(stiffness - least)
+            stiffness = least + np.asarray(shared.max(axis=1).todense()).reshape(-1)
         return self.distributed.springs(stiffness)
 
     def with_gaps_of(self, faces: Sequence[Face]) -> ResultantOperator:

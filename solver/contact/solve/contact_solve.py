@@ -74,6 +74,7 @@ def solve_contact(
     max_iterations: int = 60,
     augmented: float | None = None,
     start: Array | None = None,
+    patience: int | None = None,
 ) -> ContactSolution:
     """Solve d = d_held - s D (f - f_held), f = w P(d), or the same with multipliers: f = w P(d + shift).
 
@@ -93,6 +94,7 @@ def solve_contact(
         max_iterations: Limit, of each solution.
         augmented: Relative penetration to reach by multipliers, or None.
         start: Point forces to start from, (m,), N; None: f_held.
+        patience: Iterations before softer laws lead to the solution; None: `max_iterations`.
 
     Returns:
         The solution; its forces satisfy the law to `RELATIVE_TOLERANCE` of the largest pressure, or as well as
@@ -102,7 +104,8 @@ def solve_contact(
         NotConverged: With the history of the residual (Pa), after `max_iterations`.
     """
     first = held if start is None else start
-    solution = _solve_by_softening(condensed, scale, held_depth, weights, law, held, first, max_iterations)
+    patience = max_iterations if patience is None else patience
+    solution = _solve_by_softening(condensed, scale, held_depth, weights, law, held, first, patience, max_iterations)
     if augmented is None:
         return solution
     shift, allowed = np.zeros_like(held_depth), augmented * _deepest(solution)
@@ -112,7 +115,7 @@ def solve_contact(
         shift = np.maximum(shift + solution.depth, 0.0)
         # solved for d + shift, whose law is the one given
         shifted = _solve_by_softening(
-            condensed, scale, held_depth + shift, weights, law, held, solution.forces, max_iterations
+            condensed, scale, held_depth + shift, weights, law, held, solution.forces, patience, max_iterations
         )
         iterations = solution.iterations + shifted.iterations
         solution = replace(shifted, depth=shifted.depth - shift, iterations=iterations)
@@ -136,13 +139,14 @@ def _solve_by_softening(
     law: Callable[[Array], StagePressure],
     held: Array,
     start: Array,
+    patience: int,
     max_iterations: int,
 ) -> ContactSolution:
     """Solve, and where that fails solve softer laws first, each from the solution of the softer one."""
     try:
-        return _solve(condensed, scale, held_depth, weights, law, held, start, max_iterations)
+        return _solve(condensed, scale, held_depth, weights, law, held, start, patience)
     except NotConverged:
-        forces, iterations = start, max_iterations
+        forces, iterations = start, patience
     for share in SOFTENED:
 
         def softened(depth: Array, share: float = share) -> StagePressure:

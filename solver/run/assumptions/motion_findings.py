@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
 
 import numpy as np
 
+from gapbeam.solver.attachments.mean_motion import MotionName
+from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel, RigidModel
 from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
@@ -14,7 +17,9 @@ from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, ROTATION, S
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
 from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
+from gapbeam.solver.loads.load_directions import load_direction
 from gapbeam.solver.loads.support_walls import interference
+from gapbeam.solver.system.operators import Array
 
 SMALL_ROTATION = Assumption(
     "small rotation", "largest rotation", "rad", 0.1, 0.5,
@@ -28,11 +33,10 @@ SMALL_STRAIN = Assumption(
 ELASTIC = "no yield", "largest stress (von Mises) at the surface", "Pa"
 ELASTIC_EVERYWHERE = "no yield", "largest stress (von Mises) at the surface over the yield stress there", "1"
 ELASTIC_MEANING = "beyond material.yield_stress the beam deforms plastically, which the equations do not know"
-INSIDE = Assumption(
-    "inside the support", "travel along the support over its length (across it over the width)", "1", 0.05, 0.5,
-    "contact acts where the undeformed faces are, though the beam has moved on; stiffen [restraint], or look for a "
-    "load along the support",
-)  # fmt: skip
+INSIDE = "inside the support", "travel along the support over its length (across it over the width)", "1", 0.05, 0.5
+STAYS = (
+    "the beam has slid on, and contact stays at the sections that lay in the support at the start: others lie there now"
+)
 ALONG_RADII = Assumption(
     "radii in supports around the beam", "largest motion across the beam over its radius", "1", 0.02, 0.2,
     "forces act along the radii of the undeformed beam, though it touches elsewhere; less clearance or smaller loads "
@@ -68,7 +72,7 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
     findings = [
         found(SMALL_ROTATION, ROTATION, 0.5 * rotation**2),
         found(SMALL_STRAIN, STRAIN, float(watch.closest[STRAIN, 0])),
-        found(INSIDE, TRAVEL, travel),
+        replace(found(_inside(case), TRAVEL, travel), detail=_slid(case, watch, travel)),
         Finding(LINEAR_SEAT, watch.at_start, estimate=0.5 * watch.at_start**2),
     ]
     if any(support.met_region.along_radii for support in case.layout.holes):
@@ -79,6 +83,43 @@ def of_pose(watch: PoseWatch, case: Case) -> list[Finding]:
         limit = (limits[0] or 0.0) if case.profile.one_material else 1.0
         findings.append(found(Assumption(name, quantity, unit, limit, None, ELASTIC_MEANING), STRESS))
     return findings
+
+
+def _inside(case: Case) -> Assumption:
+    """Return the assumption that the beam stays in its supports, with what helps a case whose beam slides on."""
+    drives = [f"load {load.name}" for load in case.load if _along(case, load_direction(load, case.mesh.dimension))]
+    motion = case.analysis.motion if isinstance(case.analysis, Transient) else None
+    if motion is not None:
+        length = case.beam.length
+        if any(_along(case, one.section(0.0)) for one in (motion.pose(length), motion.rate(length))):
+            drives.append("[analysis.motion]")
+    if drives:
+        remedy = (
+            f"{' and '.join(drives)} drives this motion, which needs a larger [restraint], a [[joint]] or less drive "
+            "where the beam shall stay, and a smaller time.end where the motion is meant: until the limit is passed, "
+            "figures hold"
+        )
+    else:
+        remedy = (
+            "no load drives this motion: a [[joint]] that holds the motion, or a stiffer [restraint], keeps the beam"
+        )
+    return Assumption(*INSIDE, f"{STAYS}; {remedy}")
+
+
+def _along(case: Case, motion: Array | Mapping[MotionName, float]) -> bool:
+    """Return whether a direction or the motion of a section has a part along the beam, or across it in 3D."""
+    if not isinstance(motion, np.ndarray):
+        return motion["axial"] != 0.0 or motion["lateral"] != 0.0
+    across = motion[1:-1] if not case.layout.holes else motion[:0]
+    return bool(motion[0] != 0.0 or np.any(across != 0.0))
+
+
+def _slid(case: Case, watch: PoseWatch, share: float) -> str:
+    """Return how far the beam slid along the support, where its travel is not across it; empty: it did not."""
+    if share == 0.0 or case.mesh.dimension > 2:
+        return ""
+    length = watch.scales.support_length
+    return f"{share * length:.3g} m along a support of {length:.3g} m"
 
 
 def of_contact(case: Case, peaks: Peaks, episodes: Episodes) -> Iterator[Finding]:

@@ -1,0 +1,179 @@
+"""Escape: a rigid motion that nothing opposes, and along which the static loads do work.
+
+With R (n x k) the rigid motions of the beam, F = R^T f the loads along them and G R what they open,
+
+    maximize F . c    subject to    G R c >= 0,    Z R c = 0,    -1 <= c <= 1,
+
+over the motions that are all but free of stiffness. Z moves the stations in round holes across the beam: a hole is
+closed in all directions, so that its cone of normals leaves no motion but none. Contact can only push: where the
+optimum is 0, contact forces >= 0 balance the loads (Farkas), and the beam has a seat; where it is positive, the
+potential energy falls without end along the motion, and there is none.
+
+Translations are scaled by 1 and rotations by one over the length of the beam, so that c is dimensionless. A motion
+counts as free where its stiffness would stop the loads only beyond a length of the beam: the weak restraint resists
+a beam that tips by the lever of half its thickness.
+
+Source: Farkas (1902); Signorini (1959) and Fichera (1964) for the condition on the loads.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
+
+import numpy as np
+from scipy.linalg import null_space
+from scipy.optimize import linprog
+
+from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion, unit_motions
+from gapbeam.solver.models.rigid_shapes import rigid_parts
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+
+if TYPE_CHECKING:
+    from gapbeam.solver.models.model import Model
+
+AWAY = 1.0  # lengths of the beam: what would move farther before its stiffness stops it is free
+WORKS = 1.0e-6  # of the largest force along a rigid motion: less work is round-off
+STRICT = 1.0e4  # factor on constraints: the tolerance of the solver, 1e-7, becomes 1e-11 of a motion
+STRAIGHT = 1.0e-2  # of the largest component: less is not worth words
+
+
+@dataclass(frozen=True)
+class RigidMotions:
+    """The rigid motions of the beam that its joints allow, on the DOFs of a system.
+
+    Attributes:
+        shapes: R^T, scaled, (k, n).
+        motions: The same motions, as names and sizes.
+        length: Of the beam, m.
+    """
+
+    shapes: Array
+    motions: tuple[RigidMotion, ...]
+    length: float
+
+    @classmethod
+    def of_model(cls, model: Model) -> RigidMotions:
+        """Return the rigid motions of the beam of a model; supports with a mass stand still. Collective."""
+        length = model.case.beam.length
+        shapes, motions = list[Array](), list[RigidMotion]()
+        for unit in unit_motions():
+            motion = _combined((unit,), np.array([1.0 if any(unit.translation) else 1.0 / length]))
+            for part in rigid_parts(model.body, motion):
+                if np.any(part):
+                    shapes.append(part)
+                    motions.append(motion)
+        padded = np.zeros((len(shapes), model.system.operators.size))
+        for row, part in zip(padded, shapes, strict=True):
+            row[: len(part)] = part
+        holds = [one.motion for joint in model.case.joint for one in joint.attached() if one.held]
+        if not holds:
+            return cls(padded, tuple(motions), length)
+        held = [[motion.section(one.x)[one.name] for motion in motions] for one in holds]
+        left = null_space(np.array(held)).T
+        return cls(left @ padded, tuple(_combined(motions, row) for row in left), length)
+
+
+@dataclass(frozen=True)
+class Escape:
+    """A rigid motion that nothing opposes.
+
+    Attributes:
+        motion: The motion; the largest displacement of the axis, or of twist times length, is about 1 m.
+        work: What the static loads do along it, J.
+        length: Of the beam, m.
+    """
+
+    motion: RigidMotion
+    work: float
+    length: float
+
+    @property
+    def words(self) -> str:
+        """The motion in words: a beam tips about a place, moves along a direction, or moves its ends."""
+        here, there = self.motion.section(0.0), self.motion.section(self.length)
+        largest = max(abs(end[name]) for end in (here, there) for name in ("axial", "lateral", "vertical"))
+        twist = here["twist"] * self.length
+        ends = [_vector(end, largest) for end in (here, there)]
+        if abs(twist) > max(largest, STRAIGHT):
+            return "turns it about its own axis"
+        if ends[0] == ends[1]:
+            return f"moves it along [{', '.join(f'{value:.3g}' for value in ends[0])}]"
+        place = _pivot(self.motion, self.length)
+        if place is not None:
+            down = self.length if there["vertical"] < here["vertical"] else 0.0
+            return f"tips it about x = {place:.4g} m, with its end at x = {down:.4g} m down"
+        first, last = (f"[{', '.join(f'{value:.3g}' for value in end)}]" for end in ends)
+        return f"moves its ends at x = 0 and x = {self.length:.4g} m in the ratio {first} to {last}"
+
+
+def find_escape(system: SemiDiscreteSystem, force: Array, rigid: RigidMotions) -> Escape | None:
+    """Return a rigid motion that nothing opposes and along which the static loads do work; None: there is none.
+
+    Args:
+        system: The system.
+        force: The static loads f, (n,), N.
+        rigid: Its rigid motions.
+
+    Collective.
+    """
+    operators, contact, count = system.operators, system.contact, len(rigid.shapes)
+    if count == 0:
+        return None
+    stiff = [operators.apply_stiffness(shape) for shape in rigid.shapes]
+    products = system.dots([(x, y) for x in rigid.shapes for y in (*stiff, force)]).reshape(count, count + 1)
+    stiffness, forces = 0.5 * (products[:, :count] + products[:, :count].T), products[:, count]
+    largest = float(np.max(np.abs(forces)))
+    if largest == 0.0:
+        return None
+    squares, turned = np.linalg.eigh(stiffness)
+    free = turned[:, squares <= largest / (AWAY * rigid.length)]
+    if free.shape[1] == 0:
+        return None
+    values = np.column_stack([contact.interface.trace(shape, operators) for shape in rigid.shapes]) @ free
+    matrix = contact.gap_matrix if contact.geometry_matrix is None else contact.geometry_matrix
+    circles, planes = contact.turning, np.ones(contact.size, dtype=bool)
+    if circles is not None:
+        planes[circles.points] = False
+    opened = np.unique(np.round(np.asarray(matrix @ values)[planes], 14), axis=0)
+    held = None if circles is None else STRICT * np.asarray(circles.plane @ values)
+    found = linprog(
+        -(forces @ free) / largest,
+        A_ub=np.concatenate([-STRICT * opened, free, -free]),
+        b_ub=np.concatenate([np.zeros(len(opened)), np.ones(2 * count)]),
+        A_eq=held,
+        b_eq=None if held is None else np.zeros(len(held)),
+        bounds=(None, None),
+        method="highs",
+    )
+    if found.x is None or -found.fun <= WORKS:
+        return None
+    sizes = free @ found.x
+    return Escape(_combined(rigid.motions, sizes), float(-found.fun * largest), rigid.length)
+
+
+def _combined(motions: Sequence[RigidMotion], sizes: Array) -> RigidMotion:
+    """Return the sum of motions times sizes."""
+    translation, rotation = (
+        sizes @ np.array([getattr(one, part) for one in motions]) for part in ("translation", "rotation")
+    )
+    return RigidMotion(tuple(map(float, translation)), tuple(map(float, rotation)))  # type: ignore[arg-type]
+
+
+def _vector(section: Mapping[str, float], largest: float) -> tuple[float, ...]:
+    """Return the displacement of a section over the largest one, rounded."""
+    sizes = (section[name] / largest if largest > 0.0 else 0.0 for name in NAMES[:3])
+    return tuple(0.0 if abs(size) <= STRAIGHT else round(size, 6) for size in sizes)
+
+
+def _pivot(motion: RigidMotion, length: float) -> float | None:
+    """Return where the axis stays, m, as it turns in the bending plane about a place of the beam; None: elsewhere."""
+    here, there = motion.section(0.0), motion.section(length)
+    aside = max(abs(end[name]) for end in (here, there) for name in ("axial", "lateral"))
+    rise = there["vertical"] - here["vertical"]
+    if aside > STRAIGHT * abs(rise) or rise == 0.0:
+        return None
+    place = -here["vertical"] / rise * length
+    return place if -1.0e-6 * length <= place <= (1.0 + 1.0e-6) * length else None

@@ -26,6 +26,7 @@ import numpy as np
 from scipy.linalg import null_space
 from scipy.optimize import linprog
 
+from gapbeam.solver.attachments.mean_motion import MotionName
 from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion, unit_motions
 from gapbeam.solver.models.rigid_shapes import rigid_parts
 from gapbeam.solver.system.operators import Array
@@ -162,7 +163,7 @@ def _combined(motions: Sequence[RigidMotion], sizes: Array) -> RigidMotion:
     return RigidMotion(tuple(map(float, translation)), tuple(map(float, rotation)))  # type: ignore[arg-type]
 
 
-def _vector(section: Mapping[str, float], largest: float) -> tuple[float, ...]:
+def _vector(section: Mapping[MotionName, float], largest: float) -> tuple[float, ...]:
     """Return the displacement of a section over the largest one, rounded."""
     sizes = (section[name] / largest if largest > 0.0 else 0.0 for name in NAMES[:3])
     return tuple(0.0 if abs(size) <= STRAIGHT else round(size, 6) for size in sizes)

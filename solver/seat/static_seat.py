@@ -35,6 +35,7 @@ from collections.abc import Callable
 from dataclasses import dataclass, replace
 
 import numpy as np
+from numpy.typing import NDArray
 from scipy.optimize import brentq
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
@@ -130,7 +131,8 @@ class _Search:
         self._before = self._depth
         self._forces: Array = np.zeros(self._contact.size)
         self._condensed: Condensed | None = None
-        self._share, self._least, self._held = 1.0, SOFTEST, np.zeros(0, dtype=bool)
+        self._share, self._least = 1.0, SOFTEST
+        self._held: NDArray[np.bool_] = np.zeros(0, dtype=bool)
         self._updates, self._moves, self._hard = list[float](), list[float](), 0
 
     def seat(self, carries_acceleration: bool) -> Seat:

@@ -119,7 +119,10 @@ def something_carries_the_beam(support: AnySupports, load: Loads, joint: Mapping
     gravity = max((entry.weight_acceleration for entry in load.values()), default=0.0)
     if gravity == 0.0 or isinstance(support, BaseAndGland):
         return
-    if any(entry.static_force is not None for entry in load.values()):
+    pushes = (
+        entry.static_force is not None or (entry.static and entry.weight_acceleration == 0.0) for entry in load.values()
+    )
+    if any(pushes):
         return
     if bending_rank(tuple(joint.values()), held_only=False) > 0:
         return

@@ -372,7 +372,7 @@ def main() -> int:
         for name, ones in verdicts.items()
     )
     notes = (
-        "seated: contact and restraint balance the loads to 1e-5 of the forces, and no rigid motion leads away",
+        "seated: contact and restraint balance the loads to 1e-4 of the forces, and no rigid motion leads away",
         "refused: the message names a rigid motion, and a linear program of its own finds one",
         "edge: loads that differ by 2 % of the largest force have another verdict, and the program failed to give one",
     )

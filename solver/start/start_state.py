@@ -10,11 +10,8 @@ import numpy as np
 from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.centered_pose import centered_pose
 from gapbeam.solver.errors import UserError
-<<<<<<< HEAD
-from gapbeam.solver.supports.body_motions import body_motions
-=======
 from gapbeam.solver.models.rigid_shapes import rigid_parts
->>>>>>> 598f143 (Find the seat of long faces that peel, and refuse one only by a rigid motion that a linear program finds)
+from gapbeam.solver.supports.body_motions import body_motions
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State, imaged
 

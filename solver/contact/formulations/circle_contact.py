@@ -151,7 +151,6 @@ class CircleOperator(ContactOperator):
         """Return the same."""
         return self.depth(interface_values, time)
 
-<<<<<<< HEAD
     def added_up(self, sizes: Array) -> Array:
         """Return the sums of the sizes of all terms, those of y and z at stations, (m,), m."""
         found, circles = super().added_up(sizes), self.circles
@@ -159,9 +158,6 @@ class CircleOperator(ContactOperator):
         found[circles.points] = both.sum(axis=1) + np.abs(circles.clearances)
         return found
 
-    def springs(self, stiffness: float) -> Springs:
-        """Return springs along the normals of the whole faces."""
-=======
     def springs(self, stiffness: float | Array) -> Springs:
         """Return springs along the normals of the whole faces; points around a section share that of its station."""
         if isinstance(stiffness, np.ndarray):
@@ -170,7 +166,6 @@ class CircleOperator(ContactOperator):
             for point, members in zip(self.circles.points, self.circles.members, strict=True):
                 everywhere[members] = stiffness[point]
             stiffness = everywhere
->>>>>>> 598f143 (Find the seat of long faces that peel, and refuse one only by a rigid motion that a linear program finds)
         return self.around.springs(stiffness)
 
     def holding(self, forces: Array, interface_values: Array) -> csr_matrix:

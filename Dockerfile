@@ -38,7 +38,7 @@ RUN useradd --create-home gapbeam && install -d -m 1777 /home/gapbeam /home/gapb
 
 COPY . /usr/src/gapbeam
 RUN /opt/gapbeam/bin/pip install --no-cache-dir --no-deps --no-build-isolation /usr/src/gapbeam \
- && ln -s /usr/src/gapbeam/cases /home/gapbeam/cases \
+ && ln -s /usr/src/gapbeam/gapbeam/cases /home/gapbeam/cases \
  && rm -rf /usr/src/gapbeam/build /usr/src/gapbeam/*.egg-info
 
 USER gapbeam

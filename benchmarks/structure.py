@@ -100,8 +100,8 @@ def measured(folder: Path) -> dict[str, int]:
         zip(
             MEASURES,
             (
-                sum(file.parent == folder / "solver" for file in solver),
-                len({file.parent for file in solver} - {folder / "solver"}),
+                sum(file.parent.name == "solver" for file in solver),
+                len({file.parent for file in solver if file.parent.name != "solver"}),
                 len(every),
                 sum(lines.values()),
                 sum(lines[file] for file in files["solver"]),
@@ -119,9 +119,17 @@ def measured(folder: Path) -> dict[str, int]:
 
 
 def files_of(folder: Path, package: str) -> list[Path]:
-    """Return the modules of a package; those behind a link count where they lie."""
-    found = sorted((folder / package).rglob("*.py"))
-    return [file for file in found if not any(parent.is_symlink() for parent in file.parents)]
+    """Return the modules of a package, in gapbeam or, as in earlier commits, beside it; links are not followed."""
+    place = folder / "gapbeam" / package
+    if package == "gapbeam" or place.is_symlink() or not place.is_dir():
+        place = folder / package
+    others = [folder / "gapbeam" / other for other in PACKAGES] if package == "gapbeam" else []
+    found = sorted(place.rglob("*.py"))
+    return [
+        file
+        for file in found
+        if not any(parent.is_symlink() or parent in others for parent in file.parents if parent != folder)
+    ]
 
 
 def repeated(names: Sequence[str]) -> int:

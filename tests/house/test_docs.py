@@ -19,7 +19,9 @@ PAPER = DOCS / "joss" / "paper.md"  # no page of the site: tests/house/test_joss
 PAGES = sorted(set(DOCS.rglob("*.md")) - {PAPER})
 TESTS = {path.name for path in (PROJECT / "tests").rglob("test_*.py")}
 SOURCES = [
-    path for room in ("solver", "studies", "meshes", "postprocess") for path in sorted((PROJECT / room).rglob("*.py"))
+    path
+    for room in ("solver", "studies", "meshes", "postprocess")
+    for path in sorted((PROJECT / "gapbeam" / room).rglob("*.py"))
 ]
 KIND_PAGES = [page for page in PAGES if page.parent != DOCS]
 

@@ -6,7 +6,7 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.table import models_in
 from tests.house.test_house_rules import FILES, PROJECT, imports, place
 
-LOADS = PROJECT / "solver" / "loads"
+LOADS = PROJECT / "gapbeam" / "solver" / "loads"
 
 
 def test_loads_are_not_imported_one_by_one() -> None:

@@ -12,7 +12,7 @@ import pytest
 
 from tests.house.test_house_rules import FILES, OF_ENVIRONMENT, PROJECT, imports, name_of, place, tree
 
-ROOM = PROJECT / "meshes" / "versions"
+ROOM = PROJECT / "gapbeam" / "meshes" / "versions"
 INSIDE = "gapbeam.meshes.versions."
 OUTSIDE = [path for path in FILES if not path.is_relative_to(ROOM)]
 OUTSIDE += sorted((PROJECT / "benchmarks").rglob("*.py"))

@@ -27,7 +27,9 @@ SYNONYMS = {
 class SuggestingGroup(TyperGroup):
     """Commands; in the place of "No such command" with the nearest one."""
 
-    def resolve_command(self, ctx: Any, args: list[str]) -> tuple[str | None, Command | None, list[str]]:
+    def resolve_command(  # type: ignore[override]  # of click, or of the one that typer has from 0.29 on
+        self, ctx: Any, args: list[str]
+    ) -> tuple[str | None, Command | None, list[str]]:
         """Return the command of the first word.
 
         Raises:

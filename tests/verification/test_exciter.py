@@ -205,7 +205,9 @@ def test_frequencies_of_a_cantilever_with_a_mass_and_a_spring_at_its_tip(mass: f
     held = type(free)(free.mass[2:, 2:], free.stiffness[2:, 2:])
     tip = np.zeros((1, held.size))
     tip[0, -2] = 1.0
-    together = attached(held, RankOnes(tip, np.array([mass])), RankOnes(tip, np.array([spring])))
+    together = attached(
+        held, RankOnes(tip, np.array([mass])), RankOnes(tip, np.array([spring])), RankOnes(tip, np.zeros(1))
+    )
     assert isinstance(together, type(free))
     assert np.sqrt(together.modes[0][:3]) == pytest.approx(np.array(roots[:3]) ** 2, rel=2e-5)
 
@@ -320,7 +322,7 @@ def dense_with_exciters(seed: int) -> SemiDiscreteSystem:
     mass, spring, damper = np.array([0.5, 0.0]), np.array([40.0, 0.0]), np.array([0.05, 4.0])
     dashpots = damper - system.mass_damping * mass - system.stiffness_damping * spring
     assert dashpots.min() < 0.0 < dashpots.max()
-    operators = attached(system.operators, RankOnes(rows, mass), RankOnes(rows, spring))
+    operators = attached(system.operators, RankOnes(rows, mass), RankOnes(rows, spring), RankOnes(rows, np.zeros(2)))
     return replace(system, operators=operators, dashpots=RankOnes(rows, dashpots))
 
 

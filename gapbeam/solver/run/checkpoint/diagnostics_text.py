@@ -14,7 +14,7 @@ from gapbeam.solver.diagnostics.point_contact import KEPT
 
 LEDGER = "ledger"
 PARTS = ("gates", "episodes", "peaks", "times", "tally", "sliding")
-NOT_KEPT = {"limits", "contact", "dt", "by_depth"}
+NOT_KEPT = {"limits", "contact", "dt", "by_depth", "remedy"}
 RECORDED = ("largest_restraint_energy", "largest_energy", "_last_time")
 WATCHED = ("closest", "due", "highest", "at_start", "looks")
 PROBES = ("_last_place", "_last_velocity")

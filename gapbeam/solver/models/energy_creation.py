@@ -72,14 +72,14 @@ def _damped_by_touch(model: Model) -> Fault | None:
     if damped is None:
         return None
     slow = model.law.touched_at(np.zeros(model.system.contact.size))
-    step = stable_step(model.system, slow, compared_depth(case)).step
-    if model.step <= step:
+    bearable = stable_step(model.system, slow, compared_depth(case))
+    if model.step <= bearable.step:
         return None
     return Fault(
         ("time", "scheme"),
         f"{case.time.scheme.type} on the law {type_name(type(damped))}, whose damping grows as the speed at touch "
         "falls: known to create energy where the beam rests or touches slowly",
-        f"steps of at most {step:.2g} s, which bear contact that begins at {SLOWEST_TOUCH:g} m/s and is "
+        f"steps of at most {bearable.written} s, which bear contact that begins at {SLOWEST_TOUCH:g} m/s and is "
         f"{compared_depth(case):.2g} m deep; an implicit scheme, massless contact nodes, or a damper with a given "
         "coefficient",
         'time.scheme = "discrete-gradient", contact.mass = "redistributed", or contact.law = "kelvin-voigt"; '

@@ -17,6 +17,7 @@ from gapbeam.solver.assembly.section_cut import SectionCut, SectionCutter
 from gapbeam.solver.attachments.mean_motion import DISPLACEMENTS, MeanMotion
 from gapbeam.solver.loads.load_directions import axis_point
 from gapbeam.solver.system.operators import Array, Indices, Operators
+from gapbeam.solver.system.ordered_products import row_product
 
 CENTERED = 1.0e-9  # of the radius of gyration: a centroid this near to the axis lies on it
 
@@ -36,8 +37,9 @@ class MotionRow:
     def evaluate(self, x: Array, operators: Operators) -> Array:
         """Return the displacement, (components,), or row by row of x, (times, components). Collective."""
         components = len(self.factors)
-        moved = x.reshape(*x.shape[:-1], -1, components)[..., self.nodes, :]
-        return operators.sum(moved.reshape(*x.shape[:-1], -1) @ self.factors.reshape(components, -1).T)
+        moved = x.reshape(-1, x.shape[-1] // components, components)[:, self.nodes, :]
+        rows = row_product(moved.reshape(len(moved), -1), self.factors.reshape(components, -1).T)
+        return operators.sum(rows.reshape(*x.shape[:-1], components))
 
     def force(self, direction: Array, size: int) -> Array:
         """Return the nodal forces of a unit force along a direction, (n,), local."""

@@ -25,7 +25,7 @@ from scipy.optimize import linprog
 import gapbeam
 from benchmarks.table import Table
 from gapbeam.solver.case.rigid_motion import NAMES, RigidMotion, unit_motions
-from gapbeam.solver.loads.exciter import Exciter
+from gapbeam.solver.loads.places import PointForce
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import Seat
@@ -256,12 +256,13 @@ def _work_of_loads(simulation: Simulation, motion: RigidMotion) -> float:
     beam, density = case.beam, case.material.density
     work = 0.0
     for load in case.load:
-        if not isinstance(load, Exciter):
+        if not isinstance(load.place, PointForce):
             work -= density * beam.area * beam.length * GRAVITY * _axis(motion, 0.5 * beam.length, "vertical")
             continue
         *aside, up = load.direction if load.direction is not None else (0.0, 1.0)
-        across, x = aside[1] if len(aside) > 1 else 0.0, float(np.max(load.point))
-        work += load.preload * (up * _axis(motion, x, "vertical") + across * _axis(motion, x, "lateral"))
+        across, x = aside[1] if len(aside) > 1 else 0.0, float(np.max(load.place.point))
+        force = load.static_force.force if load.static_force is not None else 0.0
+        work += force * (up * _axis(motion, x, "vertical") + across * _axis(motion, x, "lateral"))
     return work
 
 

@@ -11,7 +11,7 @@ from benchmarks.drawn_schema.drawn_segments import drawn_segments, with_segments
 from benchmarks.drawn_schema.rules import LeftOut
 from benchmarks.drawn_schema.tables import Draw
 from gapbeam.solver.case.case import Beam, Case, Mesh, Probe
-from gapbeam.solver.case.model_table import ReducedModel
+from gapbeam.solver.case.model_table import BeamModel, ReducedModel
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.integrators.scheme_choice import Scheme
@@ -122,7 +122,7 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
     if isinstance(whole["support"], list):
         whole["support"] = [_region(one, whole["beam"]) for one in whole["support"]]
         whole = _holes(draw, whole)
-    if whole.get("model", {}).get("type") == "reduced":
+    if "model" in whole:
         whole = _rings(draw, whole)
     dimension = whole["mesh"].get("dimension", 2)
     whole["load"] = [_load(draw, load, number, dimension) for number, load in enumerate(whole["load"])]
@@ -234,14 +234,15 @@ def _wants_rings(draw: Draw) -> bool:
 
 
 def _rings(draw: Draw, whole: dict[str, Any]) -> dict[str, Any]:
-    """Keep rigid sections, and how many there are, to beams that are in holes alone."""
+    """Keep rigid sections, and how many touch, to beams that are in holes alone; those of elements to no points."""
     model, support = whole["model"], whole["support"]
     if _wants_rings(draw) and isinstance(support, list):
         support = [_region(one | {"region": {"type": "hole"}}, whole["beam"]) for one in support]
     holes = isinstance(support, list) and all(one.get("region", {}).get("type") in AROUND for one in support)
     if model.get("sections") == "rigid" and not holes:
         model = {key: value for key, value in model.items() if key != "sections"}
-    if model.get("sections") != "rigid":
+    elements = model["type"] == type_name(BeamModel) and holes and "points" not in whole["contact"]
+    if model.get("sections") != "rigid" and not elements:
         model = {key: value for key, value in model.items() if key != "stations"}
     return whole | {"model": model, "support": support}
 

@@ -95,7 +95,7 @@ def test_a_mesh_file_is_looked_for_beside_the_case_file(tmp_path: Path) -> None:
         ("support..clearance=1", ["`overrides=` support..clearance", "empty part"]),
         ("support.clearance=0,1", ["`overrides=` support.clearance", '"0,1"', "decimal point: clearance = 0.1"]),
         ("support.clearance=0.1mm", ["`overrides=` support.clearance", '"0.1mm"', "clearance = 0.0001"]),
-        ("support.clearance=0.107", ["`overrides=` support.clearance", "In m it is 0.000107"]),
+        ("support.clearance=-0.107", ["`overrides=` support.clearance", "In m it is -0.000107"]),
         ("support.clearence=1", ["`overrides=` support.clearence", "unknown key", "did you mean `clearance`?"]),
         ("clearance=1e-4", ["`overrides=` clearance", "`clearance` belongs in [support]"]),
         ("suport.clearance=1e-4", ["`overrides=` suport.clearance", "unknown table", "did you mean [support]?"]),

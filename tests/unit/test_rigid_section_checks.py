@@ -55,7 +55,7 @@ BAD = {
         GOOD.replace(RIGID, "stations = 6\n"),
         ["6, with sections that deform", 'sections = "rigid", or leave stations out'],
     ),
-    "one station": (GOOD.replace(RIGID, RIGID + "stations = 1\n"), ["stations", "2"]),
+    "no station": (GOOD.replace(RIGID, RIGID + "stations = 0\n"), ["stations", "0", "1"]),
     "another word": (GOOD.replace('"rigid"', '"stiff"'), ["stiff", "deformable", "rigid"]),
     "sections of beam elements": (GOOD.replace('"reduced"', '"beam"'), ["sections"]),
 }

@@ -16,7 +16,7 @@ from gapbeam.solver.attachments.joint_table import bending_rank, holds_motion
 from gapbeam.solver.attachments.mean_motion import SIDEWAYS
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, overhang_frequency
-from gapbeam.solver.loads.load_table import LoadTable
+from gapbeam.solver.loads.load_choice import Load
 
 SHARE = 1.0e-6  # of E A / L
 UNDER_FRICTION = 1.0e-11  # of E A / L
@@ -60,14 +60,9 @@ def _restraint(case: Case, name: str, held: bool, axis: int) -> Default:
 def _pulled(case: Case, axis: int) -> bool:
     """Return whether forces at rest pull the beam along an axis, or turn it, before friction is there."""
     aside = axis == LATERAL and any(one.away[1] != 0.0 for one in case.mass)
-    return aside or any(_rests(load) and _along(load, axis, case.mesh.dimension) for load in case.load)
+    return aside or any(load.may_rest and _along(load, axis, case.mesh.dimension) for load in case.load)
 
 
-def _rests(load: LoadTable) -> bool:
-    """Return whether a load may be a part of the seat, whatever its amplitude."""
-    return load.static or "preload" in type(load).model_fields
-
-
-def _along(load: LoadTable, axis: int, dimension: int) -> bool:
+def _along(load: Load, axis: int, dimension: int) -> bool:
     direction = getattr(load, "direction", None)
     return direction is not None and axis < dimension - 1 and direction[axis] != 0.0

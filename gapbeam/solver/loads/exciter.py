@@ -43,6 +43,11 @@ class Exciter(HarmonicPointForce):
         return Attachment(self.mass, self.stiffness, self.damping)
 
     @property
+    def may_rest(self) -> bool:
+        """Its preload does."""
+        return True
+
+    @property
     def static_force(self) -> StaticForce | None:
         """The preload, where there is one."""
         return StaticForce(f"{self.name} preload", self.preload) if self.preload != 0.0 else None

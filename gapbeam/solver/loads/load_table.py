@@ -114,6 +114,11 @@ class LoadTable(Table, ABC):
         return None
 
     @property
+    def may_rest(self) -> bool:
+        """Whether it, or a constant force beside it, may be part of the seat, whatever the values of its keys."""
+        return self.static
+
+    @property
     def static_force(self) -> StaticForce | None:
         """A constant force beside s, at the same place and along the same direction; it is part of the seat."""
         return None

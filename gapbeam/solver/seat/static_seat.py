@@ -12,7 +12,7 @@ on both faces hold just the motions that the weak restraint leaves free; s well 
 the iteration contract fast, and not much smaller keeps the first free motion moderate.
 
 Where a long face peels, the part that is lifted is softer than these springs, and the iteration creeps. A Newton stage
-(`seat.newton_stage`) then finds the active set, and the iteration goes on from there. Springs of points that do not
+(`seat.newton_stage`) then finds the active set, and the iteration continues from there. Springs of points that do not
 press become softer while it creeps, down to nothing: it converges faster than linearly, and each of its problems is
 convex still. An iteration whose contact problem is too hard to solve is tried again with stiffer springs.
 

@@ -238,7 +238,8 @@ def life(
         progress: Called with the number of runs, and None.
 
     Returns:
-        The life; its `exit_status` is 5 where the limit was not reached, and its `headline()` says why.
+        The life; its `exit_status` is 5 where the limit was not reached and the depths at `at_most` are not known, and
+        its `headline()` says why.
 
     Raises:
         CaseError: The case has faults.

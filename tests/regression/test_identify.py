@@ -300,17 +300,17 @@ def test_all_faults_are_reported_at_once_with_their_places(tmp_path: Path) -> No
 def test_faults_of_experiments_name_the_line_of_the_identification(tmp_path: Path) -> None:
     """Keys that the case does not have, values it refuses, probes it lacks, a step that would change."""
     unknown = '[[unknown]]\nkey = "contact.stifness"\nlower = 1.0\nupper = 2.0\n'
-    clearance = '[[unknown]]\nkey = "support.clearance"\nlower = 1e-5\nupper = 1.0\n'
+    length = '[[unknown]]\nkey = "support.length"\nlower = 0.04\nupper = 1.0\n'
     measurement = '[[measurement]]\nfigure = "motion"\nvalue = 1.0\nset = {"material.densty" = 7800.0}\n'
     elsewhere = '[[figure]]\nname = "end"\ntype = "motion"\nprobe = "tipp"\n'
-    path = written(tmp_path, unknown, clearance, elsewhere, measurement)
+    path = written(tmp_path, unknown, length, elsewhere, measurement)
     with pytest.raises(CaseError) as caught:
         read_identification(path, ['time.step="auto"'])
     message = str(caught.value)
     assert "[[unknown]] number 1 (contact.stifness" in message
     assert "did you mean `stiffness`?" in message
     assert "[[measurement]] number 1 set material.densty" in message
-    assert "[[unknown]] number 2 (support.clearance) upper" in message
+    assert "[[unknown]] number 2 (support.length) upper" in message
     assert 'did you mean "tip"?' in message
     assert 'time.step = "auto"' in message
 

@@ -241,8 +241,9 @@ def test_studies(tmp_path: Path) -> None:
     places = [
         place | {"value": 20.0},
         place | {"value": 21.0, "stable": False, "event": "fold"},
-        place | {"value": 20.5},
+        place | {"value": 20.5, "stable": False},
         place | {"value": 20.2, "stable": None, "kind": "not known"},
+        place | {"value": 20.0, "stable": None, "kind": "not known"},
     ]
     files: dict[str, Any] = {
         "stability.json": trials,
@@ -272,9 +273,9 @@ def test_studies(tmp_path: Path) -> None:
     assert list(found["energy created / exchanged"].curves[0].y) == [1e-6, 1e-2]
     assert [curve.name for curve in found["largest error (%)"].curves][:2] == ["beam", "full 2D"]
     stable, unstable, unknown = found["peak to peak (mm)"].curves[:3]
-    assert np.array_equal(np.isnan(stable.y), [False, False, False, False])
-    assert np.array_equal(np.isnan(unstable.y), [True, False, False, True])
-    assert np.array_equal(np.isnan(unknown.y), [True, True, True, False])
+    for part, values in ((stable, [20.0, 21.0]), (unstable, [21.0, 20.5, 20.2]), (unknown, [20.2, 20.0])):
+        assert np.array_equal(part.x, [*values, np.nan], equal_nan=True)
+        assert np.array_equal(part.y, [*(1.0 for _ in values), np.nan], equal_nan=True)
     assert unknown.name.endswith("stability not known")
     assert tables(made)["Events along the curve"].rows[0][:2] == ("fold", 21.0)
     page = html_of(made)

@@ -123,7 +123,11 @@ def test_gates_accept_other_limits() -> None:
 def test_every_assumption_can_have_other_limits() -> None:
     """The keys are the names of the assumptions; those of the material and of the energy have keys of their own."""
     found = [one for module in (frequency_findings, motion_findings) for one in vars(module).values()]
-    names = {one.name for one in found if isinstance(one, Assumption)} | {UNDER_NOISE[0], BESIDE_CLEARANCE[0], INSIDE[0]}
+    names = {one.name for one in found if isinstance(one, Assumption)} | {
+        UNDER_NOISE[0],
+        BESIDE_CLEARANCE[0],
+        INSIDE[0],
+    }
     assert set(AssumptionLimits.model_fields) == {name.replace(" ", "_") for name in names}
 
 

@@ -10,6 +10,8 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, ClassVar, Self
 
+from pydantic import TypeAdapter
+
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.attachment import Attachment, StaticForce
 from gapbeam.solver.loads.load_parts import LoadPart
@@ -140,7 +142,9 @@ class LoadTable(Table, ABC):
         """
         bare = self
         for key, field in type(self).model_fields.items():
-            neutral = field.examples[0] if field.is_required() and field.examples else field.get_default()
+            neutral = field.get_default()
+            if field.is_required() and field.examples:
+                neutral = TypeAdapter[Any](field.annotation).validate_python(field.examples[0])
             if key not in self.of_model and not (field.is_required() and not field.examples):
                 changed = bare.model_copy(update={key: neutral})
                 bare = changed if changed.place == self.place else bare

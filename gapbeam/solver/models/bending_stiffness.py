@@ -18,7 +18,7 @@ Both are measured on the softest bending mode of the beam by Timoshenko's theory
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from math import pi
 from typing import Any
@@ -99,26 +99,34 @@ def refuse_poor_bending(case: Case, found: BendingStiffness) -> None:
     """
     for share, most, words in _judged(case, found):
         if share > most:
-            raise UserError(f"{words}; at most {most:.0%} is accepted")
+            raise UserError(f"{words()}; at most {most:.0%} is accepted")
 
 
 def bending_remarks(case: Case, found: BendingStiffness) -> Iterator[str]:
     """Yield what a user has to know of the bending stiffness of a mesh, one sentence each."""
-    notable = NOTABLE_NOISE, NOTABLE_LOCKING
-    yield from (words for (share, _, words), least in zip(_judged(case, found), notable, strict=True) if share > least)
+    for (share, _, words), least in zip(_judged(case, found), (NOTABLE_NOISE, NOTABLE_LOCKING), strict=True):
+        if share > least:
+            yield words()
 
 
-def _judged(case: Case, found: BendingStiffness) -> Iterator[tuple[float, float, str]]:
+def _judged(case: Case, found: BendingStiffness) -> Iterator[tuple[float, float, Callable[[], str]]]:
     """Yield the share of round-off and of locking, the most that is accepted of each, and words with what to try."""
+    yield found.round_off, MOST_NOISE, lambda: _noisy(case, found.round_off)
+    yield found.missing, MOST_LOCKING, lambda: _locked(case, found.missing)
+
+
+def _noisy(case: Case, share: float) -> str:
     slender = f"the beam is {case.beam.length / case.profile.thinnest:.3g} times as long as it is thick"
-    noise = f"round-off in the stiffness of the mesh may change deflections by {_percent(found.round_off)}: {slender}"
-    yield found.round_off, MOST_NOISE, f"{noise}; {_against_round_off(case, found.round_off)}"
+    noise = f"round-off in the stiffness of the mesh may change deflections by {_percent(share)}: {slender}"
+    return f"{noise}; {_against_round_off(case, share)}"
+
+
+def _locked(case: Case, share: float) -> str:
     poisson = max(piece.material.poisson_ratio for piece in case.profile.pieces)
-    locked = (
-        f"cells of degree {case.mesh.degree} leave out {_percent(found.missing)} of the deflection of the beam "
-        f"(they are too stiff in bending, with Poisson's ratio {poisson:g})"
+    return (
+        f"cells of degree {case.mesh.degree} leave out {_percent(share)} of the deflection of the beam "
+        f"(they are too stiff in bending, with Poisson's ratio {poisson:g}); try mesh.degree = 2"
     )
-    yield found.missing, MOST_LOCKING, f"{locked}; try mesh.degree = 2"
 
 
 def _against_round_off(case: Case, share: float) -> str:

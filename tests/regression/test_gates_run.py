@@ -17,10 +17,11 @@ from tests.shared.command import DEMO, RATTLE, alone, called, called_in_turn, se
 
 pytestmark = alone
 
-# Newmark on a contact of 2.4 E/h: every impact creates energy, known before the run.
-KNOWN = ("time.scheme=newmark", "contact.stiffness=1e14", *RATTLE, "time.end=0.02")
+# Newmark on a contact of 2.4 E/h, known before the run to create energy: some impacts create it and others take it,
+# by chance, and in 0.06 s more is created than taken.
+KNOWN = ("time.scheme=newmark", "contact.stiffness=1e14", *RATTLE, "time.end=0.06")
 # On one of 0.7 E/h it is not known before the run, and creates energy all the same.
-GROWING = ("time.scheme=newmark", "contact.stiffness=3e13", *RATTLE, "time.end=0.02")
+GROWING = ("time.scheme=newmark", "contact.stiffness=3e13", *RATTLE, "time.end=0.06")
 # One iteration of the contact solve, no halving: the first time a face opens is one too many.
 STUCK = (
     "time.max_iterations=1",
@@ -53,7 +54,7 @@ def test_created_energy_fails_the_run(tmp_path: Path) -> None:
     assert summary["message"] in done.stderr
     assert summary["energy"]["relative_growth"] > summary["gates"]["limits"]["total_growth"]
     history = gapbeam.open_results(tmp_path).history
-    assert 1 < history.sizes["time"] < 201
+    assert 1 < history.sizes["time"] < 601
     assert history["time"].values[-1] == pytest.approx(float(summary["message"].split()[3]), abs=1.5e-4)
     assert history["algorithmic_dissipation"].values[-1] < 0.0
 
@@ -98,7 +99,7 @@ def test_created_energy_can_be_accepted(tmp_path: Path) -> None:
     assert "newmark on a contact of 1e+14 Pa/m, 2.38 E/h" in known
     assert "accepted by name" in known
     assert known in done.stderr
-    assert gapbeam.open_results(tmp_path).history.sizes["time"] == 201
+    assert gapbeam.open_results(tmp_path).history.sizes["time"] == 601
 
 
 def test_conserving_scheme_passes_the_same_gates(tmp_path: Path) -> None:

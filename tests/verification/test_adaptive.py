@@ -182,12 +182,12 @@ def test_newmark_creates_less(dt: float) -> None:
 
 @alone
 def test_newmark_creates_less_on_a_beam() -> None:
-    """The demo shaken hard on 2.4 E/h: without adaptive steps nearly all the energy exchanged again, with them none."""
+    """The demo shaken hard on 2.4 E/h: without adaptive steps more than half the energy exchanged again, with them none."""
     given = [
         *RATTLE,
         "time.scheme=newmark",
         "contact.stiffness=1e14",
-        "time.end=0.02",
+        "time.end=0.06",
         "gates.accept_energy_growth=true",
     ]
     coarse, adaptive = (try_case(read_case(DEMO, [*given, f"time.adaptive={on}"])) for on in ("false", "true"))

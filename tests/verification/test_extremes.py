@@ -87,7 +87,7 @@ def test_clearances_and_forces(clearance: float, force: float) -> None:
 @pytest.mark.parametrize("poisson", [0.0, 0.3, 0.49, 0.4999])
 @pytest.mark.parametrize("slenderness", [5.0, 50.0, 500.0])
 def test_shapes_and_materials(poisson: float, slenderness: float) -> None:
-    """From stubby to hair-thin, from cork to rubber; of a hair of rubber, round-off in its stiffness leaves too little."""
+    """From stubby to hair-thin, from cork to rubber; a hair of rubber is refused for round-off."""
     trial = judged(extreme_case(1e-4, poisson, slenderness, 50.0, 20.0, 0.01, "auto", 200, 2))
     if (slenderness, poisson) == (500.0, 0.4999):
         assert trial.verdict == "refused"

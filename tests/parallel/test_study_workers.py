@@ -140,10 +140,10 @@ def test_a_study_that_ends_takes_its_workers_along_and_goes_on(
 
 @pytest.mark.parametrize("count", [1, 2])
 def test_a_full_disk_is_named(count: int, tmp_path: Path) -> None:
-    """Files may hold 4 kB, the plan does and a response does not: status 6, which file, what to try; no trace."""
+    """Files may hold 6 kB, the plan does and a response does not: status 6, which file, what to try; no trace."""
     command = " ".join(map(repr, [*GAPBEAM, *words(tmp_path, 4, "--workers", str(count))]))
     done = subprocess.run(
-        ["bash", "-c", f"ulimit -f 4; exec {command}"],
+        ["bash", "-c", f"ulimit -f 6; exec {command}"],
         cwd=PROJECT, env=process_environment(), capture_output=True, text=True, timeout=LONGEST, check=False,
     )  # fmt: skip
     assert done.returncode == 6, done.stderr

@@ -18,6 +18,7 @@ from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.faults import CaseError
+from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.identification.identification_file import read_identification, unit_of_key
 from gapbeam.studies.sweep.sweep_point import span
 from gapbeam.studies.trials.kept_body import KeptBody
@@ -70,7 +71,8 @@ def measured(frequencies: tuple[float, ...] = FREQUENCIES) -> str:
     for frequency in frequencies:
         model = body.model(read_case(CASE, {**settings, **TRUTH, "load.shaker.frequency": frequency}))
         response = respond(model, seated(model).state, span(model)[0], model.step)
-        found = steady(as_history(response.history, response.labels), frequency).quantities
+        history = as_history(response.history, response.labels).assign_attrs({SMOOTHING_WINDOW: 5 / 2000.0})
+        found = steady(history, frequency).quantities
         figures = {
             "motion": found["test peak-to-peak displacement"],
             "smooth": found["test peak-to-peak smoothed acceleration"],

@@ -20,10 +20,12 @@ from gapbeam.postprocess.signals.smoothing import smooth_over, window_of
 from gapbeam.postprocess.signals.spectra import CYCLE
 from gapbeam.postprocess.signals.steady_figures import WindowFigure, figures_over, steady
 from gapbeam.solver.case.reading.case_reader import read_case
+from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.solver.system.semi_discrete import State
 from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
@@ -77,6 +79,7 @@ class MeasuredLevel:
         labels: Names along their labeled dimensions.
         span: Time from the seat that `windows` cover, s; 0 without them.
         windows: Figures from the seat on, window by window as in `windows_over`, by name.
+        smoothing: Window of the smoothed acceleration, s.
         words: Kind of response of every long march.
         long: Figures of the windows of all long marches together, by name.
     """
@@ -94,6 +97,7 @@ class MeasuredLevel:
     records: dict[str, np.ndarray] = field(default_factory=dict)
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)
     span: float = 0.0
+    smoothing: float = 0.0
     windows: dict[str, np.ndarray] = field(default_factory=dict)
     words: list[str] = field(default_factory=list)
     long: dict[str, WindowFigure] = field(default_factory=dict)
@@ -115,7 +119,8 @@ class MeasuredLevel:
         return found
 
     def _history(self, periods: int) -> xr.Dataset:
-        return as_history(_up_to(self.records, periods / self.frequency, self.frequency), self.labels)
+        records = _up_to(self.records, periods / self.frequency, self.frequency)
+        return as_history(records, self.labels).assign_attrs({SMOOTHING_WINDOW: self.smoothing})
 
 
 def windows_over(history: xr.Dataset, frequency: float, span: float) -> dict[str, np.ndarray]:
@@ -194,11 +199,13 @@ def _follow(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> N
     if found.verdict != "passed":
         return
     found.frequency, found.labels = frequency, response.labels
+    found.smoothing, _ = smoothing_window(model.case)
     records = {name: response.history[name] for name in ("time", *KEPT)}
     found.records = _up_to(records, followed, frequency)
     if job.span > 0.0:
         found.span = job.span
         history = as_history(_up_to(records, job.span, frequency), found.labels)
+        history = history.assign_attrs({SMOOTHING_WINDOW: found.smoothing})
         found.windows = windows_over(history, frequency, job.span)
 
 
@@ -212,7 +219,7 @@ def _settle(job: LevelJob, model: Model, seat: State, found: MeasuredLevel) -> N
         response = _march(model, start, (job.transient + job.cycles) / frequency, found)
         if response.verdict != "passed":
             return
-        history = as_history(response.history, response.labels)
+        history = as_history(response.history, response.labels).assign_attrs({SMOOTHING_WINDOW: found.smoothing})
         settled = steady(history, frequency, start.time + job.transient / frequency)
         found.words.append(settled.word)
         for name, one in settled.quantities.items():

@@ -116,7 +116,7 @@ def test_rolling_keeps_its_period_or_says_what_disturbs_it(given: dict[str, floa
         assert share > 0.01
         return
     assert share < 1e-4
-    probe = gapbeam.open_results(tmp_path / "run").history("displacement", probe="p", component="y")
+    probe = gapbeam.open_results(tmp_path / "run").history["displacement"].sel(probe="p", component="y")
     time, values = np.asarray(probe.time), np.asarray(probe.values)
     before = int(np.flatnonzero(np.diff(np.sign(values)))[0])
     crossing = time[before] - values[before] * (time[before + 1] - time[before]) / np.diff(values)[before]

@@ -21,6 +21,7 @@ from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 
 FLOATING = 1.0e-8  # of the largest square of a frequency: rigid motions on the weak restraint are below it
+HELD = 1.0e-9  # of the largest response: that of a place that a joint holds, which the basis cannot move, is round-off
 NOTHING = 1.0e-6  # of the whole energy: what the restraint may have without being looked at
 ALIKE = 1.0e-3  # relative: bases that are found on other ranks span the same motions to some 1e-6
 
@@ -62,6 +63,7 @@ def _faults(kept: Body, found: Body, comm: MPI.Comm) -> list[str]:
     energies = np.abs(np.diagonal(others[0]))
     for one, other in zip(responses, others, strict=True):
         size = np.sqrt(np.maximum(np.abs(np.diagonal(other)), NOTHING * energies if other is others[-1] else 0.0))
+        size = np.maximum(size, HELD * np.max(size, initial=0.0))
         if one.shape != other.shape or not np.all(np.abs(one - other) <= ALIKE * np.outer(size, size)):
             faults.append("they respond otherwise to loads and contact")
     moved, expected = (_motion(body, shift) for body in (kept, found))
@@ -118,5 +120,5 @@ def _motion(body: Body, shift: float) -> Array:
     operators, moved = body.operators, _static(body, shift)
     assert isinstance(operators, DenseOperators)
     size = np.sqrt(np.abs(np.sum(moved * (operators.mass @ moved), axis=0)))
-    scaled = moved / np.maximum(size, np.finfo(float).tiny)
+    scaled = moved / np.maximum(size, max(HELD * float(np.max(size, initial=0.0)), np.finfo(float).tiny))
     return scaled if body.expansion is None else np.asarray(body.expansion @ scaled)

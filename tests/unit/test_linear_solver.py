@@ -126,7 +126,11 @@ def test_response_to_contact_forces_is_that_of_the_delassus_operator() -> None:
 @pytest.mark.slow(minutes=0.2)
 @pytest.mark.parametrize(
     "changes",
-    [{}, {"mesh": {"degree": 1}}, pytest.param(THREE, marks=pytest.mark.slow)],
+    [
+        {},
+        {"mesh": {"degree": 1}},
+        pytest.param(THREE | {"restraint": {"axial": 1.0e3, "lateral": 1.0e3}}, marks=pytest.mark.slow),
+    ],
     ids=["2D", "degree 1", "3D"],
 )
 def test_beam_rattles_by_iterations_as_by_a_factor(tmp_path: Path, changes: dict[str, object]) -> None:

@@ -9,7 +9,7 @@ from typing import get_args
 
 import numpy as np
 import pytest
-from playwright.sync_api import Browser, Page, Playwright, Position, sync_playwright
+from playwright.sync_api import Browser, Page, Playwright, Position, expect, sync_playwright
 from pypdf import PdfReader
 
 from gapbeam.postprocess.report import html_page
@@ -206,14 +206,14 @@ def test_phone(browser: Browser, page_file: Path) -> None:
 
 def test_dark_pages_are_dark_and_their_curves_bright(browser: Browser, page_file: Path) -> None:
     """The colors follow the scheme of the system, also when it changes, and those of the curves too."""
-    page, strokes = opened(browser, page_file, [], color_scheme="light"), {}
-    for scheme in ("light", "dark"):
+    page = opened(browser, page_file, [], color_scheme="light")
+    for scheme, stroke in (("light", "rgb(0, 114, 178)"), ("dark", "rgb(86, 180, 233)")):
         page.emulate_media(color_scheme=scheme)
         color = page.evaluate("getComputedStyle(document.body).backgroundColor")
         shade = sum(map(int, re.findall(r"\d+", color)[:3])) / 3.0
         assert (shade > 200) == (scheme == "light")
-        strokes[scheme] = page.locator("#figure-1 path.js-line").first.evaluate("(one) => getComputedStyle(one).stroke")
-    assert strokes == {"light": "rgb(0, 114, 178)", "dark": "rgb(86, 180, 233)"}
+        curve = page.locator("#figure-1 path.js-line").first
+        expect(curve).to_have_css("stroke", stroke)  # waits: figures are drawn again after the colors change
     page.context.close()
 
 

@@ -37,6 +37,7 @@ from tests.shared.history_labels import LABELS
 
 CASE = PROJECT / "cases" / "stability.toml"
 FREQUENCY = 20.0
+SMOOTHING = 5e-4  # s
 
 
 def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -> MeasuredLevel:
@@ -51,7 +52,9 @@ def moving(amplitude: float = 1e-3, growth: float = 0.0, seconds: float = 0.5) -
     force = 40.0 + 4e4 * amplitude * np.sin(omega * time)
     impulse = np.cumsum(force) * 1e-4
     records |= {"time": time, "contact_force": np.stack([force, force], 1), "impulse": np.stack([impulse, impulse], 1)}
-    return MeasuredLevel(frequency=FREQUENCY, records=records, labels=LABELS, set_up=1.0, per_second=2.0)
+    return MeasuredLevel(
+        frequency=FREQUENCY, records=records, labels=LABELS, set_up=1.0, per_second=2.0, smoothing=SMOOTHING
+    )
 
 
 def test_richardson_finds_the_error_of_a_known_order() -> None:

@@ -239,6 +239,12 @@ def test_any_override_gives_a_case_or_a_case_error(folder: Path, overrides: list
     read_or_refused(written(folder), overrides)
 
 
+@pytest.mark.parametrize("value", [0, "one", [1.0], [], True])
+@pytest.mark.parametrize("table", sorted(Case.model_fields))
+def test_a_value_in_place_of_a_table_is_refused(folder: Path, table: str, value: object) -> None:
+    read_or_refused(written(folder), {table: value})
+
+
 def read_or_refused(path: Path, overrides: Any) -> None:
     """Read a case, and check that what reads is consistent, and that what is refused is explained."""
     try:

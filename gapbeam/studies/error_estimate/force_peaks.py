@@ -8,7 +8,8 @@ The duration of a contact is
 
     T = min(time with force about the peak, 2 x time with more than half of the peak about it)
 
-For half a sine that is the contact itself; of a face that stays closed while a short blow meets it, T is the blow.
+where the force is a line between records, so that T does not jump where a record is half of the peak. For half a sine T
+is the contact itself; of a face that stays closed while a short blow meets it, T is the blow.
 """
 
 from __future__ import annotations
@@ -39,12 +40,21 @@ def contact_records(force: Array) -> int:
     if not force[peak] > 0.0:
         return 0
 
-    def around(level: float) -> int:
-        below = np.flatnonzero(force <= level)
-        before, after = below[below < peak], below[below > peak]
-        return int((after[0] if after.size else force.size) - (before[-1] if before.size else -1) - 1)
+    half = 0.5 * float(force[peak])
+    around = _reach(force[peak:], 0.0) + _reach(force[peak::-1], 0.0)
+    return min(round(around) - 1, round(2.0 * (_reach(force[peak:], half) + _reach(force[peak::-1], half))))
 
-    return min(around(0.0), 2 * around(0.5 * float(force[peak])))
+
+def _reach(force: Array, level: float) -> float:
+    """Return after how many records a force, given from its peak on, has fallen to a level."""
+    below = np.flatnonzero(force <= level)
+    if not below.size:
+        return float(force.size)
+    place = int(below[0])
+    if level == 0.0:
+        return float(place)
+    high, low = force[place - 1], force[place]
+    return place - 1 + float((high - level) / (high - low))
 
 
 def contact_windows(motion: MotionRecord) -> dict[str, float | None]:

@@ -190,8 +190,9 @@ def _not_a_table(
         return Fault(key, shown(value), f"entries that start with [[{name}]]", double)
     if isinstance(value, list) and len(key) == 1:
         return _only_once(key, value)
-    needed = [field for field, info in model.model_fields.items() if info.is_required()] or list(model.model_fields)[:1]
-    lines = [line for line in (example(model, field) for field in needed) if line]
+    fields = model.model_fields
+    required = [line for field, info in fields.items() if info.is_required() and (line := example(model, field))]
+    lines = required or [line for field in fields if (line := example(model, field))][:1]
     if len(key) > 1 and isinstance(key[-1], str):
         inner = f"{key[-1]} = {{ {', '.join(lines)} }}"
         return Fault(key, shown(value), f"a table {key[-1]} of keys and values", f"for example {inner}")

@@ -1,4 +1,4 @@
-"""Run the ten cases at full length at all sizes, and print what differs beside the size.
+"""Run the cases at full length at all sizes, and print what differs beside the size.
 
 environment/run python3 -m benchmarks.similarity [name ...]
 """
@@ -9,13 +9,13 @@ import sys
 import tempfile
 from pathlib import Path
 
+from benchmarks.similarity.similar_cases import SIMILAR_CASES
 from benchmarks.similarity.similar_runs import AT_ROUND_OFF, SIZES, difference, largest, motion
-from benchmarks.similarity.ten_cases import TEN_CASES
 
 
 def main() -> None:
     """Print, case by case and size by size, whether messages agree and which history differs most."""
-    for one in TEN_CASES:
+    for one in SIMILAR_CASES:
         if len(sys.argv) > 1 and one.name not in sys.argv[1:]:
             continue
         with tempfile.TemporaryDirectory() as place:

@@ -17,7 +17,7 @@ from scipy.integrate import solve_ivp
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.contact.laws.hunt_crossley import hunt_crossley_product, nearly_elastic_product
-from gapbeam.solver.contact.laws.springs import Spring
+from gapbeam.solver.contact.laws.springs import Spring, power
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
 from gapbeam.solver.system.accepted_step import Step
 from tests.shared.toys import SCHEMES, start, steps_of, stopped_oscillator
@@ -34,6 +34,16 @@ def impact_length(spring: Spring) -> tuple[float, float]:
     n, q = spring.exponent, 1.0 / (spring.exponent + 1.0)
     deepest = ((n + 1.0) * SPEED**2 / (2.0 * spring.stiffness)) ** q
     return deepest, 2.0 * deepest / SPEED * sqrt(pi) * gamma(1.0 + q) / gamma(0.5 + q)
+
+
+@given(
+    depth=st.floats(1.0e-12, 1.0), halves=st.integers(0, 8), fours=st.integers(-12, 12), exponent=st.floats(0.0, 4.0)
+)
+@settings(deadline=None)
+def test_powers_have_the_same_digits_at_every_size(depth: float, halves: int, fours: int, exponent: float) -> None:
+    """(4^k d)^(j/2) = 2^(k j) d^(j/2) to the last bit; and d^n is that of the library to a few last digits."""
+    assert power(4.0**fours * depth, 0.5 * halves) == 2.0 ** (fours * halves) * power(depth, 0.5 * halves)
+    assert power(depth, exponent) == pytest.approx(depth**exponent, rel=1.0e-14)
 
 
 def impact(law: ContactLaw, name: str, dt: float, most: int, gap: float = 0.0) -> list[Step]:

@@ -9,9 +9,9 @@ from typing import Any, get_args
 import pytest
 
 from benchmarks.similarity.scaled_case import CHOSEN, OF_EARTH, scaled_case, unit_of
+from benchmarks.similarity.similar_cases import SIMILAR_CASES, SimilarCase
 from benchmarks.similarity.similar_runs import AT_ROUND_OFF, SIZES, difference, largest, motion
 from benchmarks.similarity.size_exponents import size_exponent
-from benchmarks.similarity.ten_cases import TEN_CASES, SimilarCase
 from gapbeam.solver.case.model_table import ModelTable
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.reading.known_keys import tables
@@ -90,8 +90,8 @@ def test_units_that_other_keys_choose() -> None:
 
 
 def test_the_cases_cover_models_and_laws() -> None:
-    """Every model and every contact law is among the ten."""
-    cases = [one.case() for one in TEN_CASES]
+    """Every model and every contact law is among the cases."""
+    cases = [one.case() for one in SIMILAR_CASES]
     models = {type_name(type(case.model)) for case in cases}
     assert models >= {type_name(one) for one in models_in(ModelTable)} - {"auto"}
     laws = {type_name(type(case.contact.law)) for case in cases}
@@ -118,20 +118,14 @@ def compare(one: SimilarCase, folder: Path, sizes: tuple[float, ...]) -> None:
         assert apart == {}, f"at {size:g} of the size"
 
 
-def _unsolved(one: SimilarCase) -> tuple[pytest.MarkDecorator, ...]:
-    """Mark two cases whose histories are up to some 1e-6 apart at other sizes: the origin is not found yet."""
-    far = one.name in ("tube-holes", "recorded")
-    return (pytest.mark.xfail(reason="apart by up to some 1e-6", strict=False),) if far else ()
-
-
-@pytest.mark.parametrize("one", [one for one in TEN_CASES if one.fast], ids=lambda one: one.name)
+@pytest.mark.parametrize("one", [one for one in SIMILAR_CASES if one.fast], ids=lambda one: one.name)
 def test_a_small_scene_moves_as_a_large_one(one: SimilarCase, tmp_path: Path) -> None:
     """At 2^-14 of the size."""
     compare(one, tmp_path, SIZES[:1])
 
 
 @pytest.mark.slow(minutes=0.4)
-@pytest.mark.parametrize("one", [pytest.param(one, id=one.name, marks=_unsolved(one)) for one in TEN_CASES])
+@pytest.mark.parametrize("one", SIMILAR_CASES, ids=lambda one: one.name)
 def test_scenes_of_all_sizes_move_alike(one: SimilarCase, tmp_path: Path) -> None:
     """At 2^-14 and 2^10 of the size."""
     compare(one, tmp_path, SIZES)

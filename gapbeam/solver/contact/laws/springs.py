@@ -6,7 +6,7 @@ The formulas stand here once, at one point; `Spring` applies them to arrays, and
 from __future__ import annotations
 
 from dataclasses import dataclass
-from math import prod
+from math import frexp, prod
 
 import numpy as np
 
@@ -72,11 +72,24 @@ def at_points(value: float | Array, size: int) -> Array:
 
 
 @compiled_in_order
+def power(base: float, exponent: float) -> float:
+    """Return base^exponent of a base > 0, whose digits are the same for a base that is a power of four times as large.
+
+    A library takes the power by logarithms, and rounds it otherwise at another size. Contact on a nearly free beam
+    multiplies such a last digit by the condition of the stiffness matrix.
+    """
+    mantissa, twos = frexp(base)  # base = mantissa 2^twos
+    if twos % 2 != 0:
+        mantissa, twos = 2.0 * mantissa, twos - 1
+    return float(mantissa**exponent * 2.0 ** (twos * exponent))
+
+
+@compiled_in_order
 def spring_pressure(stiffness: float, exponent: float, depth: float) -> float:
     """Return K <d>^n."""
     if depth <= 0.0:
         return 0.0
-    return stiffness * (depth if exponent == 1.0 else depth**exponent)
+    return stiffness * (depth if exponent == 1.0 else power(depth, exponent))
 
 
 @compiled_in_order
@@ -84,7 +97,7 @@ def spring_slope(stiffness: float, exponent: float, depth: float) -> float:
     """Return n K <d>^(n-1), 0 for d <= 0."""
     if depth <= 0.0:
         return 0.0
-    return stiffness if exponent == 1.0 else exponent * stiffness * depth ** (exponent - 1.0)
+    return stiffness if exponent == 1.0 else exponent * stiffness * power(depth, exponent - 1.0)
 
 
 @compiled_in_order
@@ -92,8 +105,8 @@ def spring_potential(stiffness: float, exponent: float, depth: float) -> float:
     """Return K <d>^(n+1) / (n+1)."""
     if depth <= 0.0:
         return 0.0
-    power = exponent + 1.0
-    return stiffness / power * (depth * depth if exponent == 1.0 else depth**power)
+    above = exponent + 1.0
+    return stiffness / above * (depth * depth if exponent == 1.0 else power(depth, above))
 
 
 @compiled_in_order

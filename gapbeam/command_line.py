@@ -38,6 +38,7 @@ from gapbeam.process.terminal_text import OptionWords, harmless, with_options
 from gapbeam.process.usage_errors import BadParameter, ClickException, UsageError
 
 INPUT_FAULT = 2
+NOT_WRITTEN = 6
 DOUBTFUL = 5  # finished, but what was asked for cannot be claimed
 INTERRUPTED = 130
 SECONDS = {"h": 3600.0, "m": 60.0, "s": 1.0}
@@ -255,10 +256,23 @@ def _dispatch(arguments: list[str] | None, talks: bool) -> int:
     except Exception as error:
         status = getattr(error, "exit_status", None)
         if status is None:
-            raise
+            status, error = NOT_WRITTEN, _of_full_disk(error)
         if talks:
             print(f"gapbeam: {harmless(with_options(error))}", file=sys.stderr)
         return int(status)
+
+
+def _of_full_disk(error: Exception) -> Exception:
+    """Return in words that a disk takes nothing more, whichever command met it; raise any other error.
+
+    Raises:
+        Exception: As given.
+    """
+    from gapbeam.solver.run.output.disk_errors import is_of_disk, no_place
+
+    if not isinstance(error, OSError) or not is_of_disk(error):
+        raise error
+    return no_place(Path(error.filename or "a file"), error)
 
 
 def _refuse_empty(arguments: list[str]) -> None:

@@ -21,6 +21,7 @@ LOG = logging.getLogger("gapbeam")
 INTERVAL = 0.2  # s between two looks; in a second Open MPI aborts
 PATIENCE = 300.0  # s for the last checkpoint
 TERMINATED = 143
+OUTPUT = "output"  # name of the thread that writes results
 _parents: list[int] = []
 
 
@@ -32,8 +33,9 @@ def end_with_launcher() -> None:
 
 
 def leave(status: int) -> NoReturn:
-    """End the process: in order, or at once where MPI would wait for a launcher that is gone."""
-    if _parents and os.getppid() != _parents[0]:
+    """End the process: in order, or at once where MPI would wait for a launcher that is gone, or HDF5 for a disk."""
+    writes = any(thread.name == OUTPUT for thread in threading.enumerate())  # and does not end: its lock would not open
+    if writes or (_parents and os.getppid() != _parents[0]):
         sys.stdout.flush()
         sys.stderr.flush()
         os._exit(status)

@@ -8,18 +8,22 @@ functions that it calls. Where that folder cannot be written, every process comp
 from __future__ import annotations
 
 import hashlib
+import logging
 import os
+import pickle
 import signal
 import tempfile
 import threading
 import time
 import warnings
 from collections.abc import Callable
+from contextlib import suppress
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numba
 from numba.core import config
+from numba.core.caching import FunctionCache
 from numba.extending import register_jitable
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -48,6 +52,8 @@ def cache_folder() -> Path | None:
         return None
 
 
+LOG = logging.getLogger("gapbeam")
+_SAID: list[str] = []  # of what it was said that it cannot be kept: once a process
 _FOLDER = cache_folder()
 IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is said: else that of the caller holds
 _OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy", "_nrt": False}
@@ -161,6 +167,41 @@ def allocating_entry(function: Function) -> Function:
     return _kept(function, _OPTIONS | {"_nrt": True})
 
 
+class _DispensableCache(FunctionCache):  # type: ignore[misc]  # numba has no types
+    """Machine code on the disk, which a run does without where it cannot be kept or read.
+
+    numba ends the caller where the disk is full, and where what a full disk left is cut.
+    """
+
+    def load_overload(self, sig: Any, target_context: Any) -> Any:
+        """Return machine code; None where there is none, or none that can be read."""
+        try:
+            return super().load_overload(sig, target_context)
+        except Exception as error:
+            self._forget(error)
+            return None
+
+    def save_overload(self, sig: Any, data: Any) -> None:
+        """Keep machine code, where that is possible."""
+        try:
+            super().save_overload(sig, data)
+        except (OSError, EOFError, pickle.PickleError) as error:
+            self._forget(error)
+
+    def _forget(self, error: Exception) -> None:
+        """Remove the index, which leads to code that is not there, and say that this process compiles for itself."""
+        with suppress(OSError):
+            Path(self._cache_file._index_path).unlink(missing_ok=True)
+        if not _SAID:
+            _SAID.append(self._name)
+            LOG.warning(
+                "machine code cannot be kept in %s (%s): each run compiles it anew; look for a full disk or a quota, "
+                "or set XDG_CACHE_HOME",
+                self.cache_path,
+                getattr(error, "strerror", None) or type(error).__name__,
+            )
+
+
 def _kept(function: Function, options: dict[str, Any]) -> Function:
     made: Function
     if _FOLDER is None:
@@ -168,7 +209,9 @@ def _kept(function: Function, options: dict[str, Any]) -> Function:
         return made
     before, config.CACHE_DIR = config.CACHE_DIR, str(_FOLDER)
     try:
-        made = numba.njit(cache=True, **options)(function)
+        made = numba.njit(**options)(function)
+        dispatcher: Any = made
+        dispatcher._cache = _DispensableCache(function)
     finally:
         config.CACHE_DIR = before
     return made

@@ -1,12 +1,20 @@
-"""Compile a kernel; reports where it is kept, and what it computed."""
+"""Compile an entry; reports where it is kept, and what it computed."""
 
 from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.jit import cache_folder
-from gapbeam.solver.march.compiled.array_loops import fill
+from gapbeam.solver.jit import cache_folder, entry
+from gapbeam.solver.system.operators import Array
 
-x = np.zeros(3)
-fill(x, 2.0)
-print(cache_folder(), x.sum())
+
+@entry
+def total(x: Array) -> float:
+    """Return the sum of some numbers."""
+    found = 0.0
+    for one in x:
+        found += one
+    return found
+
+
+print(cache_folder(), total(np.full(3, 2.0)))

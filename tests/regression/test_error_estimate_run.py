@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import signal
+import time
 from pathlib import Path
 
 import numpy as np
@@ -12,7 +15,8 @@ from benchmarks.error_estimates import checked_case
 from gapbeam.postprocess.report.sections.errors_table import errors_table
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.companions import COARSER, HALF_STEP, Companion
-from tests.shared.command import DEMO, alone, called, on_ranks, settings
+from gapbeam.studies.trials import response
+from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks, settings
 
 QUIET = ("model.type=reduced", "load.shaker.amplitude=2.0", "time.end=0.4", "output.fields_interval=0.1")
 
@@ -118,3 +122,26 @@ def test_estimates_cover_drawn_cases(tmp_path: Path) -> None:
     assert len(worth) > 200
     assert np.mean([one.error <= 2.0 * one.estimate for one in worth]) >= 0.95
     assert np.median([one.estimate / max(one.error, 1e-300) for one in worth]) <= 20.0
+
+
+@alone
+@pytest.mark.usefixtures("estimated")
+@pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 143), (signal.SIGINT, 130)])
+def test_a_signal_during_the_estimate_is_answered(
+    number: int, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """In a companion, which is no failure of that: a message, the status of the signal, and a resume that estimates."""
+    keys = (*RATTLE, "model.type=rigid", "time.end=0.02")
+    marched = response._march
+
+    def interrupted(*_: object, **__: object) -> None:
+        os.kill(os.getpid(), number)
+        time.sleep(60.0)
+
+    monkeypatch.setattr(response, "_march", interrupted)
+    outcome = gapbeam.run(DEMO, keys, tmp_path / "out")
+    assert outcome.exit_status == status
+    assert "while the errors of the run were estimated; its results are whole" in caplog.text
+    assert outcome.summary["status"] == "completed"
+    monkeypatch.setattr(response, "_march", marched)
+    assert gapbeam.run(DEMO, keys, tmp_path / "out", resume=True).summary["errors"]["status"] == "estimated"

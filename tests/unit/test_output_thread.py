@@ -8,7 +8,8 @@ from functools import partial
 
 import pytest
 
-from gapbeam.solver.run.output.output_thread import WAITING, OutputThread
+from gapbeam.solver.run.output import output_thread
+from gapbeam.solver.run.output.output_thread import WAITING, OutputThread, StuckOutput
 
 
 def failing(text: str) -> Callable[[], None]:
@@ -107,3 +108,29 @@ def test_where_no_thread_can_be_started_work_is_done_in_turn(monkeypatch: pytest
     with OutputThread(beside=True) as output:
         output.do(lambda: done.append(threading.current_thread() is threading.main_thread()))
     assert done == [True]
+
+
+@pytest.mark.parametrize("before", range(WAITING + 1))
+def test_work_that_never_ends_is_given_up_once_the_run_is_to_end(
+    before: int, monkeypatch: pytest.MonkeyPatch, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Wherever it is waited for, with a warning meanwhile; the thread does not keep the process."""
+    monkeypatch.setattr(output_thread, "LOOK", 0.01)
+    monkeypatch.setattr(output_thread, "SILENT", 0.05)
+    monkeypatch.setattr(output_thread, "PATIENCE", 0.05)
+    never, ends = threading.Event(), threading.Timer(0.2, lambda: asked.append(True))
+    asked: list[bool] = []
+    ends.start()
+
+    def march() -> None:
+        with OutputThread(True, lambda: bool(asked)) as output:
+            output.do(lambda: never.wait() and None)
+            for _ in range(before):
+                output.do(lambda: None)
+
+    with pytest.raises(StuckOutput, match="resume=True"):
+        march()
+    assert asked
+    assert "waiting for the disk" in caplog.text
+    assert all(thread.daemon for thread in threading.enumerate() if thread.name == "output")
+    never.set()

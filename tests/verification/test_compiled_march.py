@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import os
+import resource
 import subprocess
 import sys
 from pathlib import Path
@@ -221,3 +222,32 @@ def test_without_a_folder_for_machine_code_functions_are_compiled_anew(tmp_path:
         check=False,
     )
     assert done.stdout.split() == ["None", "6.0"], done.stderr
+
+
+@pytest.mark.parametrize("most", [0, 200, None])
+def test_machine_code_that_cannot_be_kept_or_read_is_compiled_anew(most: int | None, tmp_path: Path) -> None:
+    """A disk that takes no file larger than so many bytes, and one whose index is cut: right numbers, one warning.
+
+    Args:
+        most: Largest size of a file, bytes; None: what was kept is cut.
+        tmp_path: A folder.
+    """
+
+    def called() -> subprocess.CompletedProcess[str]:
+        return subprocess.run(
+            [sys.executable, "-m", "tests.programs.machine_code_cache"],
+            env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+            capture_output=True,
+            text=True,
+            check=False,
+            preexec_fn=None if most is None else lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (most, most)),
+        )
+
+    done = called()
+    if most is None:
+        for index in tmp_path.rglob("*.nbi"):
+            index.write_bytes(index.read_bytes()[:20])
+        done = called()
+    assert done.stdout.split()[-1] == "6.0", done.stderr
+    assert done.stderr.count("machine code cannot be kept") == 1
+    assert "Traceback" not in done.stderr

@@ -22,15 +22,28 @@ GIGABYTE = 1.0e9
 
 def is_out_of_memory(error: BaseException | None) -> bool:
     """Return whether an error, or one that led to it, says that memory was used up."""
-    while error is not None:
-        if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
-            return True
-        if isinstance(error, PETSc.Error) and error.ierr == PETSC_OUT_OF_MEMORY:
-            return True
-        if WORDS.search(str(error)):
-            return True
+    return any(_says_so(one) for one in chain_of(error))
+
+
+def _says_so(error: BaseException) -> bool:
+    if isinstance(error, MemoryError) or (isinstance(error, OSError) and error.errno == errno.ENOMEM):
+        return True
+    if isinstance(error, PETSc.Error) and error.ierr == PETSC_OUT_OF_MEMORY:
+        return True
+    return WORDS.search(str(error)) is not None
+
+
+def chain_of(error: BaseException | None) -> Iterator[BaseException]:
+    """Yield an error and the errors that led to it, each once.
+
+    An error that is kept and raised again while its own consequence is handled makes a ring of causes and contexts;
+    Python itself breaks only rings of contexts.
+    """
+    seen: set[int] = set()
+    while error is not None and id(error) not in seen:
+        seen.add(id(error))
+        yield error
         error = error.__cause__ or error.__context__
-    return False
 
 
 @contextmanager

@@ -201,6 +201,11 @@ class Interruption:
         self._comm, self._signals = comm, signals
 
     @property
+    def heard(self) -> bool:
+        """Whether this rank was asked to stop; not collective."""
+        return self._signals.heard != Wish.NONE
+
+    @property
     def asked(self) -> bool:
         """Whether any rank was asked to stop. Collective."""
         return self.agreed() != Wish.NONE

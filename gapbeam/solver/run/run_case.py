@@ -38,7 +38,7 @@ from gapbeam.solver.run.interruption import Interruption, Signals, Wish
 from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output import run_summary as summaries
-from gapbeam.solver.run.output.atomic_files import written
+from gapbeam.solver.run.output.atomic_files import disk_reported, written
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.folder_lock import locked
 from gapbeam.solver.run.output.log_file import log_file
@@ -134,7 +134,7 @@ def _run_case(
             together = cache(lambda: comm.size == 1 or all_there(ends))
             try:
                 _write_opening(model, folder, comm, summary)
-                with signals.turned(), out_of_memory_reported(MARCHED):
+                with signals.turned(), disk_reported(folder), out_of_memory_reported(MARCHED):
                     _run(model, folder, comm, summary, left, begin, consumers, rule, signals, together)
             except RunError as error:
                 if not together():  # the others wait for this rank

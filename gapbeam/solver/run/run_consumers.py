@@ -36,7 +36,7 @@ from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.field_pieces import AT_ONCE
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
-from gapbeam.solver.run.output.output_thread import OutputThread
+from gapbeam.solver.run.output.output_thread import OutputThread, StuckOutput
 from gapbeam.solver.run.output.point_file import write_points
 from gapbeam.solver.run.output.progress import ProgressLine
 from gapbeam.solver.run.output.progress_file import ProgressFile
@@ -152,7 +152,7 @@ class RunConsumers:
         clock, before = time.perf_counter(), self.accounts.tally.march
         progress = ProgressLine(case.time.end, period, quiet=self.comm.rank != 0, begin=self.accounts.time)
         try:
-            with OutputThread(beside) as output, progress:
+            with OutputThread(beside, lambda: interruption.heard) as output, progress:
                 last: StepBlock | None = None
                 try:
                     for step_block in blocks_of_steps:
@@ -206,6 +206,8 @@ class RunConsumers:
         Raises:
             NotWritten: A file could not be written.
         """
+        if isinstance(error, StuckOutput):  # holds the files, and the lock of HDF5
+            return
         if error is None or isinstance(error, RunError):
             on_rank_zero(self.comm, self._close)
         elif self._history is not None:

@@ -88,10 +88,10 @@ def contact_words(model: Model, peaks: Peaks) -> str:
     """Return the peaks of contact in one line."""
     faces = model.system.contact.face_names
     forces = ", ".join(f"{name} {force:.4g} N" for name, force in zip(faces, peaks.force, strict=True))
-    deepest, clearance = float(np.max(peaks.deepest)), model.case.layout.clearance
+    deepest, clearance = max(float(np.max(peaks.deepest)), 0.0), model.case.layout.clearance
     size = "interference" if clearance < 0.0 else "clearance"
     share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
-    return f"largest contact force of a step: {forces}; largest penetration {max(deepest, 0.0):.3g} m{share}"
+    return f"largest contact force of a step: {forces}; largest penetration {deepest:.3g} m{share}"
 
 
 def balance_words(ledger: Ledger) -> str:

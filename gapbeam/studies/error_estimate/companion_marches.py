@@ -14,7 +14,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case_text
 from gapbeam.solver.case.symmetry import bends_in_two_planes
-from gapbeam.solver.errors import RunError
+from gapbeam.solver.errors import Interrupted, RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.body import Body
 from gapbeam.studies.error_estimate.companions import Companion
@@ -84,6 +84,8 @@ def companion_motions(
             with _quiet():
                 model = kept.model(own)
                 start = seated(model).state
+        except Interrupted:
+            raise
         except (CaseError, RunError) as error:
             yield CompanionMotion(companion.name, None, failure=_first_sentence(error))
             continue

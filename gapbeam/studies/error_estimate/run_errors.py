@@ -27,10 +27,11 @@ from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.case.symmetry import bends_in_two_planes
-from gapbeam.solver.errors import UserError
+from gapbeam.solver.errors import Interrupted, UserError
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
+from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.run_summary import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
@@ -102,7 +103,8 @@ class RunErrors:
 def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
     """Estimate the errors of a finished run, write them to its summary, and return the outcome with them.
 
-    A run that failed and one that has them are returned as they are.
+    A run that failed and one that has them are returned as they are. Where a signal ends the estimate, the summary has
+    no errors, and the exit status is that of the signal.
 
     Args:
         case: The case of the run.
@@ -113,7 +115,17 @@ def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
     """
     if outcome.exit_status != 0 or "errors" in outcome.summary:
         return outcome
-    summary = on_rank_zero(comm, lambda: _estimated(case, outcome))
+    with Signals(None) as signals:
+        try:
+            with signals.turned():
+                summary = on_rank_zero(comm, lambda: _estimated(case, outcome))
+        except Interrupted as stopped:
+            message = (
+                f"{signals.heard.words} while the errors of the run were estimated; its results are whole, and "
+                "`resume=True` estimates the errors"
+            )
+            LOG.error("%s", message)
+            return replace(outcome, exit_status=stopped.exit_status, message=message)
     return replace(outcome, summary=summary, message=summary["message"])
 
 

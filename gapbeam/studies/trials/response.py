@@ -19,6 +19,7 @@ from gapbeam.solver.errors import (
     AssumptionBroken,
     EnergyCreated,
     EnergyLost,
+    Interrupted,
     NotConverged,
     NotFinite,
     RunError,
@@ -128,6 +129,8 @@ def respond(
     try:
         deadline = None if longest is None else clock + longest
         _march(model, start, steps, interval, response, deadline, watched, rings)
+    except Interrupted:
+        raise
     except RunError as error:
         response.failed(error)
     response.seconds = time.perf_counter() - clock

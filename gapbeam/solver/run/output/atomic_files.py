@@ -12,6 +12,7 @@ from typing import Any
 import h5py
 
 from gapbeam.solver.errors import NotWritten
+from gapbeam.solver.run.output.disk_errors import ADVICE, is_of_disk
 
 
 @contextmanager
@@ -28,10 +29,28 @@ def written(path: Path) -> Iterator[None]:
         yield
     except (OSError, RuntimeError) as error:
         reason = (error.strerror if isinstance(error, OSError) else None) or str(error).split("\n")[0]
-        raise NotWritten(
-            f"{path} could not be written: {reason}; look for a full disk, a quota, or a folder that was moved or made "
-            "read-only, then go on with `resume=True`"
-        ) from error
+        raise NotWritten(f"{path} could not be written: {reason}; {ADVICE}, then go on with `resume=True`") from error
+
+
+@contextmanager
+def disk_reported(folder: Path) -> Iterator[None]:
+    """Turn an error of a disk that takes nothing more into one that says what to try, whoever met it.
+
+    `written` names the file and stands closer to it; this is for what writes beside results: caches, libraries, tables.
+
+    Args:
+        folder: Results folder, named where the error names no file.
+
+    Raises:
+        NotWritten: The disk is full, broken, read-only, or a quota or a limit of file sizes was reached.
+    """
+    try:
+        yield
+    except OSError as error:
+        if not is_of_disk(error):
+            raise
+        with written(Path(str(error.filename or folder))):
+            raise
 
 
 def to_disk(path: Path) -> None:
@@ -149,8 +168,8 @@ class Sink:
         Raises:
             OSError: By the operating system.
         """
-        if self.trouble is not None:
-            raise self.trouble
+        if self.trouble is not None:  # a new error each time: one that is raised again would become its own cause
+            raise OSError(self.trouble.errno, self.trouble.strerror)
 
     def close(self) -> None:
         """Close the file."""

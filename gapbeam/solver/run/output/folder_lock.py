@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.record_table import LOCK_FILE
+from gapbeam.solver.run.output.disk_errors import no_place
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -39,6 +40,7 @@ def locked(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
 
     Raises:
         UserError: Another run holds it, or it cannot be made or written.
+        NotWritten: The disk has no room.
 
     Collective.
     """
@@ -49,7 +51,7 @@ def locked(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
             folder.mkdir(parents=True, exist_ok=True)
             held.append(_taken(folder / LOCK_FILE))
         except OSError as error:
-            raise UserError(f"{folder} cannot be written ({error.strerror}); choose another `output=`") from error
+            raise no_place(folder, error) from error
 
     by_one(comm, take)
     try:

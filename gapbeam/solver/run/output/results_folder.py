@@ -10,6 +10,7 @@ from pathlib import Path
 from gapbeam.solver import record_table as records
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.output.atomic_files import new_file, part_of
+from gapbeam.solver.run.output.disk_errors import no_place
 from gapbeam.solver.run.output.folder_lock import refuse_if_held
 from gapbeam.solver.run.output.output_file_check import refuse_other_things
 from gapbeam.solver.run.output.output_paths import check_place
@@ -92,6 +93,7 @@ def prepare_folder(folder: Path) -> None:
 
     Raises:
         UserError: The folder cannot be made or written.
+        NotWritten: The disk has no room.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -104,7 +106,7 @@ def prepare_folder(folder: Path) -> None:
         probe.touch()
         probe.unlink()
     except OSError as error:
-        raise UserError(f"{folder} cannot be written ({error.strerror}); choose another `output=`") from error
+        raise no_place(folder, error) from error
 
 
 def clear(folder: Path, name: str) -> None:

@@ -24,7 +24,7 @@ distribution with k (n - 1) and k - 1 degrees of freedom,
 
 with the factors F_i of the terms above: what differs by more than chance is an error of step, mesh or stiffness.
 
-The factors but those derived here were found by comparing estimates with converged marches; benchmarks.error_estimates
+The factors but those derived here were found by comparing estimates with converged marches; benchmarks.drawn_cases
 compares them.
 """
 

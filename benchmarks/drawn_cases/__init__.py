@@ -1,0 +1,1 @@
+"""Cases that hypothesis draws, with their error estimates, beside a second way."""

@@ -1,0 +1,65 @@
+"""Do the error estimates of runs cover? Cases drawn by hypothesis against a second way, class by class.
+
+    environment/run python3 -m benchmarks.drawn_cases 500
+
+A case of a number is always the same. Rows are kept in a file: the command goes on where it ended, and other numbers
+join the table. Status 1: a promise is missed.
+"""
+
+from __future__ import annotations
+
+import argparse
+import json
+import logging
+import sys
+import tempfile
+from dataclasses import asdict
+from pathlib import Path
+
+from benchmarks.drawn_cases.attempts import Attempt, Figure, attempted
+from benchmarks.drawn_cases.coverage import coverage, missed
+
+SIGNALS = 128  # a status above: a signal ended a run, and with it the benchmark
+
+
+def kept(file: Path) -> dict[int, Attempt]:
+    """Return the attempts of a file by the number of their case."""
+    if not file.exists():
+        return {}
+    lines = [json.loads(line) for line in file.read_text(encoding="utf-8").splitlines()]
+    found = [Attempt(**line | {"figures": tuple(Figure(**figure) for figure in line["figures"])}) for line in lines]
+    return {one.number: one for one in found}
+
+
+def main() -> int:
+    """Draw cases, and return 0, or 1 where a promise is missed."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("count", type=int, nargs="?", default=500, help="cases (default 500)")
+    parser.add_argument("--first", type=int, default=0, help="number of the first case")
+    parser.add_argument("--output", type=Path, default=Path("results/bench"), help="folder of the table and the rows")
+    parser.add_argument("--again", action="store_true", help="draw what the file has anew")
+    options = parser.parse_args()
+    logging.getLogger("gapbeam").setLevel(logging.ERROR)
+    options.output.mkdir(parents=True, exist_ok=True)
+    file = options.output / "drawn_cases.jsonl"
+    found = kept(file)
+    for number in range(options.first, options.first + options.count):
+        if number in found and not options.again:
+            continue
+        with tempfile.TemporaryDirectory() as folder:
+            one = attempted(number, Path(folder))
+        if max(one.status, one.second_status or 0) > SIGNALS:
+            return one.status
+        found[number] = one
+        with file.open("a", encoding="utf-8") as rows:
+            rows.write(json.dumps(asdict(one)) + "\n")
+        worst = max((figure.error / max(figure.estimate, 1e-300) for figure in one.figures), default=0.0)
+        words = f"status {one.status}, second way {one.second_status}, {one.seconds:.1f} s, {len(one.figures)} figures"
+        print(f"{number:4d} {one.kind}, {one.stiffness}: {words}, at most {worst:.2g} E", file=sys.stderr, flush=True)
+    table = coverage(list(found.values()))
+    table.write(options.output)
+    return 1 if any(missed(list(found.values()))) else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

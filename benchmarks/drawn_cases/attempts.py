@@ -1,0 +1,167 @@
+"""A drawn case, run as users run it, beside a second way: an eighth of the step, and a finer mesh or a richer basis.
+
+    slices, any model     the reduced model with a quarter of the cell size, 40 modes and 19 shapes along each face
+    those that rub        the reduced model with half of the cell size and every interface DOF
+    beam, in space        twice as many elements
+    rigid, in space       beam elements
+    rigid sections        40 modes, half as many sections again
+
+A contact stiffness that was computed stands for rigid contact: the second way has eight times as much.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import gapbeam
+from benchmarks.drawn_cases.scenes import Scene, drawn_scene
+from benchmarks.true_errors import true_errors
+from gapbeam.postprocess.results.results import open_results
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
+from gapbeam.studies.error_estimate.spans import BEYOND_HORIZON, SETTLED
+from gapbeam.studies.trials.refined_mesh import mesh_keys
+
+FINER, CELLS, STIFFER = 8, 0.25, 8.0  # steps, cell size and computed contact stiffness, over those of the run
+CELLS_THAT_RUB = 0.5
+STATIONS, ELEMENTS = 12, 200
+NEGLIGIBLE = 1.0e-6  # of the largest figure of its unit: an error and an estimate below it say nothing
+PARTS = {SETTLED: "settled", BEYOND_HORIZON: "beyond the horizon"}  # the others are the start-up
+
+
+@dataclass(frozen=True)
+class Figure:
+    """A figure of a drawn run beside the second way.
+
+    Attributes:
+        part: "settled", "start-up" or "beyond the horizon".
+        name: Of the figure.
+        value: The figure.
+        estimate: Of its error.
+        error: Its difference from the second way.
+        differences: From each companion of the run.
+    """
+
+    part: str
+    name: str
+    value: float
+    estimate: float
+    error: float
+    differences: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Attempt:
+    """A drawn run.
+
+    Attributes:
+        number: Of the scene.
+        kind: Its model, or rigid sections.
+        stiffness: Of the contact: "given" or "auto".
+        choices: What else was chosen.
+        status: Of the run.
+        message: Of the run.
+        horizon: Up to where its motion can be predicted, s; None: to the end.
+        seconds: From its case to its last step.
+        second_status: Of the second way; None: there was nothing to compare.
+        second_message: Of the second way.
+        figures: Those that have errors.
+    """
+
+    number: int
+    kind: str
+    stiffness: str
+    choices: dict[str, str]
+    status: int
+    message: str
+    horizon: float | None
+    seconds: float
+    second_status: int | None
+    second_message: str
+    figures: tuple[Figure, ...]
+
+    @property
+    def falsely_refused(self) -> bool:
+        """Whether the second way solves what this run did not."""
+        return self.status != 0 and self.second_status == 0
+
+
+def attempted(number: int, folder: Path) -> Attempt:
+    """Run the scene of a number and, where there is something to compare, a second way."""
+    scene = drawn_scene(number)
+    times = scene.tables["time"]
+    records = {"output.history_interval": times["step"], "output.fields_interval": times["end"]}
+    case = gapbeam.read_case(scene.tables, records)
+    outcome = gapbeam.run(case, output=folder / "run", overwrite=True)
+    summary = outcome.summary
+    errors = summary.get("errors", {})
+    estimated = errors.get("status") == "estimated"
+    second_status, second_message, figures = None, "", tuple[Figure, ...]()
+    if outcome.exit_status != 0 or estimated:
+        computed = {one["key"]: one["value"] for one in summary.get("defaults", ())}
+        end = float(errors["up_to"]) if estimated else case.time.end
+        other = gapbeam.read_case(case, second_way(scene, case, computed.get("contact.stiffness"), end))
+        second = gapbeam.run(other, output=folder / "second", overwrite=True)
+        second_status, second_message = second.exit_status, second.message
+        if estimated and second_status == 0:
+            exact = MotionRecord.of_history(open_results(folder / "second").history, bends_in_two_planes(case))
+            figures = tuple(_figures(summary, exact))
+    return Attempt(
+        number, scene.kind, "auto" if scene.automatic else "given", scene.choices | {"motion": scene.motion},
+        outcome.exit_status, outcome.message, errors.get("horizon"), _seconds(summary), second_status, second_message,
+        figures,
+    )  # fmt: skip
+
+
+def _seconds(summary: dict[str, Any]) -> float:
+    """Return the wall time of a run without its error estimate, s."""
+    return float(summary.get("wall_time", {}).get("total", 0.0))
+
+
+def _figures(summary: dict[str, Any], exact: MotionRecord) -> Iterator[Figure]:
+    rows = list(true_errors(summary, exact))
+    largest: dict[str, float] = {}
+    for row, _ in rows:
+        largest[row["unit"]] = max(largest.get(row["unit"], 0.0), abs(row["value"]))
+    for row, error in rows:
+        if max(row["error"], error) > NEGLIGIBLE * largest[row["unit"]]:
+            part = PARTS.get(row["span"], "start-up")
+            yield Figure(part, row["name"], row["value"], row["error"], error, row["differences"])
+
+
+def second_way(scene: Scene, case: Case, stiffness: float | None, end: float) -> dict[str, Any]:
+    """Return the keys of the second way.
+
+    Args:
+        scene: The scene.
+        case: Its case.
+        stiffness: Contact stiffness of the run, where it was computed.
+        end: Up to when, s.
+    """
+    step = float(scene.tables["time"]["step"])
+    changes: dict[str, Any] = {
+        "time.step": step / FINER,
+        "time.end": end,
+        "output.history_interval": step,
+        "output.fields_interval": end,
+        "output.errors": "none",
+    }
+    if stiffness is not None:
+        changes["contact.stiffness"] = stiffness * (STIFFER if scene.automatic else 1.0)
+    return changes | _finer_model(scene, case)
+
+
+def _finer_model(scene: Scene, case: Case) -> dict[str, Any]:
+    rubs = case.contact.rubs is not None
+    if case.mesh.dimension == 2:
+        basis = {"contact": "all"} if rubs else {"shapes": FINEST_SHAPES}
+        finest = {"type": "reduced", "modes": FINEST_MODES} | basis
+        return mesh_keys(case, CELLS_THAT_RUB if rubs else CELLS) | {"model": finest}
+    if scene.kind == "rigid sections":
+        return {"model": {"type": "reduced", "sections": "rigid", "modes": FINEST_MODES, "stations": STATIONS}}
+    return {"model": {"type": "beam", "elements": ELEMENTS}}

@@ -1,0 +1,57 @@
+"""Cases that hypothesis draws for error estimates, and how the promises about them are counted."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import pytest
+
+import gapbeam
+from benchmarks.drawn_cases.attempts import Attempt, Figure
+from benchmarks.drawn_cases.coverage import coverage, missed
+from benchmarks.drawn_cases.scenes import CLASSES, drawn_scene
+
+
+def attempt(number: int, *ratios: float, status: int = 0, second: int = 0) -> Attempt:
+    """Return a run whose errors have these ratios to their estimates."""
+    figures = tuple(Figure("settled", f"figure {place}", 1.0, 0.1, 0.1 * one, {}) for place, one in enumerate(ratios))
+    return Attempt(number, "beam", "auto", {"law": "kelvin-voigt"}, status, "no seat", None, 1.0, second, "", figures)
+
+
+def test_a_number_draws_a_case_of_its_class() -> None:
+    """Twenty in a row go through all classes; each is accepted, and the same again. Rigid bodies have no joints."""
+    for number, expected in enumerate(CLASSES):
+        scene = drawn_scene(number)
+        assert (scene.kind, scene.automatic, scene.motion) == expected
+        case = gapbeam.read_case(scene.tables)
+        assert (case.contact.stiffness == "auto") == scene.automatic
+        assert not (scene.kind == "rigid" and case.joint)
+    assert drawn_scene(7).tables == drawn_scene(7).tables
+
+
+@pytest.mark.parametrize(
+    ("ratios", "lost"),
+    [
+        ([0.5] * 100, 0),
+        ([0.5] * 95 + [1.5] * 5, 0),
+        ([0.5] * 94 + [1.5] * 6, 1),
+        ([0.5] * 98 + [3.0] * 2, 1),
+        ([0.5] * 999 + [6.0], 1),
+        ([0.5] * 90 + [6.0] * 10, 3),
+        ([6.0] * 99, 0),
+    ],
+    ids=["kept", "just kept", "E", "2 E", "5 E", "all", "too few"],
+)
+def test_promises_are_counted(ratios: list[float], lost: int) -> None:
+    """95 % below E, 99 % below 2 E, all below 5 E, of every class with a hundred figures: here of four alike."""
+    found = list(missed([attempt(0, *ratios)]))
+    assert len(found) == 4 * lost
+    assert len(coverage([attempt(0, *ratios)]).rows) == 4
+
+
+def test_a_refusal_is_false_where_the_second_way_ends_well() -> None:
+    """Another status than 0 is none where the second way ends so, too."""
+    refused = attempt(3, status=4)
+    assert any("case 3 (beam) is refused" in line for line in missed([refused]))
+    assert not any(missed([replace(refused, second_status=4)]))
+    assert not any(missed([replace(refused, status=0, second_status=4)]))

@@ -145,7 +145,6 @@ def tilted(model: dict[str, Any]) -> float:
         "material": {"young_modulus": 2e13, "poisson_ratio": 0.3, "density": DENSITY},
         "support": [hole | {"region": region}],
         "contact": {"stiffness": 2.5e11},
-        "restraint": {"axial": 1.0e3},  # the default is a share of the stiffness of the beam, which is that of no metal
         "model": model,
         "mesh": {"dimension": 3, "support_size": 0.01, "size": 0.02, "cells_through_thickness": 2},
         "load": forces,

@@ -153,11 +153,59 @@ def test_the_restraint_is_a_share_of_the_beam_at_every_size(size: float, slender
     """A free beam has at most a tenth of its bending frequency on it; what a clamp holds has none."""
     free, clamped = (drawn_case(size, slenderness, joints, friction) for joints in ([], CLAMPED))
     mass = free.profile.mass
-    for stiffness in (axial_restraint(free).value, lateral_restraint(free).value):
+    unit = drawn_case(1.0, slenderness, [], friction)
+    for restraint in (axial_restraint, lateral_restraint):
+        stiffness = restraint(free).value
         assert 0.0 < sqrt(stiffness / mass) <= 2.0 * pi * OF_FREQUENCY * overhang_frequency(free) * (1.0 + 1e-12)
-        unit = drawn_case(1.0, slenderness, [], friction)
-        assert stiffness == pytest.approx(size * axial_restraint(unit).value, rel=1e-9)
+        assert stiffness == pytest.approx(size * restraint(unit).value, rel=1e-9)
     radius = 0.5 * free.beam.thickness
     assert twist_restraint(free, radius) > 0.0
     assert axial_restraint(clamped).value == lateral_restraint(clamped).value == 0.0
     assert twist_restraint(clamped, radius) == 0.0
+
+
+REGIONS = {"circle": {"type": "hole", "contact": "circle"}, "hole": "hole", "slot": "slot"}
+
+
+def pressed_bar(region: str, modulus: float, tilt: float, rise: float) -> float:
+    """Return the force of all contacts on a rigid bar in one tilted support, or in two that are not in line, N."""
+    flat, places = region == "slot", ((0.04, tilt, 0.0),) if rise == 0.0 else ((0.02, 0.0, 0.0), (0.06, 0.0, rise))
+    holes = [
+        {"name": f"s{1e3 * x:.0f}", "from": x, "to": x + 0.02, "clearance": 1e-4, "tilt": turn, "offset": up}
+        for x, turn, up in places
+    ]
+    aside = [0.0, 1.0] if flat else [0.0, 0.6, 0.8]
+    loads = [("end", 0.07, -50.0), ("middle", 0.05, 20.0)]
+    return pressed(
+        {
+            "beam": {"length": 0.1, "thickness": 0.02, "width": 0.02, "section": "rectangle" if flat else "round"},
+            "material": STEEL | {"young_modulus": modulus},
+            "support": [one | {"region": REGIONS[region]} for one in holes],
+            "contact": {"stiffness": 2.5e11},
+            "model": "rigid",
+            "mesh": {"dimension": 2 if flat else 3, "support_size": 0.01, "size": 0.02, "cells_through_thickness": 2},
+            "load": [
+                {"type": "constant_force", "name": name, "point": x, "amplitude": force, "direction": aside}
+                for name, x, force in loads
+            ],
+            "time": {"end": 2e-6, "step": 1e-6},
+        }
+    )
+
+
+def pressed(case: dict[str, Any]) -> float:
+    """Return the force of all contacts at rest, N."""
+    simulation = gapbeam.model(case)
+    contact = simulation.model.system.contact
+    return float(contact.weights @ simulation.seat().state.pressure)
+
+
+@pytest.mark.parametrize(
+    "region", ["slot", *(pytest.param(name, marks=pytest.mark.slow(minutes=0.5)) for name in ("circle", "hole"))]
+)
+@settings(max_examples=3, deadline=None)
+@given(st.floats(13.0, 15.0), st.floats(0.01, 0.03), st.sampled_from((0.0, -8.0e-5, 6.0e-5)))
+def test_a_rigid_bar_is_as_rigid_with_any_material(region: str, decade: float, tilt: float, rise: float) -> None:
+    """Young's modulus plays no part in a rigid body: contact forces are the same to 1e-3 whatever it is."""
+    expected = pressed_bar(region, 1.0e9, tilt, rise)
+    assert pressed_bar(region, 10.0**decade, tilt, rise) == pytest.approx(expected, rel=1.0e-3)

@@ -4,22 +4,32 @@ A motion that joints hold has none. Otherwise a spring is a share of the beam's 
 
     k = 1e-6 (E A / L),    at most (2 pi 0.1 f)^2 m
 
-with f of `overhang_frequency` and the mass m of the beam. Friction holds the beam as well: then 1e-11 E A / L is left
+with f of `overhang_frequency` and the mass m of the beam. The axial springs act on the faces, at h/2 from the axis, so
+that they resist pitch as well: there the limit is what turns the beam back, in its play and by the tilt and offset of
+its supports, with 1e-4 of the moment M of the loads,
+
+    k (h/2)^2 a <= 1e-4 M,    a = largest clearance / length of a support + tilt + difference of offsets / reach,
+
+but 1e-11 E A / L at least, which round-off does not hide. Friction holds the beam as well: then 1e-11 E A / L is left
 for what is at rest, and sliding and rolling do not feel it; unless the seat, which knows no friction, needs more.
 """
 
 from __future__ import annotations
 
-from math import pi
+from math import inf, pi
+
+import numpy as np
 
 from gapbeam.solver.attachments.joint_table import bending_rank, holds_motion
 from gapbeam.solver.attachments.mean_motion import SIDEWAYS
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.computed_defaults import Default, overhang_frequency
+from gapbeam.solver.case.computed_defaults import Default, overhang_frequency, support_reaction
 from gapbeam.solver.loads.load_choice import Load
 
 SHARE = 1.0e-6  # of E A / L
 UNDER_FRICTION = 1.0e-11  # of E A / L
+LEAST = 1.0e-11  # of E A / L: what round-off leaves of a spring
+OF_LOADS = 1.0e-4  # of their moment: what may turn the beam back
 OF_FREQUENCY = 0.1  # of the lowest bending frequency: that of the rigid beam on the restraint
 AXIAL, LATERAL = 0, 1
 RANK_OF_A_PLANE = 2
@@ -52,9 +62,25 @@ def _restraint(case: Case, name: str, held: bool, axis: int) -> Default:
     if case.contact.rubs is not None and not _pulled(case, axis):
         return Default(key, UNDER_FRICTION * own, "N/m", f"{UNDER_FRICTION:g} E A / L: friction holds the beam")
     slow = (2.0 * pi * OF_FREQUENCY * overhang_frequency(case)) ** 2 * profile.mass
+    turned = max(_by_pitch(case), LEAST * own) if axis == AXIAL else inf
+    if turned < min(slow, SHARE * own):
+        return Default(key, turned, "N/m", "the beam pitches in its supports as if it was free")
     if slow < SHARE * own:
         return Default(key, slow, "N/m", f"the rigid beam on it has {OF_FREQUENCY:g} of its lowest bending frequency")
     return Default(key, SHARE * own, "N/m", f"{SHARE:g} E A / L")
+
+
+def _by_pitch(case: Case) -> float:
+    """Return the stiffness along the faces that turns the beam back with a small share of the moment of the loads, N/m.
+
+    It is infinite where there are no loads, or nothing to pitch by.
+    """
+    layout, supports = case.layout, case.layout.supports
+    moment = support_reaction(case) * layout.reach
+    aside = sum(np.ptp([getattr(one, key) for one in supports]) for key in ("offset", "lateral")) / layout.reach
+    angle = layout.steepest + max(abs(one.tilt) for one in supports) + aside
+    lever = 0.5 * max(piece.beam.thickness for piece in case.profile.pieces)
+    return OF_LOADS * moment / (lever * lever * angle) if moment > 0.0 and angle > 0.0 else inf
 
 
 def _pulled(case: Case, axis: int) -> bool:

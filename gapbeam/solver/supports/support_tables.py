@@ -38,6 +38,7 @@ class BaseAndGland(Table):
     start: ClassVar[float] = 0.0
     offset: ClassVar[float] = 0.0
     lateral: ClassVar[float] = 0.0
+    tilt: ClassVar[float] = 0.0
     region: ClassVar[Region] = Slot(type="slot")
     around: ClassVar[bool] = False
     stiffness: ClassVar[None] = None

@@ -89,10 +89,10 @@ def scenes(draw: some.DrawFn, kind: str, automatic: bool, motion: str) -> Scene:
         automatic: Whether the contact stiffness is computed.
         motion: SETTLED or START_UP.
     """
-    around = kind == "rigid sections" or (kind in ("beam", "rigid") and draw(some.booleans()))
+    around = kind == "rigid sections" or (kind in ("beam", "rigid") and draw(some.integers(0, 2)) == 2)
     young, poisson, density = draw(some.sampled_from(MATERIALS))
     length = 10.0 ** draw(some.floats(-2.0, 0.7))
-    thickness = length / (draw(some.floats(12.0, 25.0)) if kind == "rigid sections" else draw(some.floats(15.0, 60.0)))
+    thickness = length / draw(some.floats(12.0, 25.0) if around else some.floats(15.0, 60.0))
     joint = "" if kind == "rigid" else draw(some.sampled_from(("", "", *JOINTS)))
     region = draw(some.sampled_from(tuple(AROUND if around else PLANE)))
     supports, span = _supports(draw, length, thickness, (AROUND if around else PLANE)[region], around, joint)
@@ -169,7 +169,7 @@ def _supports(
 ) -> tuple[list[dict[str, Any]], float]:
     """Draw one to three supports, and return them with the longest part of the beam that none holds, m."""
     count = draw(some.integers(2 if around and joint != "clamped" else 1, 3))
-    wide = draw(some.floats(0.03, 0.12)) * length
+    wide = draw(some.floats(0.03, 0.06 if around else 0.12)) * length
     first = length / (count + 1) if joint else 0.0
     places = [first + (length - wide - first) * number / max(count - 1, 1) for number in range(count)]
     if count == 1:

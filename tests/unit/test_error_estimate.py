@@ -29,7 +29,13 @@ from gapbeam.studies.error_estimate.companions import (
     CompanionPlan,
     companions_of,
 )
-from gapbeam.studies.error_estimate.figure_errors import MODEL, RIGID_FACTOR, FigureError, figure_errors
+from gapbeam.studies.error_estimate.figure_errors import (
+    MODEL,
+    RIGID_FACTOR,
+    FigureError,
+    figure_errors,
+    quantile_of_means,
+)
 from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks
 from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
 from gapbeam.studies.error_estimate.key_figures import Averages, key_figures
@@ -187,6 +193,37 @@ def test_errors_are_the_stated_combination() -> None:
     assert plane.error == pytest.approx(1.1 / 1.01 * 2.0e-3 * (4.0 / 3.0 * 0.03 + RIGID_FACTOR * 0.002), rel=1e-3)
 
 
+@settings(max_examples=25)
+@given(coarse=st.floats(1.0e-4, 0.05), fine=st.floats(1.0e-4, 0.05))
+def test_slow_meshes_have_the_errors_of_all_finer_ones(coarse: float, fine: float) -> None:
+    """A difference that falls by q from mesh to mesh adds up to 1 / (1 - q), 2 to 5 times; of solids alone."""
+    span = Span("settled part", 0.5, 0.25, 2, FREQUENCY)
+    motions = {COARSER: sine(1.0e-3 * (1.0 - coarse)), FINEST: sine(1.0e-3 * (1.0 + fine))}
+
+    def error(meshed: bool) -> float:
+        rows = figure_errors(sine(), motions, None, span, False, SMOOTHED, meshed=meshed)
+        return next(one.error or 0.0 for one in rows if one.name == "tip peak-to-peak displacement")
+
+    left = 1.0 / (1.0 - min(max(fine / coarse, 0.5), 0.8))
+    assert error(True) == pytest.approx(2.0e-3 * max(left * fine, coarse), rel=1e-3)
+    assert error(False) == pytest.approx(2.0e-3 * max(2.0 * fine, coarse), rel=1e-3)
+
+
+@settings(max_examples=25)
+@given(phase=st.floats(0.01, 3.0), order=st.integers(1, 3), size=st.floats(1.0e-3, 1.0))
+def test_harmonics_that_differ_by_phase_alone_have_errors(phase: float, order: int, size: float) -> None:
+    """Amplitudes agree, motions do not: a sin(w t) and a sin(w t + p) are 2 a sin(p / 2) apart. No chance helps."""
+    span = Span("settled part", 0.5, 0.25, 2, FREQUENCY)
+
+    def wave(late: float) -> MotionRecord:
+        added = 1.0e-3 * size * np.sin(order * OMEGA * sine().times + late)
+        return replace(sine(), displacement=sine().displacement + added[:, None])
+
+    name = f"tip harmonic {order}"
+    found = {one.name: one for one in figure_errors(wave(0.0), {FINEST: wave(phase)}, None, span, False, SMOOTHED)}
+    assert found[name].error == pytest.approx(2.0 * 2.0e-3 * size * np.sin(0.5 * phase), rel=1e-3, abs=1e-9)
+
+
 @given(value=st.floats(-1.0e9, 1.0e9), error=st.floats(0.0, 1.0e9))
 def test_no_error_is_more_than_all_of_its_figure(value: float, error: float) -> None:
     """Beyond 100 % the error stands in the unit of the figure, and no per cent do."""
@@ -229,6 +266,27 @@ def test_beyond_the_horizon_errors_are_those_of_means() -> None:
     mine = next(one for one in biased if one.name == "tip peak-to-peak displacement")
     assert mine.error is not None
     assert mine.error > 2.0e-3
+
+
+@pytest.mark.parametrize("count", [4, 12])
+@pytest.mark.parametrize("companions", [2, 4])
+@pytest.mark.parametrize("common", [0.0, 0.3, 0.7, 1.5])
+def test_means_differ_by_chance_in_95_percent(companions: int, count: int, common: float) -> None:
+    """Windows that are normal, and in common to those of a motion an offset: a further motion lies within E.
+
+    Where there is no offset E is at most 1.3 times the 95 % interval of the difference of two means, 2.77 / sqrt(n).
+    """
+    chance = np.random.default_rng(5)
+    covered, wide = [], []
+    for _ in range(1000):
+        draws = chance.standard_normal((companions + 2, count))
+        draws += common * chance.standard_normal((companions + 2, 1))
+        means, within = draws[:-1].mean(axis=1), draws[:-1].var(axis=1, ddof=1).mean() / count
+        far = np.sqrt(2.0) * quantile_of_means(within, float(means.var(ddof=1)), companions + 1, count)
+        covered.append(abs(draws[-1].mean() - means[0]) <= far)
+        wide.append(far)
+    assert np.mean(covered) >= 0.92
+    assert common or np.median(wide) <= 1.3 * 2.77 / np.sqrt(count)
 
 
 def pulses(shape: Array, scale: float = 1.0, base: float = 0.0) -> MotionRecord:

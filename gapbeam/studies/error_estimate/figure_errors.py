@@ -11,16 +11,19 @@ reduced basis, too. A thorough estimate has a reference with the step of the run
 that was computed and stands for rigid contact: the duration of contacts goes as K^(-1/2), so that the distance from
 rigid contact is 1 / (1 - 2^(-1/2)) = 3.4 times the difference that doubling K makes.
 
+The factor 2 belongs to a mesh of first order. Where coarser and finer mesh show a lower one, q = |R - A| / |R - C|
+above 1/2, as at an edge that carries the contact, the differences of ever finer meshes add up to |R - A| / (1 - q),
+which is taken, q up to 4/5. Differences of harmonics are the amplitudes of the difference of two motions: amplitudes of
+motions that differ by phase agree by chance.
+
 Where plane companions stand for a solid, differences are taken relative to the figures of the plane and enlarged by a
 tenth, and |f - R| falls away. A span that the horizon ends is where motions are about to part: E is twice as large
 there.
 
 Beyond the horizon figures are means over windows, and so is each term: it differs by chance as much as two means do.
-With the pooled standard deviation s of the windows of run and companions, n windows in each, the standard deviation m
-of the k means themselves, which holds what windows have in common, and t the two-sided 95 % quantiles of Student's
-distribution with k (n - 1) and k - 1 degrees of freedom,
+With the variance v of a mean, c = t sqrt(2 v) and Student's t (95 %, two-sided),
 
-    c = max(t s sqrt(2 / n), t m sqrt(2)),    E = c + max_i F_i max(0, |d_i| - c)
+    E = c + max_i F_i max(0, |d_i| - c)
 
 with the factors F_i of the terms above: what differs by more than chance is an error of step, mesh or stiffness.
 
@@ -31,14 +34,15 @@ compares them.
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
+from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, STIFFER
-from gapbeam.studies.error_estimate.key_figures import Averages, key_figures
+from gapbeam.studies.error_estimate.key_figures import HARMONIC, Averages, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.error_estimate.spans import FEWEST_WINDOWS, UP_TO_HORIZON, Span
 
@@ -48,6 +52,8 @@ MODEL = "step and model"  # the difference from the reference
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED = 2.0  # E is so much larger where motions are about to part
 CONFIDENCE = 0.95
+SAME_VARIANCE = 0.75  # of the ratios of two estimates of one variance lie below what is pooled
+FIRST_ORDER, SLOWEST = 0.5, 0.8  # ratios of differences of finer meshes
 ROUND_OFF = 1.0e-12  # of a figure: a plane one that is smaller is no scale
 
 
@@ -90,6 +96,7 @@ def figure_errors(
     in_plane: bool,
     averages: Averages,
     records: int = 1,
+    meshed: bool = False,
 ) -> list[FigureError]:
     """Return the key figures of a run over a span, with their errors.
 
@@ -101,25 +108,53 @@ def figure_errors(
         in_plane: Whether plane companions stand for a solid.
         averages: Widths of the means.
         records: Companions have the first of every so many records of the run.
+        meshed: Whether all that the finest companion changes is the mesh and the basis of a solid.
     """
     reported = key_figures(run, span, averages)
     mine = reported if records == 1 else key_figures(run.thinned(records), span, averages)
     theirs = {name: key_figures(motion, span, averages) for name, motion in companions.items()}
     same = mine if reference is None else theirs[reference]
+    usual_motion = run.thinned(records) if reference is None else companions[reference]
+    apart = {name: _harmonics_apart(usual_motion, motion, span, averages) for name, motion in companions.items()}
+    if not in_plane:
+        apart[MODEL] = _harmonics_apart(run.thinned(records), usual_motion, span, averages)
     found = []
     for name, figure in reported.items():
         usual = same[name].mean
         ratio = OF_A_SOLID * _ratio(mine[name].mean, usual) if in_plane else 1.0
-        parts = {other: ratio * abs(usual - theirs[other][name].mean) for other in theirs if other != reference}
+        parts = {
+            other: ratio * apart[other].get(name, abs(usual - theirs[other][name].mean))
+            for other in theirs
+            if other != reference
+        }
         if reference is not None and not in_plane:
-            parts[MODEL] = abs(mine[name].mean - usual)
+            parts[MODEL] = apart[MODEL].get(name, abs(mine[name].mean - usual))
         error = None
         if parts:
             everyone = [mine[name], *(one[name] for one in theirs.values())]
-            error = _error(parts, span) if span.predictable else _error_of_means(parts, everyone, ratio)
+            known = parts | _later_meshes(parts) if meshed else parts
+            error = _error(known, span) if span.predictable else _error_of_means(known, everyone, ratio)
         window = averages.width_of(name)
         found.append(FigureError(name, figure.unit, span.name, figure.mean, error, parts, figure.uncertainty, window))
     return found
+
+
+def _harmonics_apart(one: MotionRecord, other: MotionRecord, span: Span, averages: Averages) -> dict[str, float]:
+    """Return the amplitudes of the difference of two motions up to the horizon, by the name of the harmonic."""
+    if span.frequency is None or not span.predictable:
+        return {}
+    count = min(len(one.times), len(other.times))
+    left = one.first(count)
+    between = replace(left, displacement=left.displacement - other.displacement[:count])
+    return {name: figure.mean for name, figure in key_figures(between, span, averages).items() if HARMONIC in name}
+
+
+def _later_meshes(parts: Mapping[str, float]) -> dict[str, float]:
+    """Return the difference of the finest companion as large as that of a mesh of first order would be."""
+    coarse, fine = parts.get(COARSER, 0.0), parts.get(FINEST, 0.0)
+    if fine <= FIRST_ORDER * coarse or coarse == 0.0:
+        return {}
+    return {FINEST: fine * (1.0 - FIRST_ORDER) / (1.0 - min(fine / coarse, SLOWEST))}
 
 
 def _ratio(solid: float, plane: float) -> float:
@@ -139,14 +174,33 @@ def _error_of_means(parts: Mapping[str, float], figures: Iterable[WindowFigure],
     count = values[0].size
     if count < FEWEST_WINDOWS:
         return None
-    within = float(np.sqrt(np.mean([one.var(ddof=1) for one in values]) / count))
-    between = float(np.std([one.mean() for one in values], ddof=1))
-    degrees = len(values) * (count - 1), len(values) - 1
-    parted = [
-        float(student.ppf(0.5 + 0.5 * CONFIDENCE, degree)) * deviation
-        for degree, deviation in zip(degrees, (within, between), strict=True)
-        if degree > 1  # two means say nothing of how means differ
-    ]
-    chance = max(ratio, 1.0) * float(np.sqrt(2.0)) * max(parted)
+    within = float(np.mean([one.var(ddof=1) for one in values]) / count)
+    between = float(np.var([one.mean() for one in values], ddof=1))
+    scattered = quantile_of_means(within, between, len(values), count)
+    chance = max(ratio, 1.0) * float(np.sqrt(2.0)) * scattered
     factors = {**FACTORS, MODEL: 1.0, STIFFER: RIGID_FACTOR}
     return chance + max(factors[name] * max(0.0, part - chance) for name, part in parts.items())
+
+
+def quantile_of_means(within: float, between: float, means: int, count: int) -> float:
+    """Return how far a mean lies from its expectation by chance, in 95 %.
+
+    The scatter of windows and that of means estimate the same variance, and are pooled, unless the F test finds that
+    means differ by more than their windows explain: these have something in common then, and only the means count.
+    Source: Bancroft, Ann. Math. Statist. 15 (1944) 190; the level of 25 % is that of Bozivich, Bancroft and Hartley,
+    Ann. Math. Statist. 27 (1956) 1017.
+
+    Args:
+        within: Variance of a mean by the scatter of its windows.
+        between: Variance of the means.
+        means: Their number.
+        count: Windows of each.
+    """
+    free = means * (count - 1), means - 1
+    level = 0.5 + 0.5 * CONFIDENCE
+    if free[1] < 2:  # two means say nothing of how means differ
+        return float(student.ppf(level, free[0]) * np.sqrt(within))
+    if between > within * float(fisher.ppf(SAME_VARIANCE, free[1], free[0])):
+        return float(student.ppf(level, free[1]) * np.sqrt(between))
+    pooled = (free[0] * within + free[1] * between) / sum(free)
+    return float(student.ppf(level, sum(free)) * np.sqrt(pooled))

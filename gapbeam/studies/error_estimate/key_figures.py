@@ -22,6 +22,7 @@ from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_me
 from gapbeam.studies.error_estimate.spans import Span
 
 HARMONICS = 3
+HARMONIC = " harmonic "
 
 
 @dataclass(frozen=True)
@@ -73,7 +74,7 @@ def _figures(motion: MotionRecord, frequency: float | None, averages: Averages) 
         if frequency is not None:
             amplitudes = _harmonics(motion.times, motion.displacement[:, number], frequency)
             for order, amplitude in enumerate(amplitudes, 1):
-                yield f"{probe} harmonic {order}", "m", float(amplitude)
+                yield f"{probe}{HARMONIC}{order}", "m", float(amplitude)
     for number, gauge in enumerate(motion.gauges):
         yield f"{gauge} {AXIAL_STRESS}", "Pa", float(np.ptp(motion.stress[:, 0, number]))
         yield f"{gauge} {VON_MISES_STRESS}", "Pa", float(motion.stress[:, 1, number].max())

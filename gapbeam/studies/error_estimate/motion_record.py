@@ -109,6 +109,10 @@ class MotionRecord:
         first, last = (round(time / self.interval) for time in (start, end))
         return self._records(slice(first, last + 1))
 
+    def first(self, count: int) -> MotionRecord:
+        """Return so many records from the first one on."""
+        return self._records(slice(None, count))
+
     def thinned(self, factor: int) -> MotionRecord:
         """Return the first of every so many records; velocities gained and impulses keep what acted between them."""
         return self if factor == 1 else self._records(slice(None, None, factor))

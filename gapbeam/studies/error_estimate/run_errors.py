@@ -25,6 +25,7 @@ from gapbeam.postprocess.signals.figure_names import (
 )
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.case.model_table import FullModel, ReducedModel
 from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import Interrupted, UserError
@@ -278,9 +279,10 @@ def errors_of(case: Case, run: MotionRecord, found: Mapping[str, CompanionMotion
     spans = spans_of(case, reached, interval, horizon, settled)
     if spans and spans[-1].name == WHOLE_RUN:
         spans[-1] = replace(spans[-1], width=run.end)
+    meshed = isinstance(case.model, FullModel | ReducedModel)
     for span in spans:
         averages = Averages(smoothing, contact_windows(part.between(span.start, span.end)))
-        figures += figure_errors(part, motions, reference, span, plan.in_plane, averages, plan.records)
+        figures += figure_errors(part, motions, reference, span, plan.in_plane, averages, plan.records, meshed)
     if not whole:
         grown = run.force.max(axis=0) > part.force.max(axis=0)
         later = tuple(np.array(run.faces)[grown].tolist())

@@ -34,7 +34,7 @@ def check_facing(
         points: Coordinates of all nodes, (nodes, 3), m.
 
     Raises:
-        MeshError: facets of the lower surface do not look down, or those of the upper one not up.
+        MeshError: facets of the lower surface do not look down, or those of the upper one not up, or some are missing.
     """
     dimension = geometry.dimension
     x = points[:, :dimension]
@@ -46,6 +46,8 @@ def check_facing(
         normals = _normals(x[corners], x[nodes[BODY][cells]].mean(axis=1))
         wrong = (side * normals[:, -1] < LEAST_FACING) | (np.abs(normals[:, 0]) > MOST_ALONG)
         if not np.any(wrong):
+            rest = [row for row in facets.on_surface if not _is_in(facets.corners[row], corners)]
+            _check_unbroken(f"{where}, group {name}", side, corners, facets.corners[rest], x)
             continue
         ends = int(np.sum(np.abs(normals[wrong, 0]) > MOST_ALONG))
         first = x[corners[np.flatnonzero(wrong)[0]]].mean(axis=0)
@@ -59,6 +61,33 @@ def check_facing(
             if ends
             else "Faces at the side or of a bore do not meet this face of the support: take them out of the group.",
         )
+
+
+def _is_in(facet: Nodes, facets: Nodes) -> bool:
+    return bool(np.any(np.all(np.sort(facets, axis=1) == facet, axis=1)))
+
+
+def _check_unbroken(where: str, side: float, corners: Nodes, rest: Nodes, x: Coordinates) -> None:
+    """Refuse a face without some facets in its middle, where the surface goes on: contact would be missing there.
+
+    A groove is none: its walls do not look at the support.
+    """
+    along = x[corners][:, :, 0]
+    order = np.argsort(along.min(axis=1))
+    begins, reached = along.min(axis=1)[order][1:], np.maximum.accumulate(along.max(axis=1)[order])[:-1]
+    beside = rest[np.isin(rest, corners).any(axis=1)]
+    middles = x[beside].mean(axis=1)
+    for low, high in zip(reached[begins > reached], begins[begins > reached], strict=True):
+        within = beside[(middles[:, 0] > low) & (middles[:, 0] < high)]
+        # seen from far behind the support every normal points outward
+        normals = _normals(x[within], x[within].mean(axis=1) - side * np.eye(x.shape[1])[-1])
+        if np.any(side * normals[:, -1] > 1.0 - MOST_ALONG):
+            raise MeshError(
+                where,
+                found=f"a hole from x = {low:.4g} to {high:.4g} m, where the surface goes on",
+                expected="all facets between the ends of the support",
+                hint="Add the missing facets to the group; two parts apart are two supports.",
+            )
 
 
 def _normals(corners: Coordinates, middles: Coordinates) -> Coordinates:

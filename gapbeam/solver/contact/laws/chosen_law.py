@@ -3,13 +3,16 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import ClassVar, NamedTuple
+from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
 from gapbeam.solver.contact.formulations.chosen_formulation import ChosenFormulation
 from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Table
+
+if TYPE_CHECKING:
+    from gapbeam.solver.contact.laws.own_spring import OwnSpring
 
 
 class ComputedDamping(NamedTuple):
@@ -40,9 +43,25 @@ class ChosenLaw(Table):
     by_touch_speed: ClassVar[bool] = False
     keeps_set: ClassVar[bool] = False
 
+    @classmethod
+    def __pydantic_init_subclass__(cls, **_: object) -> None:
+        """Refuse names that nothing asks for, as a `pressure`: the law would be marched without it.
+
+        Raises:
+            TypeError: There are such names; names of its own begin with an underscore.
+        """
+        known = {*dir(ChosenLaw), *cls.model_fields}
+        unknown = sorted(name for name in vars(cls) if not name.startswith("_") and name not in known)
+        if unknown:
+            raise TypeError(
+                f"the contact law {cls.__name__} defines {', '.join(unknown)}, which nothing asks for; expected traits "
+                "of `ChosenLaw`: `own_spring` for an elastic pressure, `damper` for a damper, and names that "
+                "begin with _ for what only the law itself uses"
+            )
+
     @property
     def spring_exponent(self) -> float:
-        """The exponent n of the spring K d^n."""
+        """The exponent n of the spring K d^n, or of the growth at small penetrations."""
         return 1.0
 
     @property
@@ -79,6 +98,15 @@ class ChosenLaw(Table):
                 them. 1: they are per area already.
         """
         raise NotImplementedError
+
+    def own_spring(self, stiffness: float | Array) -> OwnSpring | None:
+        """Return the elastic pressure of the law, its slope and its potential; None: K d^n.
+
+        Args:
+            stiffness: K, per area, given or computed; one number or one at each point, (m,), Pa/m^n.
+        """
+        del stiffness
+        return None
 
     def computed_damping(
         self, stiffness: float, mass: float, adhesive: bool, units: tuple[str, str]

@@ -46,6 +46,15 @@ def fill_damping(law: LawTable, depth: Array, found: Array) -> None:
 
 
 @entry
+def fill_damping_parts(law: LawTable, depth: Array, found: Array) -> None:
+    """Set c(d), its slope and its integral, (3, r, m)."""
+    for row in range(depth.shape[0]):
+        for i in range(depth.shape[1]):
+            value, slope, integral = damping_at(numbers_at(law, i), law.stiffness[i], law.coefficient[i], depth[row, i])
+            found[0, row, i], found[1, row, i], found[2, row, i] = value, slope, integral
+
+
+@entry
 def fill_touch_factors(product: float, speed: Array, factor: Array) -> None:
     """Set chi, (m,), of contacts that began at these speeds, (m,)."""
     for i in range(len(speed)):

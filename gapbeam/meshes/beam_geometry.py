@@ -65,8 +65,8 @@ class BeamGeometry:
         if self.support_length > self.length * (1 + 1e-12):
             raise MeshError(
                 "support length",
-                found=f"{self.support_length:g} m",
-                expected=f"at most the length of the beam, {self.length:g} m",
+                found=f"{self.support_length:.15g} m",
+                expected=f"at most the length of the beam, {self.length:.15g} m",
             )
         # coordinates that are the same up to rounding become the same: faces, the end of the support, points
         planes = [list(pair) for pair in zip(self.lower, self.upper, strict=True)]

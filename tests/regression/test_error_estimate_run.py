@@ -5,6 +5,7 @@ from __future__ import annotations
 import os
 import signal
 import time
+from contextlib import nullcontext
 from pathlib import Path
 
 import numpy as np
@@ -14,8 +15,12 @@ import gapbeam
 from gapbeam.postprocess.report.sections.errors_table import errors_table
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.companions import COARSER, HALF_STEP, Companion
+from gapbeam.studies.error_estimate.force_peaks import force_peaks
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
+from gapbeam.studies.error_estimate.spans import Span
 from gapbeam.studies.trials import response
 from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks, settings
+from tests.shared.interrupted import stopped_after
 
 QUIET = ("model.type=reduced", "load.shaker.amplitude=2.0", "time.end=0.4", "output.fields_interval=0.1")
 
@@ -133,3 +138,30 @@ def test_a_signal_during_the_estimate_is_answered(
     assert outcome.summary["status"] == "completed"
     monkeypatch.setattr(response, "_march", marched)
     assert gapbeam.run(DEMO, keys, tmp_path / "out", resume=True).summary["errors"]["status"] == "estimated"
+
+
+@alone
+@pytest.mark.usefixtures("estimated")
+@pytest.mark.parametrize(
+    ("limit", "status"),
+    [("", 143), ("gates.failures.penetration_beside_the_clearance=0.05", 4)],
+    ids=["signal", "gate"],
+)
+def test_a_run_that_ends_early_has_the_same_peaks(
+    limit: str, status: int, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """By a signal or by a limit: largest records and means over contacts, those of the whole run up to there."""
+    keys = (*RATTLE, "model.type=rigid", "time.end=0.06", "output.fields_interval=1e-3")
+    assert gapbeam.run(DEMO, keys, tmp_path / "whole").exit_status == 0
+    whole = MotionRecord.of_history(gapbeam.open_results(tmp_path / "whole").history, False)
+    with caplog.at_level("INFO", logger="gapbeam"), nullcontext() if limit else stopped_after(30):
+        early = gapbeam.run(DEMO, (*keys, limit) if limit else keys, tmp_path / "early")
+    assert early.exit_status == status, early.message
+    end = float(gapbeam.open_results(tmp_path / "early").history["time"][-1])
+    assert end < 0.059
+    found = gapbeam.open_results(tmp_path / "early").summary["errors"]
+    assert (found["status"], "ended early" in found["reason"]) == ("not estimated", True)
+    [(name, peaks)] = found["force_peaks"].items()
+    assert name == "first part"
+    assert peaks == force_peaks(whole, [Span("first part", 0.0, end, 1)])["first part"]
+    assert "without errors: base" in caplog.text

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import pytest
@@ -184,3 +185,34 @@ def test_modes_beyond_what_a_model_has_are_not_asked_for() -> None:
     assert [len(state.bending()[0]) >= 2 for state in found] == [True] * 3
     with pytest.raises(UserError, match=r"^3 bending modes were asked for; expected 1 to 2"):
         held_modes(model, 3, 3)
+
+
+BEYOND = {
+    "support": (PLANE.replace("to = 0.1", "to = LONG"), 0.6),
+    "support turned": (PLANE.replace("from = 0.0", "from = LONG"), 0.1),
+    "segment": ('[[segment]]\nname = "a"\nfrom = 0.2\nto = LONG\nthickness = 0.01\n', 0.6),
+    "segment turned": ('[[segment]]\nname = "a"\nfrom = LONG\nto = 0.2\nthickness = 0.01\n', 0.2),
+    "fluid": ('[[fluid]]\nname = "a"\nfrom = 0.2\nto = LONG\nadded_mass = 1.0\n', 0.6),
+    "fluid turned": ('[[fluid]]\nname = "a"\nfrom = LONG\nto = 0.2\nadded_mass = 1.0\n', 0.2),
+    "probe": ('[[probe]]\nname = "a"\npoint = LONG\n', 0.6),
+    "force": ('[[load]]\ntype = "constant_force"\nname = "a"\npoint = LONG\namplitude = 1.0\n', 0.6),
+}
+"""Tables with a place beyond a limit, and the limit."""
+
+
+@given(kind=st.sampled_from(sorted(BEYOND)), share=st.floats(-8.5, -2.0))
+def test_places_just_beyond_a_limit_are_told_from_it(kind: str, share: float) -> None:
+    """What was found and what was expected differ in words, however close they are."""
+    text, limit = BEYOND[kind]
+    place = limit * (1.0 + 10.0**share)
+    with pytest.raises(CaseError) as refused:
+        read_case_text(BEAM + text.replace("LONG", repr(place)))
+    fault = next(one for one in refused.value.faults if re.search(r"\d", one.expected))
+    numbers = [re.findall(r"[-+.\de]*\d", words.replace("name", "")) for words in (fault.found, fault.expected)]
+    assert numbers[0][0] not in numbers[1], str(fault)
+
+
+@pytest.mark.parametrize("limits", [(float("inf"), 1.0), (float("nan"), 1.0), (1.0, float("inf"))])
+def test_what_is_no_number_is_told_from_a_limit(limits: tuple[float, float]) -> None:
+    """Infinity and NaN are not shown as the limit."""
+    assert len(set(apart(*limits))) == 2

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from math import radians
+from math import copysign, radians
 from typing import Annotated
 
 from pydantic import Field
@@ -13,6 +13,7 @@ from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.counted_noise import noise_key
 from gapbeam.solver.loads.shared_noise import SharedNoise
 from gapbeam.solver.table import Name, NonNegative, Number, Table
+from gapbeam.solver.wording.compared_numbers import apart
 
 MOST = 1000  # rows
 LONGEST_DELAY = 1.0e6  # s
@@ -78,7 +79,7 @@ class CrossSpectrum(Table):
             yield from self._row_faults((*key, name), given, (*key, "frequencies"))
         for one, following in pairwise(self.frequencies or ()):
             if one >= following:
-                found = f"{following:g} Hz after {one:g} Hz"
+                found = "{} Hz after {} Hz".format(*apart(following, one))
                 yield Fault((*key, "frequencies"), found, "frequencies that ascend", "sort the rows")
                 break
         given = self._rows(self.coherence)
@@ -90,7 +91,8 @@ class CrossSpectrum(Table):
                 _instead_of(wrong[0]),
             )
         if abs(self.delay) > LONGEST_DELAY:
-            yield Fault((*key, "delay"), f"{self.delay:g} s", f"at most {LONGEST_DELAY:g} s", "is it in another unit?")
+            delay, longest = apart(self.delay, copysign(LONGEST_DELAY, self.delay))
+            yield Fault((*key, "delay"), f"{delay} s", f"at most {longest.strip(chr(45))} s", "is it in another unit?")
 
     def _row_faults(self, key: Key, given: float | tuple[float, ...], frequencies: Key) -> Iterator[Fault]:
         """Yield several values without frequencies, or for another number of them."""

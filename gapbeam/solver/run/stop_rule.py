@@ -19,6 +19,7 @@ from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import figure_names, may_be_asked
 from gapbeam.solver.errors import IntervalNotMet, UserError
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.wording.compared_numbers import apart
 from gapbeam.solver.wording.near_names import near
 
 DOUBTS = {"not resolved": "not resolved by the step", "biased": "biased by the scheme"}
@@ -50,9 +51,9 @@ class StopRule:
             UserError: It is refused.
         """
         if not (isfinite(self.relative_error) and 0.0 < self.relative_error <= LARGEST):
+            found, most = apart(self.relative_error, LARGEST)
             raise UserError(
-                f"`relative_error=`: found {self.relative_error:g}; expected more than 0 and at most {LARGEST:g}, "
-                "such as 0.01 for 1 %"
+                f"`relative_error=`: found {found}; expected more than 0 and at most {most}, such as 0.01 for 1 %"
             )
         if not has_statistics(case):
             raise UserError(

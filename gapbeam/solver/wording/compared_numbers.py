@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from math import inf
+from math import inf, isfinite
 
 ROUND_OFF = 1.0e-9  # relative; sums and differences of what people type are that exact
 USUAL_DIGITS, ALL_DIGITS = 6, 17
@@ -21,6 +21,8 @@ def exceeds(value: float, limit: float, scale: float = 0.0) -> bool:
 
 def apart(value: float, limit: float) -> tuple[str, str]:
     """Return two numbers with as many digits, at least six, as tell them apart; those equal to round-off, alike."""
+    if not (isfinite(value) and isfinite(limit)):
+        return f"{value:g}", f"{limit:g}"
     if not (exceeds(value, limit) or exceeds(limit, value)):
         return f"{value:g}", f"{value:g}"
     for digits in range(USUAL_DIGITS, ALL_DIGITS + 1):

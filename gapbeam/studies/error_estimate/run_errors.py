@@ -39,7 +39,7 @@ from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
-from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks
+from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks, peak_forces
 from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
 from gapbeam.studies.error_estimate.key_figures import Averages
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
@@ -104,8 +104,9 @@ class RunErrors:
 def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
     """Estimate the errors of a finished run, write them to its summary, and return the outcome with them.
 
-    A run that failed and one that has them are returned as they are. Where a signal ends the estimate, the summary has
-    no errors, and the exit status is that of the signal.
+    A run that has them is returned as it is; one that ended early gets the peaks of its forces, by the same definition
+    as those of a whole run. Where a signal ends the estimate, the summary has no errors, and the exit status is that of
+    the signal.
 
     Args:
         case: The case of the run.
@@ -114,7 +115,10 @@ def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
 
     Collective.
     """
-    if outcome.exit_status != 0 or "errors" in outcome.summary:
+    if outcome.exit_status != 0:
+        on_rank_zero(comm, lambda: _add_peaks(case, outcome))
+        return outcome
+    if "errors" in outcome.summary:
         return outcome
     with Signals(None) as signals:
         try:
@@ -128,6 +132,32 @@ def with_errors(case: Case, outcome: Outcome, comm: MPI.Comm) -> Outcome:
             LOG.error("%s", message)
             return replace(outcome, exit_status=stopped.exit_status, message=message)
     return replace(outcome, summary=summary, message=summary["message"])
+
+
+def _add_peaks(case: Case, outcome: Outcome) -> None:
+    """Add the peak forces of a run that ended early to its summary, up to where it came, and log them."""
+    if "errors" in outcome.summary or not isinstance(case.analysis, Transient):
+        return
+    try:
+        run = MotionRecord.of_history(open_results(outcome.folder).history, bends_in_two_planes(case))
+        if len(run.times) < FEWEST_RECORDS:
+            return
+        whole = [Span("first part", 0.0, run.end, 1)]
+        outcome.summary["errors"] = {
+            "status": "not estimated",
+            "reason": f"the run ended early, at t = {run.end:.6g} s",
+            "force_peaks": force_peaks(run, spans_of(case, run.end, run.interval, None) or whole),
+        }
+        write_summary(outcome.folder, outcome.summary)
+    except (ResultsError, OSError):  # the run has said why it ended
+        return
+    windows = contact_windows(run)
+    forces = peak_forces(run, [windows[face] for face in run.faces])
+    words = [
+        f"{face} {LARGEST_FORCE if windows[face] is None else MEAN_FORCE} {_with_unit(float(force), 'N')}"
+        for face, force in zip(run.faces, forces, strict=True)
+    ]
+    LOG.info("up to t = %.6g s, without errors: %s", run.end, ", ".join(words[:MOST_FORCES]))
 
 
 def errors_wanted(case: Case) -> bool:

@@ -14,11 +14,13 @@ from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads, namesakes, outside
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, ModelTable, RigidModel
+from gapbeam.solver.case.span_faults import span_lies_on_the_beam
 from gapbeam.solver.case.symmetry import moves_in_space
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""
@@ -79,11 +81,12 @@ def offsets_fit_the_mesh(beam: Beam, mesh: Mesh, mass: Masses) -> Iterator[Fault
                 else f"offset = {_listed((entry.away[0], entry.away[2]) if flat else entry.away)}",
                 related,
             )
-        elif (far := max(map(abs, entry.offset))) > beam.length:
+        elif exceeds(far := max(map(abs, entry.offset)), beam.length):
             hint = (
                 f"is it in mm? In m it is {far / 1000.0:g}" if far / 1000.0 <= beam.length else "coordinates are in m"
             )
-            yield Fault(key, f"{far:g} m", f"at most the length of the beam, {beam.length:g} m", hint)
+            found, length = apart(far, beam.length)
+            yield Fault(key, f"{found} m", f"at most the length of the beam, {length} m", hint)
 
 
 def _listed(numbers: tuple[float, ...]) -> str:
@@ -176,23 +179,7 @@ def fluids_surround_the_beam(beam: Beam, fluid: Fluids) -> Iterator[Fault]:
     """A fluid begins before it ends, lies along the beam, and does something."""
     for number, entry in fluid.items():
         key = ("fluid", number)
-        if entry.length <= 0.0:
-            yield Fault(
-                (*key, "to"),
-                f"{entry.end:g} m, where the fluid begins at {entry.start:g} m",
-                f"more than from, {entry.start:g} m",
-                "swap them?" if entry.length < 0.0 else "a fluid has a length along the beam",
-                ((*key, "from"),),
-            )
-        elif entry.end > beam.length * (1.0 + 1e-12):
-            in_mm = entry.end / 1000.0 <= beam.length < 0.1 * entry.end
-            yield Fault(
-                (*key, "to"),
-                f"{entry.end:g} m, beyond the end of the beam",
-                f"at most the length of the beam, {beam.length:g} m",
-                f"is it in mm? In m it is {entry.end / 1000.0:g}" if in_mm else "coordinates are in m, from x = 0",
-                (("beam", "length"),),
-            )
+        yield from span_lies_on_the_beam(key, entry, beam, "the fluid", "a fluid has a length along the beam")
         if not entry.acts:
             yield Fault(
                 (*key, "added_mass"),

@@ -181,9 +181,8 @@ def curve_is_in_reach(analysis: Analysis, support: AnySupports, contact: Contact
         yield Fault((*table, "key"), curve.key, either(known), "loads are called by their names")
         return
     if not curve.low < curve.high:
-        yield Fault(
-            (*table, "high"), f"{curve.high:g}", f"more than low, {curve.low:g}", "swap them?", ((*table, "low"),)
-        )
+        high, low = apart(curve.high, curve.low)
+        yield Fault((*table, "high"), high, f"more than low, {low}", "swap them?", ((*table, "low"),))
     elif exceeds(curve.low, value) or exceeds(value, curve.high):
         limit, here = apart(curve.low if value < curve.low else curve.high, value)
         low, high = (limit, f"{curve.high:g}") if value < curve.low else (f"{curve.low:g}", limit)

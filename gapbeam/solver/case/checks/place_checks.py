@@ -17,6 +17,7 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector
+from gapbeam.solver.wording.compared_numbers import apart
 
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""
@@ -78,7 +79,9 @@ def _outside(key: Key, point: float | Vector, beam: Beam, mesh: Mesh) -> Iterato
             hint = f"{name} = 0 is the axis of the beam, not its face; {hint}"
         elif least < value / 1000 <= most:
             hint = f"is it in mm? In m it is {value / 1000:g}"
-        found, expected = f"{name} = {value:g} m, outside the beam", f"{name} from {least:g} to {most:g} m"
+        here, limit = apart(value, least if value < least else most)
+        low, high = (limit, f"{most:g}") if value < least else (f"{least:g}", limit)
+        found, expected = f"{name} = {here} m, outside the beam", f"{name} from {low} to {high} m"
         yield Fault(key, found, expected, hint, (("beam", side),))
 
 

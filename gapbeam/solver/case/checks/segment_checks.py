@@ -11,6 +11,7 @@ from gapbeam.solver.case.case import Beam, Mesh, Output, Probe
 from gapbeam.solver.case.checks.place_checks import Segments, namesakes
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.segment_table import OF_MATERIAL, OF_SECTION
+from gapbeam.solver.case.span_faults import span_lies_on_the_beam
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
@@ -28,24 +29,7 @@ def segment_names_differ(segment: Segments) -> Iterator[Fault]:
 def segments_lie_on_the_beam(beam: Beam, segment: Segments) -> Iterator[Fault]:
     """Every segment begins before it ends, and ends on the beam."""
     for number, one in segment.items():
-        key: Key = ("segment", number, "to")
-        if one.length <= 0.0:
-            yield Fault(
-                key,
-                f"{one.end:g} m, where the segment begins at {one.start:g} m",
-                f"more than from, {one.start:g} m",
-                "swap them?" if one.length < 0.0 else "a segment has a length",
-                (("segment", number, "from"),),
-            )
-        elif one.end > beam.length * (1.0 + ROUNDING):
-            in_mm = one.end / 1000.0 <= beam.length < 0.1 * one.end
-            yield Fault(
-                key,
-                f"{one.end:g} m, beyond the end of the beam",
-                f"at most the length of the beam, {beam.length:g} m",
-                f"is it in mm? In m it is {one.end / 1000.0:g}" if in_mm else "coordinates are in m, from x = 0",
-                (("beam", "length"),),
-            )
+        yield from span_lies_on_the_beam(("segment", number), one, beam, "the segment", "a segment has a length")
 
 
 def segments_keep_apart(segment: Segments) -> Iterator[Fault]:

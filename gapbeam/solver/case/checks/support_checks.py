@@ -10,6 +10,7 @@ from gapbeam.solver.case.case import Beam
 from gapbeam.solver.case.checks.place_checks import Loads, same_name
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.placed_support import law_at, own_law
+from gapbeam.solver.case.span_faults import span_lies_on_the_beam
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
@@ -31,23 +32,8 @@ def supports_lie_on_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault
     if isinstance(support, BaseAndGland):
         return
     for key, one in keyed(support):
-        if one.length <= 0.0:
-            yield Fault(
-                (*key, "to"),
-                f"{one.end:g} m, where the support begins at {one.start:g} m",
-                f"more than from, {one.start:g} m",
-                "swap them?" if one.length < 0.0 else "a support has a length: its planes touch the beam along it",
-                ((*key, "from"),),
-            )
-        elif one.end > beam.length * (1.0 + 1e-12):
-            in_mm = one.end / 1000.0 <= beam.length < 0.1 * one.end
-            yield Fault(
-                (*key, "to"),
-                f"{one.end:g} m, beyond the end of the beam",
-                f"at most the length of the beam, {beam.length:g} m",
-                f"is it in mm? In m it is {one.end / 1000.0:g}" if in_mm else "coordinates are in m, from x = 0",
-                (("beam", "length"),),
-            )
+        needs = "a support has a length: its planes touch the beam along it"
+        yield from span_lies_on_the_beam(key, one, beam, "the support", needs)
 
 
 def supports_keep_apart(support: AnySupports) -> Iterator[Fault]:

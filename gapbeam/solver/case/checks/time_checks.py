@@ -21,10 +21,11 @@ def run_has_steps(time: Time) -> Iterator[Fault]:
         return
     steps = time.end / time.step
     if steps < 1 - MULTIPLE_TOLERANCE:
+        step, end = apart(time.step, time.end)
         yield Fault(
             ("time", "step"),
-            f"{time.step:g} s, longer than the whole run",
-            f"at most end, {time.end:g} s, and much less to be of use",
+            f"{step} s, longer than the whole run",
+            f"at most end, {end} s, and much less to be of use",
             "are step and end swapped, or in ms?",
             (("time", "end"),),
         )

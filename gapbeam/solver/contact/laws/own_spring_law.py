@@ -59,7 +59,7 @@ class OwnSpringLaw(ContactLaw):
 
     def damping(self, depth: Array) -> Array:
         """Return c(d), Pa s/m."""
-        return self._damping_parts(depth)[0]
+        return np.asarray(self._damping_parts(depth)[0])
 
     def static(self, depth: Array) -> StagePressure:
         """Return p = e(d): the law at rest."""

@@ -40,6 +40,7 @@ from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with
 from gapbeam.solver.run.output.results_folder import clear
+from gapbeam.solver.wording.compared_numbers import apart
 
 LOG = logging.getLogger("gapbeam")
 LARGEST_SHARE = 0.01  # of the wall time, for checkpoints
@@ -243,7 +244,8 @@ def _refuse_another_case(
                 "seconds where time.end changes"
             )
     if header["done"] > round(model.case.time.end / model.step):
-        faults.append(f"time.end: found {model.case.time.end:g}, expected more than {header['time']:g}, the checkpoint")
+        end, reached = apart(model.case.time.end, header["time"])
+        faults.append(f"time.end: found {end}, expected more than {reached}, the checkpoint")
     refuse(faults, f"{path} is of another case")
 
 

@@ -201,7 +201,7 @@ BEYOND = {
 
 
 @given(kind=st.sampled_from(sorted(BEYOND)), share=st.floats(-8.5, -2.0))
-def test_places_just_beyond_a_limit_are_told_from_it(kind: str, share: float) -> None:
+def test_places_just_beyond_a_limit_are_distinguished_from_it(kind: str, share: float) -> None:
     """What was found and what was expected differ in words, however close they are."""
     text, limit = BEYOND[kind]
     place = limit * (1.0 + 10.0**share)
@@ -213,6 +213,6 @@ def test_places_just_beyond_a_limit_are_told_from_it(kind: str, share: float) ->
 
 
 @pytest.mark.parametrize("limits", [(float("inf"), 1.0), (float("nan"), 1.0), (1.0, float("inf"))])
-def test_what_is_no_number_is_told_from_a_limit(limits: tuple[float, float]) -> None:
+def test_what_is_no_number_is_distinguished_from_a_limit(limits: tuple[float, float]) -> None:
     """Infinity and NaN are not shown as the limit."""
     assert len(set(apart(*limits))) == 2

@@ -12,7 +12,7 @@ from gapbeam.solver.wording.compared_numbers import apart
 ROUNDING = 1.0e-12  # of the length of the beam
 
 
-class Span(Protocol):
+class Reach(Protocol):
     """A part of the beam."""
 
     @property
@@ -28,7 +28,7 @@ class Span(Protocol):
         """The difference, m."""
 
 
-def span_lies_on_the_beam(key: Key, one: Span, beam: Beam, what: str, needs: str) -> Iterator[Fault]:
+def span_lies_on_the_beam(key: Key, one: Reach, beam: Beam, what: str, needs: str) -> Iterator[Fault]:
     """Yield the fault of a span that has no length, or ends beyond the beam.
 
     Args:

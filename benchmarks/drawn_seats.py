@@ -92,7 +92,9 @@ def plane_scenes(draw: st.DrawFn) -> dict[str, Any]:
                 "offset": draw(st.sampled_from((0.0, 0.0, -0.01, 0.02))) * thickness if region != "slot" else 0.0,
                 "region": {"type": "stop", "side": "above"} if region == "above" else region,
             }
+            | _body(draw, weight, length)
         )
+    model = draw(st.sampled_from(("rigid", "beam", "beam", "beam", "reduced", "full")))
     return {
         "title": "drawn seat",
         "beam": {"length": length, "thickness": thickness, "width": width},
@@ -110,8 +112,8 @@ def plane_scenes(draw: st.DrawFn) -> dict[str, Any]:
             "support_size": length / draw(st.sampled_from((40, 80))),
             "cells_through_thickness": 1,
         },
-        "model": draw(st.sampled_from(("rigid", "beam", "beam", "beam", "reduced", "full"))),
-        "contact": _contact(draw, modulus, thickness, length),
+        "model": model,
+        "contact": _contact(draw, modulus, thickness, length) | _formulation(draw, model) | _friction(draw),
         "time": {"end": 1.0e-3, "step": 1.0e-4},
     }
 
@@ -159,12 +161,58 @@ def round_scenes(draw: st.DrawFn) -> dict[str, Any]:
         "load": [{"type": "gravity"}, *_jacks(draw, length, weight, directions)],
         "mesh": {"dimension": 3, "support_size": 0.03 * length, "size": 0.1 * length, "cells_through_thickness": 2},
         "model": draw(st.sampled_from((*({"type": "beam", "elements": 40},) * 5, {"type": "rigid"}))),
-        "contact": {"stiffness": draw(st.sampled_from((1.0e-3, 1.0e-2, 1.0))) * modulus / thickness},
+        "contact": {"stiffness": draw(st.sampled_from((1.0e-3, 1.0e-2, 1.0))) * modulus / thickness} | _friction(draw),
         "time": {"end": 1.0e-3, "step": 1.0e-4},
     }
 
 
-scenes = st.one_of(plane_scenes(), plane_scenes(), round_scenes())
+@st.composite
+def point_scenes(draw: st.DrawFn) -> dict[str, Any]:
+    """Return a slice that touches base and gland at points, with jacks."""
+    length = draw(_decade(-1.0, 0.7))
+    thickness = float(f"{length * draw(_decade(-2.3, -1.2)):.4g}")
+    modulus, density, width = 2.1e11, 7850.0, 2.0 * thickness
+    weight = density * GRAVITY * length * thickness * width
+    supported = draw(_share(0.1, 0.9))
+    shares = draw(st.lists(_share(0.05, 0.95), min_size=1, max_size=4, unique=True))
+    return {
+        "title": "drawn seat",
+        "beam": {"length": length, "thickness": thickness, "width": width},
+        "material": {"young_modulus": modulus, "poisson_ratio": 0.3, "density": density},
+        "support": {"length": supported * length, "clearance": draw(st.sampled_from((0.0, 1.0e-3, 0.1))) * thickness},
+        "load": [{"type": "gravity"}, *_jacks(draw, length, weight, ((0.0, 1.0),))],
+        "mesh": {"dimension": 2, "support_size": 0.02 * supported * length, "cells_through_thickness": 1},
+        "model": draw(st.sampled_from(("rigid", "beam", "beam", "reduced", "full"))),
+        "contact": {
+            "points": sorted(round(share * supported * length, 6) for share in shares),
+            "patch": 0.06 * supported * length,
+            "stiffness": draw(_decade(-4.0, 0.0)) * modulus * thickness,
+        }
+        | _friction(draw),
+        "time": {"end": 1.0e-3, "step": 1.0e-4},
+    }
+
+
+scenes = st.one_of(plane_scenes(), plane_scenes(), plane_scenes(), round_scenes(), point_scenes())
+
+
+def _body(draw: st.DrawFn, weight: float, length: float) -> dict[str, Any]:
+    """Return the body of a support, on a spring that its own weight and the beam press in by less than 1e-3 of L."""
+    if draw(st.integers(0, 4)):
+        return {}
+    pressed = 2.0 * weight / (length * draw(_decade(-6.0, -3.0)))
+    return {"body": {"mass": weight / GRAVITY * draw(st.sampled_from((0.01, 0.3))), "stiffness": pressed}}
+
+
+def _formulation(draw: st.DrawFn, model: str) -> dict[str, Any]:
+    if model != "full":
+        return {}
+    return {"formulation": draw(st.sampled_from(("penalty", "penalty", "nitsche", "unilateral")))}
+
+
+def _friction(draw: st.DrawFn) -> dict[str, Any]:
+    """Return friction, which bears nothing at rest: the seat is that without it."""
+    return {"friction": {"coefficient": draw(st.sampled_from((0.1, 1.0)))}} if draw(st.integers(0, 4)) == 0 else {}
 
 
 def _jacks(

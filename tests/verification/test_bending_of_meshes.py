@@ -132,3 +132,27 @@ def test_locking_is_known(name: str) -> None:
     said = [words for words in remarks_on_model(built.model) if "of the deflection of the beam" in words]
     assert len(said) == (given["degree"] == 1)
     assert all("try mesh.degree = 2" in words for words in said)
+
+
+@pytest.mark.parametrize(
+    ("poisson", "aspect", "size", "dimension"),
+    [
+        (0.499, 500.0, 0.02, 2), (0.499, 500.0, 0.08, 2), (0.4999, 200.0, 0.08, 2), (0.48, 800.0, 0.1, 2),
+        (0.4999, 50.0, 0.1, 3), (0.4999, 100.0, 0.1, 3), (0.3, 500.0, 0.02, 2),
+    ],
+)  # fmt: skip
+def test_long_cells_of_degree_two_lock(poisson: float, aspect: float, size: float, dimension: int) -> None:
+    """A static deflection misses at most the estimate, which is that of a wave in the beam, and a tenth of it at least.
+
+    What is missed is said where it is more than 2 %, with cells that are shorter as a remedy.
+    """
+    plane = {"plane": "strain"} if dimension == 2 else {"dimension": 3}
+    case = gapbeam.read_case(tables(0.5, aspect, poisson, model="full", size=size, **plane))
+    built = gapbeam.model(case)
+    found = built.model.body.bending
+    lost = 1.0 - share_of_theory(built, 1.0 / aspect, 1.0 - poisson**2 if dimension == 2 else 1.0)
+    assert 0.1 * found.missing - 2e-3 < lost < found.missing + found.round_off + 2e-3
+    said = [words for words in remarks_on_model(built.model) if "of the deflection of the beam" in words]
+    assert bool(said) == (found.missing > 0.02)
+    assert all("a smaller mesh.size" in words for words in said)
+    assert lost < 0.02 or said

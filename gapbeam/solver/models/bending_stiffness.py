@@ -9,7 +9,8 @@ Both are measured on the softest bending mode of the beam by Timoshenko's theory
 
   It grows with the fourth power of length over thickness, and with thin cells.
 * Locking. Cells of degree 1 bend by shear, and in plane strain and solids by compression, which a Poisson's ratio near
-  1/2 resists. One step of inverse iteration gives the frequency W' that the mesh has,
+  1/2 resists; long cells of degree 2 feel it as well. One step of inverse iteration gives the frequency W' that the
+  mesh has,
 
       (K + W^2 M) x = M w,    W'^2 = x^T K x / x^T M x,    1 - W^2 / W'^2,
 
@@ -43,6 +44,7 @@ INDEPENDENT = 1.0e-9  # of rows of unit length: two holds may hold the same moti
 FEWEST = 2  # cells through the thickness that have nodes on the axis
 OF_THIN_CELLS = 1.5  # round-off grows with this power of the number of cells through the thickness
 LEAST_DEGREE = 2  # of cells that bend without shear
+COMPRESSIBLE = 10.0  # modulus of compression over that of shear, lambda / mu, up to which they bend without compression
 NOTABLE_NOISE, MOST_NOISE = 1.0e-3, 0.03  # of a deflection; a full model finds no seat from about 0.05 on
 NOTABLE_LOCKING = 0.02  # of a deflection; no refusal: a stubby block on springs hardly bends
 LEAST_LEFT = 1.0e-9  # of a deflection, by which the error stays finite
@@ -88,7 +90,7 @@ def bending_stiffness(case: Case, space: Any, operators: PetscOperators, rigid: 
         moved = _on_mesh(space, beam, shape, component, turned=False)
         noise = operators.stiffness_round_off(moved) * moved
         round_off = max(round_off, float(np.sqrt(operators.sum(np.array([noise @ noise]))[0])) / square)
-    missing = 0.0 if case.mesh.degree >= LEAST_DEGREE else _missing(case, space, operators, rigid)
+    missing = _missing(case, space, operators, rigid) if _may_lock(case) else 0.0
     return BendingStiffness(round_off, missing)
 
 
@@ -118,9 +120,12 @@ def _noisy(case: Case, share: float) -> str:
 
 def _locked(case: Case, share: float) -> str:
     poisson = max(piece.material.poisson_ratio for piece in case.profile.pieces)
+    remedies = ["mesh.degree = 2"] if case.mesh.degree < LEAST_DEGREE else ["a smaller mesh.size"]
+    if case.mesh.degree >= LEAST_DEGREE and _may_be_beam(case):
+        remedies.append('model.type = "beam"')
     return (
-        f"cells of degree {case.mesh.degree} leave out {_percent(share)} of the deflection of the beam "
-        f"(they are too stiff in bending, with Poisson's ratio {poisson:g}); try mesh.degree = 2"
+        f"cells of degree {case.mesh.degree} leave out up to {_percent(share)} of the deflection of the beam "
+        f"(they are too stiff in bending, with Poisson's ratio {poisson:g}); try {' or '.join(remedies)}"
     )
 
 
@@ -140,6 +145,13 @@ def _percent(share: float) -> str:
 def _may_be_beam(case: Case) -> bool:
     """Return whether beam elements take the case."""
     return not contradictions_in(case.model_copy(update={"model": BeamModel(type="beam")}))
+
+
+def _may_lock(case: Case) -> bool:
+    """Return whether cells may be too stiff in bending."""
+    stress = case.mesh.dimension == 2 and case.mesh.plane == "stress"
+    poisson = 0.0 if stress else max(piece.material.poisson_ratio for piece in case.profile.pieces)
+    return case.mesh.degree < LEAST_DEGREE or 2.0 * poisson > COMPRESSIBLE * (1.0 - 2.0 * poisson)
 
 
 def _missing(case: Case, space: Any, operators: PetscOperators, rigid: Array) -> float:

@@ -43,56 +43,122 @@ if TYPE_CHECKING:
     )
     from gapbeam.interface.shown_results import compare, open_results, plot, render, report
     from gapbeam.interface.single_case import check, model, modes, run
+    from gapbeam.solver.scene.beam_structure import CrossSection, beam, material, section
+    from gapbeam.solver.scene.contact_pair import Contact
+    from gapbeam.solver.scene.convex_region import Disc, HalfPlane, Polar, Polygon, Slot, region
+    from gapbeam.solver.scene.feedback import Feedback, Joint, memory
+    from gapbeam.solver.scene.force_law import law
+    from gapbeam.solver.scene.lane_ensemble import ensemble
+    from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, newmark, theta
+    from gapbeam.solver.scene.periodic_orbit import periodic
+    from gapbeam.solver.scene.scene import AddedMass, Scene
+    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load
+    from gapbeam.solver.scene.scene_march import history, march
+    from gapbeam.solver.scene.scene_seat import NoSeat, seat
+    from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, HuntCrossley, KelvinVoigt
+    from gapbeam.solver.scene.structure import Structure, from_modes, mass
 
     __version__: str
 
 _MODULES = {
-    "case_picture": ("view",),
-    "case_source": ("read_case",),
-    "single_case": ("check", "model", "modes", "run"),
-    "case_studies": ("Workers", "identify", "life", "stability", "sweep", "tradeoff"),
-    "shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
+    "interface.case_picture": ("view",),
+    "interface.case_source": ("read_case",),
+    "interface.single_case": ("check", "model", "modes", "run"),
+    "interface.case_studies": ("Workers", "identify", "life", "stability", "sweep", "tradeoff"),
+    "interface.shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
+    "solver.scene.beam_structure": ("CrossSection", "beam", "material", "section"),
+    "solver.scene.shipped_laws": ("Adhesive", "Cubic", "HuntCrossley", "KelvinVoigt"),
+    "solver.scene.contact_pair": ("Contact",),
+    "solver.scene.feedback": ("Feedback", "Joint", "memory"),
+    "solver.scene.force_law": ("law",),
+    "solver.scene.lane_ensemble": ("ensemble",),
+    "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "newmark", "theta"),
+    "solver.scene.periodic_orbit": ("periodic",),
+    "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
+    "solver.scene.scene": ("AddedMass", "Scene"),
+    "solver.scene.scene_load": ("BaseMotion", "Force", "Load"),
+    "solver.scene.scene_march": ("history", "march"),
+    "solver.scene.scene_seat": ("NoSeat", "seat"),
+    "solver.scene.structure": ("Structure", "from_modes", "mass"),
 }
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
 
 __all__ = [
+    "AddedMass",
+    "Adhesive",
     "AssumptionBroken",
+    "BaseMotion",
     "BrowserError",
     "CaseError",
     "ComparisonError",
+    "Contact",
+    "CrossSection",
+    "Cubic",
+    "Disc",
     "EnergyCreated",
     "EnergyLost",
+    "Feedback",
+    "Force",
+    "HalfPlane",
+    "HuntCrossley",
     "Interrupted",
     "IntervalNotMet",
+    "Joint",
+    "KelvinVoigt",
+    "Load",
     "MeshError",
+    "NoSeat",
     "NotConverged",
     "NotFinite",
     "NotWritten",
     "OptionError",
     "OutOfMemory",
+    "Polar",
+    "Polygon",
     "RangeNotCovered",
     "RenderError",
     "ResultsError",
     "RunError",
+    "Scene",
     "SignalError",
+    "Slot",
+    "Structure",
     "UserError",
     "Workers",
     "__version__",
+    "beam",
     "check",
     "compare",
+    "ensemble",
+    "euler",
     "export",
+    "from_modes",
+    "generalized_alpha",
+    "hht",
+    "history",
     "identify",
+    "law",
     "life",
+    "march",
+    "mass",
+    "material",
+    "memory",
     "model",
     "modes",
+    "newmark",
     "open_results",
+    "periodic",
     "plot",
     "read_case",
+    "region",
     "render",
     "report",
     "run",
+    "seat",
+    "section",
     "stability",
     "sweep",
+    "theta",
     "tradeoff",
     "view",
 ]
@@ -105,8 +171,8 @@ def __getattr__(name: str) -> Any:
 
         return version("gapbeam")
     if name in __all__:
-        module = next((module for module, names in _MODULES.items() if name in names), "error_classes")
-        found = getattr(import_module(f"gapbeam.interface.{module}"), name)
+        module = next((module for module, names in _MODULES.items() if name in names), "interface.error_classes")
+        found = getattr(import_module(f"gapbeam.{module}"), name)
         globals()[name] = found
         return found
     raise AttributeError(f"module 'gapbeam' has no attribute {name!r}")

@@ -46,7 +46,9 @@ def names() -> list[str]:
 
 def interface() -> dict[str, Definition]:
     """Return the functions and classes that `import gapbeam` brings, functions first."""
-    modules = [f"gapbeam.interface.{path.stem}" for path in sorted((GAPBEAM / "interface").glob("[!_]*.py"))]
+    folders = ("interface", "solver/scene")
+    files = [path for folder in folders for path in sorted((GAPBEAM / folder).glob("[!_]*.py"))]
+    modules = [".".join(("gapbeam", *path.relative_to(GAPBEAM).with_suffix("").parts)) for path in files]
     found: dict[str, Definition] = {}
     for name in names():
         if name.startswith("_"):
@@ -56,13 +58,30 @@ def interface() -> dict[str, Definition]:
     return dict(sorted(found.items(), key=lambda item: (isinstance(item[1], ast.ClassDef), item[0])))
 
 
+def is_error(node: Definition) -> bool:
+    """Return whether a class is an error of the interface."""
+    return isinstance(node, ast.ClassDef) and (
+        definition("gapbeam.interface.error_classes", node.name) is not None
+        or any(ast.unparse(base).endswith("Error") for base in node.bases)
+    )
+
+
+def _made_with(node: ast.ClassDef) -> str:
+    """Return the arguments of a class that makes objects, in brackets."""
+    made = next((one for one in node.body if isinstance(one, ast.FunctionDef) and one.name == "__init__"), None)
+    if made is None:
+        fields = [one.target for one in node.body if isinstance(one, ast.AnnAssign)]
+        return "" if is_error(node) else f"({', '.join(map(ast.unparse, fields))})"
+    return "" if is_error(node) else f"({ast.unparse(made.args).removeprefix('self, ')})"
+
+
 def described(node: Definition) -> str:
     """Return a function or class with its docstring, as a block for Sphinx."""
     from sphinx.ext.napoleon import Config, GoogleDocstring
 
     text = STAR.sub(r"\\*", ast.get_docstring(node) or "")
     if isinstance(node, ast.ClassDef):
-        head = f".. py:exception:: {node.name}"
+        head = f".. py:{'exception' if is_error(node) else 'class'}:: {node.name}{_made_with(node)}"
     else:
         returns = f" -> {ast.unparse(node.returns)}" if node.returns else ""
         head = f".. py:function:: {node.name}({ast.unparse(node.args)}){returns}"
@@ -74,6 +93,9 @@ def described(node: Definition) -> str:
 def interface_page() -> str:
     """Return the page."""
     functions = [one for one in interface().values() if isinstance(one, ast.FunctionDef)]
-    errors = [one for one in interface().values() if isinstance(one, ast.ClassDef)]
-    parts = [OPENING, "## Functions", *map(described, functions), "## Errors", *map(described, errors)]
+    classes = [one for one in interface().values() if isinstance(one, ast.ClassDef)]
+    errors = [one for one in classes if is_error(one)]
+    parts = [OPENING, "## Functions", *map(described, functions)]
+    parts += ["## Classes", *(described(one) for one in classes if one not in errors)]
+    parts += ["## Errors", *map(described, errors)]
     return "\n\n".join(parts) + "\n"

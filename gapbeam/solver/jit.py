@@ -154,17 +154,17 @@ def compiled_in_order(function: Function) -> Function:
 
 def entry(function: Function) -> Function:
     """Compile a function that Python calls when it is first called; keep the machine code for later processes."""
-    return _kept(function, _OPTIONS)
+    return kept(function, _OPTIONS)
 
 
 def long_entry(function: Function) -> Function:
     """As `entry`, for what takes a while: other threads of Python run meanwhile."""
-    return _kept(function, _OPTIONS | {"nogil": True})
+    return kept(function, _OPTIONS | {"nogil": True})
 
 
 def allocating_entry(function: Function) -> Function:
     """As `entry`, for functions that make arrays."""
-    return _kept(function, _OPTIONS | {"_nrt": True})
+    return kept(function, _OPTIONS | {"_nrt": True})
 
 
 class _DispensableCache(FunctionCache):  # type: ignore[misc]  # numba has no types
@@ -202,7 +202,8 @@ class _DispensableCache(FunctionCache):  # type: ignore[misc]  # numba has no ty
             )
 
 
-def _kept(function: Function, options: dict[str, Any]) -> Function:
+def kept(function: Function, options: dict[str, Any]) -> Function:
+    """Compile a function when it is first called, and keep the machine code; `options` are those of numba."""
     made: Function
     if _FOLDER is None:
         made = numba.njit(**options)(function)

@@ -1,0 +1,140 @@
+"""Arrays of a scene as its compiled step sees them: condensed for a step, contacts in slabs, and room to work in."""
+
+from __future__ import annotations
+
+import ctypes
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gapbeam.solver.system.operators import Array
+
+
+class Linear(NamedTuple):
+    """Arrays of a scene condensed for one time step.
+
+    Ports are rows that something acts on or reads: m contact motions, then sensed and acted motions of the feedback,
+    then patterns of the loads.
+
+    Attributes:
+        weight: (n,) inverse of i0 / h + d0 C + level h K where that is diagonal; else ones, and
+        inverse: (n, n) that inverse.
+        squares: (n,) squared angular frequencies.
+        damping: (1, n) where it is diagonal, or (n, n).
+        ports: (p, n).
+        answers: (m + outputs, n): velocities of unit forces at contacts and acted motions.
+        patterns: (loads, n).
+        delassus: (m, m): row j has the velocities of all contact motions for a unit contact force j, feedback included.
+        carry: (p - m, m): velocities of the other ports for unit contact forces, feedback included.
+        acted: (p, outputs): velocities of the ports for unit feedback forces.
+        fed: (outputs, states + 2 inputs): free feedback force of (z, y, v).
+        fed_back: (outputs, m): feedback force of a unit contact force.
+        states: (states, states + 2 inputs): new states of (z, y, v).
+        watch: (watched, n).
+        scheme: (4, 3): inertia, drag, velocity, acceleration.
+    """
+
+    weight: Array
+    inverse: Array
+    squares: Array
+    damping: Array
+    ports: Array
+    answers: Array
+    patterns: Array
+    delassus: Array
+    carry: Array
+    acted: Array
+    fed: Array
+    fed_back: Array
+    states: Array
+    watch: Array
+    scheme: Array
+
+
+class Slabs(NamedTuple):
+    """Contacts as kernels see them: those of a slab share a touch and a workspace, and are asked in one call.
+
+    Attributes:
+        address: (slabs,) of each touch.
+        place: (slabs,) address of each workspace.
+        start: (slabs + 1,) first contact of each slab.
+        motions: (slabs,) 1 or 2.
+        motion: (contacts,) first motion of each contact, in the order of the slabs.
+        work: (slabs, ROWS, WIDTH // L, L).
+        rough: Whether there is friction: then there is no step potential.
+    """
+
+    address: Any
+    place: Any
+    start: Any
+    motions: Any
+    motion: Any
+    work: Array
+    rough: bool
+
+
+class SolveRoom(NamedTuple):
+    """Work arrays of the contact solve: of all motions, (m, L), then of those that are closed, and their lists."""
+
+    law: Array
+    J: Array
+    new: Array
+    way: Array
+    base: Array
+    inverse: Array
+    line: Array
+    A: Array
+    D: Array
+    flag: Any
+    closed: Any
+    span: Any
+    shut: Any
+    size: Any
+
+
+class Space(NamedTuple):
+    """Work arrays of a step: kernels allocate nothing."""
+
+    r: Array
+    speed: Array
+    lag: Array
+    u: Array
+    free: Array
+    y1: Array
+    stack: Array
+    phi: Array
+    moved: Array
+    place: Array
+    lost: Array
+
+
+def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
+    """Return the work arrays of a condensed scene."""
+    n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.fed), len(linear.watch)
+    sizes = (n, n, n, len(linear.acted), m, m, linear.fed.shape[1], outputs, m, watched, 1)
+    space = Space(*(np.zeros((rows, lanes)) for rows in sizes))
+    arrays = (np.zeros((rows, lanes)) for rows in (m, 2 * m, m, m, m, m, 4))
+    lists = tuple(np.zeros(count, dtype=np.int64) for count in (contacts, m, m, m, 1))
+    whole: tuple[Any, ...] = (*arrays, np.zeros((m, m, lanes)), np.zeros((m, m)), *lists)
+    return space, SolveRoom(*whole)
+
+
+def rest(slabs: Slabs, y: Array, h: float = 1.0) -> tuple[Array, Array, Array]:
+    """Ask all contacts for a step of no motion at places y, (motions, lanes).
+
+    Returns:
+        Forces (motions, lanes); slopes by the new place, of the first lane, (motions, motions); stored energy (lanes,).
+    """
+    lanes = y.shape[1]
+    F, J, stored = np.zeros_like(y), np.zeros((len(y), len(y))), np.zeros(lanes)
+    kind = ctypes.CFUNCTYPE(None, ctypes.c_double, ctypes.c_int64, ctypes.c_void_p)
+    for s, w in enumerate(slabs.work):
+        d, motions = slabs.motions[s], slabs.motion[slabs.start[s] : slabs.start[s + 1]]
+        for c, o in enumerate(motions):
+            w[:d, c] = w[2 : 2 + d, c] = y[o : o + d]
+        kind(int(slabs.address[s]))(h, int(lanes * len(motions)), int(slabs.place[s]))
+        for c, o in enumerate(motions):
+            F[o : o + d], stored = w[4 : 4 + d, c], stored + w[10, c]
+            for i in range(d):
+                J[o + i, o : o + d] = w[6 + 2 * i : 6 + 2 * i + d, c, 0]
+    return F, J, stored

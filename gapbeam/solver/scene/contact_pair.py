@@ -1,0 +1,114 @@
+"""Contacts: a point, or a pair of points, that a region holds by a law."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.convex_region import ConvexRegion
+from gapbeam.solver.scene.force_law import ForceLaw
+from gapbeam.solver.scene.given_numbers import positive
+from gapbeam.solver.scene.law_check import check_law
+from gapbeam.solver.scene.structure import StructurePoint
+from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, touch
+
+
+@dataclass(frozen=True, eq=False)
+class Contact:
+    """A point, or a pair of points, that may not leave a region.
+
+    The place of the contact is r = offset + motion of the first point - motion of the second - wall(t). Inside the
+    region there is no force, outside the law presses along the normal, and friction opposes the slip across it.
+
+    Attributes:
+        between: A point, or (point, point): the motion of the first relative to the second.
+        region: Where the place may be.
+        law: What happens beyond.
+        friction: Coefficient, for contacts of two motions.
+        sliding: Speed at which friction reaches 0.71 of its limit, m/s; 0: Coulomb's own law, which sticks without
+            creep.
+        offset: Place at rest, m; a number, or one for each motion.
+        wall: Given motion of the region, a function of time, m; a number, or one for each motion.
+        name: For results and paths; unique in a scene.
+
+    Raises:
+        UserError: Motions do not fit, or a value is out of range.
+    """
+
+    between: StructurePoint | tuple[StructurePoint, StructurePoint]
+    region: ConvexRegion
+    law: ForceLaw
+    friction: Any = 0.0
+    sliding: float = 0.0
+    offset: Any = 0.0
+    wall: Callable[[float], Any] | None = None
+    name: str = ""
+
+    def __post_init__(self) -> None:
+        where = f"contact {self.name or '(without a name)'}"
+        for one, kind, expected in (
+            *((point, StructurePoint, 'a point of a structure, such as beam["tip"]') for point in self.points),
+            (self.region, ConvexRegion, "a region, such as gapbeam.Slot(1e-4)"),
+            (self.law, ForceLaw, "a law with its parameters, such as gapbeam.KelvinVoigt(stiffness=1e8)"),
+        ):
+            if not isinstance(one, kind):
+                raise UserError(f"{where}: found {one!r}, expected {expected}")
+        counts = {len(point.rows) for point in self.points}
+        if counts != {self.region.motions}:
+            raise UserError(
+                f"{where}: its points have {' and '.join(map(str, sorted(counts)))} motions, region "
+                f"{self.region.kind.name} {self.region.motions}; expected the same number"
+            )
+        positive(self.friction, f"{where}: friction", zero=True)
+        positive(self.sliding, f"{where}: sliding", zero=True)
+        if self.motions == 1 and self.is_rough:
+            raise UserError(f"{where}: friction needs points of two motions: normal and slip")
+        if VALUES + len(self.region.values) + len(self.law.values) > ROWS:
+            raise UserError(
+                f"{where}: found {len(self.region.values)} values of the region and {len(self.law.values)} of the law, "
+                f"expected at most {ROWS - VALUES}; give an own region with its distance"
+            )
+        check_law(self.law)
+
+    @property
+    def points(self) -> tuple[StructurePoint, ...]:
+        """The point, or both."""
+        return self.between if isinstance(self.between, tuple) else (self.between,)
+
+    @property
+    def motions(self) -> int:
+        """1, or 2 in a section plane."""
+        return self.region.motions
+
+    @property
+    def is_rough(self) -> bool:
+        """Whether there is friction in any member."""
+        return bool(np.any(np.asarray(self.friction) > 0.0))
+
+    def values(self, stick: float) -> list[Any]:
+        """Return rows VALUES - 2, ... of the workspace; stick: the stiffness of friction that sticks, N/m."""
+        return [self.friction, self.sliding or stick, *self.region.values, *self.law.values]
+
+    def compiled(self, level: float = 0.0, rough: bool = True) -> int:
+        """Return the address of the touch for forces at that level of a step (0: the mean over it)."""
+        exact, damped = self.sliding == 0.0, self.law.is_damped
+        return touch(self.region.kind, self.law.kind, self.motions, rough and self.is_rough, exact, damped, level)
+
+    def replaced(self, name: str, value: Any) -> Contact:
+        """Return the contact with another friction, sliding or offset, or value of the region or the law by its name.
+
+        Raises:
+            UserError: It has no such value.
+        """
+        if name in ("friction", "sliding", "offset"):
+            return replace(self, **{name: value})
+        if name in self.law.kind.names:
+            return replace(self, law=self.law.replaced(**{name: value}))
+        if name in self.region.kind.names:
+            return replace(self, region=self.region.replaced(name, value))
+        known = ", ".join(("friction", "sliding", "offset", *self.region.kind.names, *self.law.kind.names))
+        raise UserError(f"contact {self.name or '?'} has no value {name!r}; it has {known}")

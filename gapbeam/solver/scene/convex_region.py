@@ -1,0 +1,284 @@
+"""Regions: the set of the section plane that a contact point may not leave.
+
+A region is one or more faces. A face gives the penetration x(r) and a discrete gradient g(r0, r1) with
+
+    g . (r1 - r0) = x1 - x0,
+
+which is all that a contact force -T(x0, x1) g needs to conserve energy (Gonzalez 1996, J. Nonlinear Sci. 6, 449).
+
+`face(k, r0x, r0y, r1x, r1y, values)` returns x0, x1, g . (r1 - r0), g (2), the normal grad x(r1) (2), and dg/dr1 (4, by
+rows). Where a user gives a distance only, both follow from differences of that distance.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.force_law import inlined
+from gapbeam.solver.scene.given_numbers import finite
+from gapbeam.solver.system.operators import Array
+
+EVERY_WAY = np.array([[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
+
+
+@dataclass(frozen=True, eq=False)
+class RegionKind:
+    """A compiled kind of region with its traits.
+
+    Attributes:
+        name: For messages.
+        faces: Number of faces.
+        names: Of its values; one called "clearance" is how far the faces stand off.
+        face: See the module.
+        period: Of the values that move outward: every so many, from `outward` on; 0 where none does.
+        outward: The first of them.
+    """
+
+    name: str
+    faces: int
+    names: tuple[str, ...]
+    face: Callable[..., Any]
+    period: int = 0
+    outward: int = 0
+
+
+@dataclass(frozen=True, eq=False)
+class ConvexRegion:
+    """A region with its values.
+
+    Attributes:
+        kind: The compiled functions.
+        values: Numbers of this region, or arrays over the members of an ensemble.
+        normals: Rows that span the ways which stay closed, {d: normals @ d <= 0 is open}: what a seat asks whether a
+            rigid motion can escape.
+        motions: 1, or 2 in a section plane.
+    """
+
+    kind: RegionKind
+    values: tuple[Any, ...]
+    normals: Array
+    motions: int = 2
+
+    def grown(self, by: Any) -> ConvexRegion:
+        """Return the region with its faces moved outward, m: by a number, or by one for each member of an ensemble.
+
+        Raises:
+            UserError: Nothing says which values of this kind move outward.
+        """
+        kind = self.kind
+        if not kind.period:
+            raise UserError(f"region {kind.name} cannot be grown: make one with other values")
+        moved = (i % kind.period == kind.outward for i in range(len(self.values)))
+        return replace(
+            self, values=tuple(v + by if outward else v for v, outward in zip(self.values, moved, strict=True))
+        )
+
+    def replaced(self, name: str, value: Any) -> ConvexRegion:
+        """Return the region with another value of a name.
+
+        Raises:
+            UserError: The kind has no such name.
+        """
+        if name not in self.kind.names:
+            raise UserError(f"region {self.kind.name} has no {name!r}; its values: {', '.join(self.kind.names)}")
+        place = self.kind.names.index(name)
+        return replace(self, values=(*self.values[:place], value, *self.values[place + 1 :]))
+
+
+@inlined
+def _plane(k, r0x, r0y, r1x, r1y, values):  # type: ignore[no-untyped-def]
+    nx, ny, c = values[3 * k], values[3 * k + 1], values[3 * k + 2]
+    step = nx * (r1x - r0x) + ny * (r1y - r0y)
+    return nx * r0x + ny * r0y - c, nx * r1x + ny * r1y - c, step, nx, ny, nx, ny, 0.0, 0.0, 0.0, 0.0
+
+
+@inlined
+def _slot(k, r0x, r0y, r1x, r1y, values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    side, half = (1.0 if k == 0 else -1.0), 0.5 * values[0]
+    x0, x1 = side * (r0x - values[1]) - half, side * (r1x - values[1]) - half
+    return x0, x1, side * (r1x - r0x), side, 0.0, side, 0.0, 0.0, 0.0, 0.0, 0.0
+
+
+@inlined
+def _disc(k, r0x, r0y, r1x, r1y, values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    """The radial discrete gradient (r0 + r1) / (|r0| + |r1|) keeps the angular momentum about the center as well."""
+    rho0, rho1 = np.sqrt(r0x * r0x + r0y * r0y), np.sqrt(r1x * r1x + r1y * r1y)
+    both = rho0 + rho1 + 1e-300
+    gx, gy, inverse = (r0x + r1x) / both, (r0y + r1y) / both, 1.0 / (rho1 + 1e-300)
+    nx, ny = r1x * inverse, r1y * inverse
+    step = gx * (r1x - r0x) + gy * (r1y - r0y)
+    return (
+        rho0 - values[0], rho1 - values[0], step, gx, gy, nx, ny,
+        (1.0 - gx * nx) / both, -gx * ny / both, -gy * nx / both, (1.0 - gy * ny) / both,
+    )  # fmt: skip
+
+
+_DISC = RegionKind("Disc", 1, ("clearance",), _disc, 1)
+_SLOT = RegionKind("Slot", 2, ("clearance", "center"), _slot)
+_PLANES: dict[int, RegionKind] = {}
+
+
+def _half_planes(normals: Array, offsets: Array, motions: int) -> ConvexRegion:
+    count = len(offsets)
+    if count not in _PLANES:
+        names = [f"{name}{k or ''}" for k in range(count) for name in ("normal_x", "normal_y", "clearance")]
+        _PLANES[count] = RegionKind("HalfPlane" if count == 1 else "Polygon", count, tuple(names), _plane, 3, 2)
+    three = np.zeros((count, 3))
+    three[:, : normals.shape[1]], three[:, 2] = normals, offsets
+    return ConvexRegion(_PLANES[count], tuple(float(v) for v in three.ravel()), three[:, :2], motions)
+
+
+def HalfPlane(clearance: float, normal: ArrayLike = 1.0) -> ConvexRegion:  # noqa: N802 - it makes an object
+    """Return the points with normal . r <= clearance: a stop, a base, the face of another body.
+
+    Args:
+        clearance: Distance of the wall from the origin of the contact's motions, m; negative: it is pressed.
+        normal: Outward: 1 or -1 for a contact of one motion, a vector of two (scaled to length 1) in a section plane.
+
+    Raises:
+        UserError: The normal is 0 or has more than two parts.
+    """
+    n = np.atleast_1d(finite(normal, "HalfPlane: normal"))
+    size = float(np.linalg.norm(n))
+    if n.shape not in ((1,), (2,)) or not size > 0.0:
+        raise UserError(
+            f"HalfPlane: found normal {normal!r}, expected 1 or -1, or a vector of two numbers that is not 0"
+        )
+    return _half_planes(np.asarray((n / size)[None], dtype=float), finite([clearance], "HalfPlane: clearance"), len(n))
+
+
+def Slot(clearance: Any, center: float = 0.0) -> ConvexRegion:  # noqa: N802
+    """Return |r - center| <= clearance / 2 for one motion: a stop on either side.
+
+    Args:
+        clearance: Total play of the slot, m; negative for an interference fit.
+        center: Of the slot, m.
+    """
+    return ConvexRegion(_SLOT, (_numbers(clearance, "Slot: clearance"), float(center)), EVERY_WAY[:2], 1)
+
+
+def Disc(clearance: Any) -> ConvexRegion:  # noqa: N802
+    """Return |r| <= clearance: a round hole around a round body.
+
+    Args:
+        clearance: Radial play, m: radius of the hole less that of the body.
+    """
+    return ConvexRegion(_DISC, (_numbers(clearance, "Disc: clearance"),), EVERY_WAY)
+
+
+def Polygon(corners: ArrayLike) -> ConvexRegion:  # noqa: N802
+    """Return a convex polygon; in a corner both edges press.
+
+    Args:
+        corners: (n, 2), m, counter-clockwise.
+
+    Raises:
+        UserError: Fewer than three corners, clockwise, or not convex.
+    """
+    p = finite(corners, "Polygon: corners")
+    if p.ndim != 2 or p.shape[1:] != (2,) or len(p) < 3:
+        raise UserError(f"Polygon: found corners of shape {p.shape}, expected (n, 2) with n from 3 on")
+    edge = np.roll(p, -1, 0) - p
+    after = np.roll(edge, -1, 0)
+    turn = edge[:, 0] * after[:, 1] - edge[:, 1] * after[:, 0]
+    if not np.all(turn > 0.0):
+        raise UserError("Polygon: the corners do not turn left everywhere: give a convex polygon counter-clockwise")
+    n = np.column_stack([edge[:, 1], -edge[:, 0]]) / np.hypot(*edge.T)[:, None]
+    return _half_planes(n, (n * p).sum(1), 2)
+
+
+def Polar(radii: ArrayLike) -> ConvexRegion:  # noqa: N802
+    """Return a measured or worn hole: radii at equal angles from the first axis on, straight between them.
+
+    Args:
+        radii: Radial play at each angle, (n,), m.
+
+    Raises:
+        UserError: Fewer than three radii, or one that is not above 0.
+    """
+    given = finite(radii, "Polar: radii")
+    if given.ndim != 1 or len(given) < 3 or not np.all(given > 0.0):
+        raise UserError("Polar: expected at least three radii, all above 0")
+    table, count = np.append(given, given[0]), len(given)
+
+    def polar(x, y):  # type: ignore[no-untyped-def]
+        turns = (np.arctan2(y, x) / (2.0 * np.pi)) % 1.0 * count
+        k = min(int(turns), count - 1)
+        a, b = 2.0 * np.pi * k / count, 2.0 * np.pi * (k + 1) / count
+        px, py = table[k] * np.cos(a), table[k] * np.sin(a)
+        qx, qy = table[k + 1] * np.cos(b), table[k + 1] * np.sin(b)
+        nx, ny = qy - py, px - qx
+        return (nx * (x - px) + ny * (y - py)) / np.sqrt(nx * nx + ny * ny)
+
+    made: ConvexRegion = region(polar)()
+    return made
+
+
+def region(distance: Callable[..., Any], name: str | None = None, bounded: bool = True) -> Callable[..., ConvexRegion]:
+    """Make a region from its distance; also a decorator.
+
+    Normals are central differences of the distance. The discrete gradient is the mean of the normals at both ends of a
+    step, corrected along the chord (Gonzalez 1996, eq. 3.7).
+
+    Args:
+        distance: distance(x, y, *values): negative inside, the distance to the wall outside; numbers only, compiled.
+        name: For messages; default the function's.
+        bounded: Whether the region ends in every direction.
+
+    Returns:
+        A function of the values by name.
+    """
+    f = inlined(distance)
+    names = tuple(list(inspect.signature(distance).parameters)[2:])
+
+    @inlined
+    def normal(x, y, values):  # type: ignore[no-untyped-def]
+        e = 1e-6 * (abs(x) + abs(y)) + 1e-30
+        across = f(x, y + e, *values) - f(x, y - e, *values)
+        return (f(x + e, y, *values) - f(x - e, y, *values)) / (2.0 * e), across / (2.0 * e)
+
+    @inlined
+    def chord(r0x, r0y, x0, n0x, n0y, r1x, r1y, values):  # type: ignore[no-untyped-def]
+        x1 = f(r1x, r1y, *values)
+        n1x, n1y = normal(r1x, r1y, values)
+        gx, gy, dx, dy = 0.5 * (n0x + n1x), 0.5 * (n0y + n1y), r1x - r0x, r1y - r0y
+        size = dx * dx + dy * dy
+        if size > 1e-14 * (r0x * r0x + r0y * r0y + r1x * r1x + r1y * r1y):
+            a = (x1 - x0 - gx * dx - gy * dy) / size
+            gx, gy = gx + a * dx, gy + a * dy
+        return x1, gx, gy, n1x, n1y
+
+    @inlined
+    def face(k, r0x, r0y, r1x, r1y, values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        x0 = f(r0x, r0y, *values)
+        n0x, n0y = normal(r0x, r0y, values)
+        x1, gx, gy, nx, ny = chord(r0x, r0y, x0, n0x, n0y, r1x, r1y, values)
+        e = 1e-5 * (abs(r1x - r0x) + abs(r1y - r0y)) + 1e-9 * (abs(r1x) + abs(r1y)) + 1e-30
+        _, ax, ay, _, _ = chord(r0x, r0y, x0, n0x, n0y, r1x + e, r1y, values)
+        _, bx, by, _, _ = chord(r0x, r0y, x0, n0x, n0y, r1x, r1y + e, values)
+        step = gx * (r1x - r0x) + gy * (r1y - r0y)
+        return x0, x1, step, gx, gy, nx, ny, (ax - gx) / e, (bx - gx) / e, (ay - gy) / e, (by - gy) / e
+
+    kind = RegionKind(name or distance.__name__, 1, names, face)
+    normals = EVERY_WAY if bounded else np.zeros((0, 2))
+
+    def make(**values: Any) -> ConvexRegion:
+        if set(values) != set(names):
+            raise UserError(f"region {kind.name}: found values {sorted(values)}, expected {list(names)}")
+        return ConvexRegion(kind, tuple(_numbers(values[one], f"{kind.name}: {one}") for one in names), normals)
+
+    make.__name__, make.__doc__ = kind.name, f"Return region {kind.name} with {', '.join(names) or 'no values'}."
+    return make
+
+
+def _numbers(value: Any, where: str) -> Any:
+    """Return a float, or an array over the members of an ensemble."""
+    found = finite(value, where)
+    return float(found) if found.ndim == 0 else found

@@ -1,0 +1,183 @@
+"""Contact laws: a spring with its potential, and a damper, as scalar functions of the penetration.
+
+A law sees neither arrays nor points nor time steps. `responder` makes the force of one step of it,
+
+    N = share M(p0, p1),     M = (W(p1) - W(p0)) / (p1 - p0),     T = N + damper(N, share, rate),
+
+with p = max(x, 0) and share = |p1 - p0| / |x1 - x0|, the part of the step's path in contact. Work of N over the step is
+W(p1) - W(p0) exactly, whatever the law: the springs of all laws conserve energy at any step.
+"""
+
+from __future__ import annotations
+
+import inspect
+from collections.abc import Callable
+from dataclasses import dataclass, field, replace
+from typing import Any
+
+import numba
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.given_numbers import finite
+
+TINY = 1e-300
+inlined: Any = numba.njit(error_model="numpy", forceinline=True)
+
+
+@dataclass(frozen=True, eq=False)
+class LawKind:
+    """Functions and traits of a law; called with its parameters, it gives a `ForceLaw`.
+
+    Attributes:
+        name: For messages.
+        names: Of its parameters.
+        spring: spring(x, *parameters): force at penetration x > 0, N.
+        potential: potential(x, *parameters): integral of the spring from 0, J.
+        damper: damper(N, share, rate, *parameters): force that the damper adds to the mean spring force N; or None.
+        mean: mean(p0, p1, *parameters): M and dM/dp1 in closed form; None: by divided differences.
+        adhesive: Whether the law acts at x < 0, too, and may pull.
+        defaults: Parameters that may be left out.
+    """
+
+    name: str
+    names: tuple[str, ...]
+    spring: Any
+    potential: Any
+    damper: Any
+    mean: Any = None
+    adhesive: bool = False
+    defaults: dict[str, float] = field(default_factory=dict)
+
+    def __call__(self, **parameters: Any) -> ForceLaw:
+        """Return the law with its parameters.
+
+        Raises:
+            UserError: A parameter is unknown, missing or not finite.
+        """
+        unknown = sorted(set(parameters) - set(self.names))
+        missing = [one for one in self.names if one not in parameters and one not in self.defaults]
+        if unknown or missing:
+            raise UserError(
+                f"law {self.name}: unknown {', '.join(unknown) or 'nothing'}, missing "
+                f"{', '.join(missing) or 'nothing'}; its parameters: {', '.join(self.names)}"
+            )
+        values = (finite(parameters.get(one, self.defaults.get(one)), f"law {self.name}: {one}") for one in self.names)
+        return ForceLaw(self, tuple(float(v) if v.ndim == 0 else v for v in values))
+
+
+@dataclass(frozen=True, eq=False)
+class ForceLaw:
+    """A law with its parameters: numbers, or arrays over the members of an ensemble."""
+
+    kind: LawKind
+    values: tuple[Any, ...]
+
+    @property
+    def is_damped(self) -> bool:
+        """Whether the damper acts at all with these parameters."""
+        damper = self.kind.damper
+        if damper is None:
+            return False
+        try:
+            return bool(np.any(damper.py_func(1.0, 1.0, 1.0, *(np.asarray(one) for one in self.values))))
+        except (TypeError, ValueError):  # a function of numbers only
+            return True
+
+    def replaced(self, **parameters: Any) -> ForceLaw:
+        """Return the law with other parameters.
+
+        Raises:
+            UserError: The law has no such parameter.
+        """
+        unknown = sorted(set(parameters) - set(self.kind.names))
+        if unknown:
+            raise UserError(f"law {self.kind.name} has no {', '.join(unknown)}; it has {', '.join(self.kind.names)}")
+        pairs = zip(self.kind.names, self.values, strict=True)
+        return replace(self, values=tuple(parameters.get(name, value) for name, value in pairs))
+
+
+def law(
+    potential: Callable[..., Any],
+    damper: Callable[..., Any] | None = None,
+    mean: Callable[..., Any] | None = None,
+    adhesive: bool = False,
+) -> Callable[[Callable[..., Any]], LawKind]:
+    """Make a law of a spring; a decorator of spring(x, *parameters), whose parameters are those of the law.
+
+    All functions take and return numbers, and are compiled. The potential is compared with the spring when the law is
+    made with its parameters and used: a potential that is no integral of the spring creates energy.
+
+    Args:
+        potential: potential(x, *parameters), J.
+        damper: damper(N, share, rate, *parameters), N.
+        mean: Closed form of M and dM/dp1; see `LawKind`.
+        adhesive: Whether the law acts beyond touch, too, and may pull.
+    """
+
+    def make(spring: Callable[..., Any]) -> LawKind:
+        given = list(inspect.signature(spring).parameters.values())[1:]
+        potential_, damper_, mean_ = (
+            one if one is None or hasattr(one, "py_func") else inlined(one) for one in (potential, damper, mean)
+        )
+        defaults = {one.name: one.default for one in given if one.default is not one.empty}
+        names = tuple(one.name for one in given)
+        return LawKind(spring.__name__, names, inlined(spring), potential_, damper_, mean_, adhesive, defaults)
+
+    return make
+
+
+def _divided(kind: LawKind) -> Any:
+    """Return compiled mean(p0, p1, *parameters) -> (M, dM/dp1) of a law without a closed form."""
+    spring, potential = kind.spring, kind.potential
+
+    @inlined
+    def mean(a, b, *values):  # type: ignore[no-untyped-def]
+        if abs(b - a) > 1e-3 * max(abs(a), abs(b)):
+            M = (potential(b, *values) - potential(a, *values)) / (b - a)
+            return M, (spring(b, *values) - M) / (b - a)
+        middle, reach = 0.5 * (a + b), 0.3872983346207417 * (b - a)  # short steps at depth: three Gauss points
+        sides = spring(middle - reach, *values) + spring(middle + reach, *values)
+        e = 1e-4 * abs(middle) + TINY
+        return (
+            (5.0 * sides + 8.0 * spring(middle, *values)) / 18.0,
+            0.25 * (spring(middle + e, *values) - spring(middle - e, *values)) / e,
+        )
+
+    return mean
+
+
+@inlined
+def _none(force, share, rate, *values):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    return 0.0
+
+
+def responder(kind: LawKind, damped: bool = True) -> Any:
+    """Return compiled respond(x0, x1, step, h, level, values) -> (T, dT/dx1, T - N, W(x1)) of a kind of law.
+
+    `step` is the motion along the normal in h, `level` 0 for the mean over the step, else the level of the step whose
+    place x0 = x1 is (1: its end, 1/2: its middle).
+    """
+    potential, adhesive = kind.potential, kind.adhesive
+    damper = kind.damper if damped and kind.damper is not None else _none
+    mean = kind.mean if kind.mean is not None else _divided(kind)
+
+    @inlined
+    def respond(x0, x1, step, h, level, values):  # type: ignore[no-untyped-def]
+        a, b = (x0, x1) if adhesive else (max(x0, 0.0), max(x1, 0.0))
+        inside, inverse = 1.0 if adhesive or x1 > 0 else 0.0, 1 / (abs(step) + TINY)
+        at_once = level > 0 or (x0 > 0 and x1 > 0) or adhesive
+        share = inside if at_once else abs(b - a) * inverse  # exactly 0 in flight
+        turn = 0.0 if level > 0 else (inside - share) * (inverse if step > 0 else -inverse)
+        M, slope = mean(a, b, *values)
+        force = share * M
+        slope = turn * M + (2 * level if level > 0 else 1.0) * share * inside * slope
+        e = 1e-4 * (abs(step) + TINY)
+        total = force + damper(force, share, step / h, *values)
+        above = damper(force + e * slope, share + e * turn, (step + e) / h, *values)
+        below = damper(force - e * slope, share - e * turn, (step - e) / h, *values)
+        keep = 1.0 if adhesive or not damped or total > 0 else 0.0
+        lost = keep * total - force if damped else 0.0
+        return keep * total, keep * (slope + (above - below) * (5e3 * inverse)), lost, potential(b, *values)
+
+    return respond

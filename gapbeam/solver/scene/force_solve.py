@@ -1,0 +1,247 @@
+"""The contact solve of a step: forces on the points that touch, by Newton's method on the forces.
+
+Contacts that feel nothing stay out of the equations. With D the Delassus operator and J the slopes of the law,
+
+    (1 - h J D) F = F_law(y) + J (y_free - y),     y_new = y_free + h D F,
+
+until the law reproduces F: to round-off, or to the tolerance twice running. After some passes a line search on the step
+potential helps where there is one (no friction), then a continuation in stiffness. Friction needs neither: a contact
+whose slip turns round is linearized at no slip.
+"""
+
+# mypy: disable-error-code="no-untyped-def,no-untyped-call"
+from __future__ import annotations
+
+from gapbeam.solver.scene.lane_code import L, add, copy, eliminate, lanewise
+from gapbeam.solver.scene.touch_kernel import LAST, call
+
+PASSES, PLAIN, RAMP, EPS = 120, 8, 60, 2e-16
+
+
+@lanewise
+def ask(slabs, h, y0, y1, F, room, which, scale, begin):
+    """Ask for forces and slopes at y1 of the contacts whose flag is `which`, neighbors in one call.
+
+    Return how many of those that were open feel something; they are flagged.
+    """
+    flag, law, J, w, fresh, keep = room.flag, room.law, room.J, slabs.work, 0, 0.0 if begin else 1.0
+    for s in range(len(slabs.address)):
+        first, last, d = slabs.start[s], slabs.start[s + 1], slabs.motions[s]
+        e = first
+        while e < last:
+            b = e
+            while e < last and flag[e] == which:
+                o, c = slabs.motion[e], e - first
+                for k in range(d):
+                    for lane in range(L):
+                        w[s, 2 + k, c, lane] = y1[o + k, lane]
+                    if d == 2:
+                        for lane in range(L):
+                            w[s, LAST + k, c, lane] *= keep
+                    if begin:
+                        for lane in range(L):
+                            w[s, k, c, lane] = y0[o + k, lane]
+                e += 1
+            if e == b:
+                e += 1
+                continue
+            call(slabs.address[s], h, L * (e - b), slabs.place[s] + 8 * L * (b - first))
+            for i in range(b, e):
+                o, c, felt = slabs.motion[i], i - first, 0.0
+                for k in range(d):
+                    for lane in range(L):
+                        law[o + k, lane], J[2 * (o + k), lane] = (
+                            scale * w[s, 4 + k, c, lane],
+                            scale * w[s, 6 + 2 * k, c, lane],
+                        )
+                        felt += abs(w[s, 4 + k, c, lane]) + abs(w[s, 6 + 2 * k, c, lane]) + abs(F[o + k, lane])
+                    if d == 2:
+                        for lane in range(L):
+                            J[2 * (o + k) + 1, lane] = scale * w[s, 7 + 2 * k, c, lane]
+                            felt += abs(w[s, 7 + 2 * k, c, lane])
+                if which == 0 and not felt == 0.0:  # noqa: SIM201 - NaN feels
+                    flag[i] = 1
+                    fresh += 1
+    return fresh
+
+
+@lanewise
+def gather(slabs, D, room):
+    """List the closed motions and their part of D."""
+    a = 0
+    room.shut[:] = 0
+    for s in range(len(slabs.address)):
+        d = slabs.motions[s]
+        for e in range(slabs.start[s], slabs.start[s + 1]):
+            if room.flag[e]:
+                for k in range(d):
+                    room.closed[a + k], room.span[a + k], room.shut[slabs.motion[e] + k] = slabs.motion[e] + k, d - k, 1
+                a += d
+    for i in range(a):
+        for j in range(a):
+            room.D[i, j] = D[room.closed[j], room.closed[i]]
+    room.size[0] = a
+    return a
+
+
+@lanewise
+def off(h, free, F, y1, room, a, tolerance):
+    """Compare F with the law, by the motion that the mobility of a contact makes of the difference.
+
+    Return 0: to round-off, 1: to the tolerance, so that one more pass of Newton will do, 2: not.
+    """
+    law, J, D, rough, bad, i = room.law, room.J, room.D, 0, 0, 0
+    while i < a:
+        o, h00 = room.closed[i], h * D[i, i]
+        if room.span[i] == 1:
+            for lane in range(L):
+                r, size = abs(law[o, lane] - F[o, lane]), abs(y1[o, lane]) + abs(free[o, lane])
+                miss, limit = h00 * r, tolerance * size * (1.0 - h00 * J[2 * o, lane])
+                rough += not r <= EPS * (abs(law[o, lane]) + size * abs(J[2 * o, lane]))  # NaN is bad
+                bad += not miss <= limit
+            i += 1
+        else:
+            h01, h10, h11, p = h * D[i, i + 1], h * D[i + 1, i], h * D[i + 1, i + 1], o + 1
+            for lane in range(L):
+                r, s, j00, j01, j10, j11 = (
+                    law[o, lane] - F[o, lane],
+                    law[p, lane] - F[p, lane],
+                    J[2 * o, lane],
+                    J[2 * o + 1, lane],
+                    J[2 * p, lane],
+                    J[2 * p + 1, lane],
+                )
+                a00, a01 = 1.0 - j00 * h00 - j01 * h10, -j00 * h01 - j01 * h11
+                a10, a11 = -j10 * h00 - j11 * h10, 1.0 - j10 * h01 - j11 * h11
+                u, v = abs(y1[o, lane]) + abs(free[o, lane]), abs(y1[p, lane]) + abs(free[p, lane])
+                x, y, limit = a11 * r - a01 * s, a00 * s - a10 * r, tolerance * (u + v) * abs(a00 * a11 - a01 * a10)
+                miss = abs(h00 * x + h01 * y) + abs(h10 * x + h11 * y)
+                rough += not (
+                    abs(r) <= EPS * (abs(law[o, lane]) + abs(j00) * u + abs(j01) * v)
+                    and abs(s) <= EPS * (abs(law[p, lane]) + abs(j10) * u + abs(j11) * v)
+                )
+                bad += not miss <= limit
+            i += 2
+    return 0 if rough == 0 else 1 if bad == 0 else 2
+
+
+@lanewise
+def solve(slabs, h, D, y0, free, F, y1, room, tolerance):
+    """Find contact forces F (a guess at entry) and places y1 of a step. Return passes, negative if not converged."""
+    m, law, new, way, base, J, A, closed = len(D), room.law, room.new, room.way, room.base, room.J, room.A, room.closed
+    room.flag[:] = 0
+    copy(free, y1)
+    for j in range(m):
+        known = 0.0
+        for lane in range(L):
+            known += abs(F[j, lane])
+        if known > 0:
+            for i in range(m):
+                c = h * D[j, i]
+                for lane in range(L):
+                    y1[i, lane] += c * F[j, lane]
+    a, near, fresh = 0, False, ask(slabs, h, y0, y1, F, room, 0, 1.0, True) > 0
+    room.size[0] = 0
+    if not fresh:
+        return 0
+    for it in range(PASSES):
+        scale = 1.0 if it < RAMP else min(1.0, 10.0 ** (-8 + 0.25 * (it - RAMP)))
+        if fresh:
+            a = gather(slabs, D, room)
+        else:
+            ask(slabs, h, y0, y1, F, room, 1, scale, False)
+        miss = off(h, free, F, y1, room, a, tolerance) if scale == 1.0 else 2
+        done, near = miss == 0 or (miss == 1 and near), miss == 1
+        if done:
+            if fresh or a == m:  # the others were asked at these very places
+                return it + 1
+            for i in range(m):  # places of the open ones; those of the closed stay as they are
+                if not room.shut[i]:
+                    copy(free[i : i + 1], y1[i : i + 1])
+            for t in range(a):
+                j = closed[t]
+                for i in range(m):
+                    if not room.shut[i]:
+                        c = h * D[j, i]
+                        for lane in range(L):
+                            y1[i, lane] += c * F[j, lane]
+            fresh = ask(slabs, h, y0, y1, F, room, 0, 1.0, False) > 0
+            if not fresh:
+                return it + 1
+            a = gather(slabs, D, room)
+        i = 0
+        while i < a:
+            d, o = room.span[i], closed[i]
+            for k in range(i, i + d):
+                p = closed[k]
+                for j in range(a):
+                    c0, c1 = h * room.D[i, j], h * room.D[i + d - 1, j]
+                    for lane in range(L):
+                        A[k, j, lane] = -c0 * J[2 * p, lane] - c1 * J[2 * p + 1, lane]  # the second is 0 for one motion
+                q = o + d - 1
+                for lane in range(L):
+                    A[k, k, lane] += 1.0
+                    new[k, lane] = (
+                        law[p, lane]
+                        + J[2 * p, lane] * (free[o, lane] - y1[o, lane])
+                        + J[2 * p + 1, lane] * (free[q, lane] - y1[q, lane])
+                    )
+            i += d
+        eliminate(A, new, room.inverse, a)
+        for i in range(a):
+            o = closed[i]
+            for lane in range(L):
+                base[i, lane], way[i, lane] = y1[o, lane], free[o, lane]
+        add(room.D[:a, :a], new[:a], way[:a], h)
+        if PLAIN <= it < RAMP and not slabs.rough:
+            search(slabs, h, y0, y1, F, room, a)
+        for i in range(a):
+            o = closed[i]
+            for lane in range(L):
+                F[o, lane], y1[o, lane] = new[i, lane], way[i, lane]
+        fresh = False
+    return -PASSES
+
+
+@lanewise
+def search(slabs, h, y0, y1, F, room, a):
+    """Shorten each lane's update to where the step potential stops falling (bisection on its derivative)."""
+    low, high, s, rise, new, way, base = (
+        room.line[0],
+        room.line[1],
+        room.line[2],
+        room.line[3],
+        room.new,
+        room.way,
+        room.base,
+    )
+    for lane in range(L):
+        low[lane], high[lane], s[lane] = 0.0, 1.0, 1.0
+    for _ in range(30):
+        for i in range(a):
+            for lane in range(L):
+                y1[room.closed[i], lane] = base[i, lane] + s[lane] * (way[i, lane] - base[i, lane])
+        ask(slabs, h, y0, y1, F, room, 1, 1.0, False)
+        for lane in range(L):
+            rise[lane] = 0.0
+        for i in range(a):
+            o = room.closed[i]
+            for lane in range(L):
+                rise[lane] += (F[o, lane] + s[lane] * (new[i, lane] - F[o, lane]) - room.law[o, lane]) * (
+                    way[i, lane] - base[i, lane]
+                )
+        short = 0
+        for lane in range(L):
+            if rise[lane] <= 0:
+                low[lane] = s[lane]
+            else:
+                high[lane] = s[lane]
+            s[lane] = 1.0 if low[lane] == 1.0 else 0.5 * (low[lane] + high[lane])
+            short += low[lane] < 1.0
+        if short == 0:
+            break
+    for i in range(a):
+        o = room.closed[i]
+        for lane in range(L):
+            new[i, lane] = F[o, lane] + low[lane] * (new[i, lane] - F[o, lane])
+            way[i, lane] = base[i, lane] + low[lane] * (way[i, lane] - base[i, lane])

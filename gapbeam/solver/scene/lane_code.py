@@ -1,0 +1,146 @@
+"""Kernels of a number of lanes: functions that treat L members side by side, innermost, so that processors do so, too.
+
+Code is compiled once for each number of lanes, with L a constant, and kept on disk under names that carry a hash of the
+sources. Kernels allocate nothing, so that they can do without reference counts.
+"""
+
+# mypy: disable-error-code="no-untyped-def,no-untyped-call"
+from __future__ import annotations
+
+import hashlib
+from functools import lru_cache
+from pathlib import Path
+from types import FunctionType
+from typing import Any
+
+from gapbeam.solver.jit import kept
+
+L = 1  # lanes: replaced in each set of kernels
+
+
+_PARTS: list[Any] = []
+_SOURCES = ("lane_code.py", "force_solve.py", "step_kernel.py", "touch_kernel.py")
+_OPTIONS: dict[str, Any] = {"error_model": "numpy", "nogil": True, "_nrt": False, "fastmath": {"reassoc", "contract"}}
+
+
+def lanewise(function: Any) -> Any:
+    """Mark a function of the kernels, which is compiled once for each number of lanes."""
+    _PARTS.append(function)
+    return function
+
+
+@lru_cache
+def kernels(lanes: int) -> dict[str, Any]:
+    """Return the compiled functions of so many lanes by their names; `march` and `meet` are called from Python."""
+    here = Path(__file__).parent
+    key = hashlib.sha256(b"".join((here / name).read_bytes() for name in _SOURCES)).hexdigest()[:12]
+    space: dict[str, Any] = {}
+    for part in _PARTS:
+        space.update(part.__globals__)
+    space["L"] = lanes
+    for part in _PARTS:
+        function = FunctionType(part.__code__, space, part.__name__)
+        function.__qualname__, function.__module__ = f"{part.__name__}_{lanes}_{key}", part.__module__
+        space[part.__name__] = kept(function, _OPTIONS | {"forceinline": part.__name__ != "march"})
+    return space
+
+
+@lanewise
+def add(A, x, y, scale):
+    """Y += scale A x: a row is a product with x."""
+    rows, columns = A.shape
+    for i in range(rows):
+        if L == 1:
+            total = 0.0
+            for j in range(columns):
+                total += A[i, j] * x[j, 0]
+            y[i, 0] += scale * total
+        else:
+            for t in range(columns // 8):
+                k = 8 * t
+                a0, a1, a2, a3 = scale * A[i, k], scale * A[i, k + 1], scale * A[i, k + 2], scale * A[i, k + 3]
+                a4, a5, a6, a7 = scale * A[i, k + 4], scale * A[i, k + 5], scale * A[i, k + 6], scale * A[i, k + 7]
+                for lane in range(L):
+                    y[i, lane] += (
+                        a0 * x[k, lane]
+                        + a1 * x[k + 1, lane]
+                        + a2 * x[k + 2, lane]
+                        + a3 * x[k + 3, lane]
+                        + a4 * x[k + 4, lane]
+                        + a5 * x[k + 5, lane]
+                        + a6 * x[k + 6, lane]
+                        + a7 * x[k + 7, lane]
+                    )
+            for j in range(columns // 8 * 8, columns):
+                a0 = scale * A[i, j]
+                for lane in range(L):
+                    y[i, lane] += a0 * x[j, lane]
+
+
+@lanewise
+def copy(x, y):
+    """Y = x."""
+    for i in range(x.shape[0]):
+        for lane in range(L):
+            y[i, lane] = x[i, lane]
+
+
+@lanewise
+def clear(x):
+    """X = 0."""
+    for i in range(x.shape[0]):
+        for lane in range(L):
+            x[i, lane] = 0.0
+
+
+@lanewise
+def spread(A, which, count, x, y, scale):
+    """Y += scale sum_j x_j A_j over the rows j that are listed in `which`: two at a time."""
+    columns = A.shape[1]
+    for t in range(count // 2):
+        j, k = which[2 * t], which[2 * t + 1]
+        for i in range(columns):
+            a, b = scale * A[j, i], scale * A[k, i]
+            for lane in range(L):
+                y[i, lane] += a * x[j, lane] + b * x[k, lane]
+    if count % 2:
+        j = which[count - 1]
+        for i in range(columns):
+            a = scale * A[j, i]
+            for lane in range(L):
+                y[i, lane] += a * x[j, lane]
+
+
+@lanewise
+def eliminate(A, b, inverse, m):
+    """Solve A x = b in place, row by row; without pivots: principal minors are positive where laws do not soften."""
+    for i in range(m):
+        done = 0
+        if L == 1:  # four rows above at a time: the row itself is read and written once
+            for t in range(i // 4):
+                p = 4 * t
+                f0 = A[i, p, 0] * inverse[p, 0]
+                f1 = (A[i, p + 1, 0] - f0 * A[p, p + 1, 0]) * inverse[p + 1, 0]
+                f2 = (A[i, p + 2, 0] - f0 * A[p, p + 2, 0] - f1 * A[p + 1, p + 2, 0]) * inverse[p + 2, 0]
+                f3 = (
+                    A[i, p + 3, 0] - f0 * A[p, p + 3, 0] - f1 * A[p + 1, p + 3, 0] - f2 * A[p + 2, p + 3, 0]
+                ) * inverse[p + 3, 0]
+                b[i, 0] -= f0 * b[p, 0] + f1 * b[p + 1, 0] + f2 * b[p + 2, 0] + f3 * b[p + 3, 0]
+                for j in range(p + 4, m):
+                    A[i, j, 0] -= f0 * A[p, j, 0] + f1 * A[p + 1, j, 0] + f2 * A[p + 2, j, 0] + f3 * A[p + 3, j, 0]
+            done = i // 4 * 4
+        for p in range(done, i):
+            for lane in range(L):
+                A[i, p, lane] *= inverse[p, lane]
+                b[i, lane] -= A[i, p, lane] * b[p, lane]
+            for j in range(p + 1, m):
+                for lane in range(L):
+                    A[i, j, lane] -= A[i, p, lane] * A[p, j, lane]
+        for lane in range(L):
+            inverse[i, lane] = 1.0 / A[i, i, lane]
+    for p in range(m - 1, -1, -1):
+        for j in range(p + 1, m):
+            for lane in range(L):
+                b[p, lane] -= A[p, j, lane] * b[j, lane]
+        for lane in range(L):
+            b[p, lane] *= inverse[p, lane]

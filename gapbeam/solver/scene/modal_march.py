@@ -1,0 +1,155 @@
+"""The march of scenes in the modes of their structures: a state that advances in blocks of compiled steps."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene import force_solve
+from gapbeam.solver.scene.condensed_arrays import Linear, rest, rooms
+from gapbeam.solver.scene.lane_code import kernels
+from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.step_kernel import DAMPED, FED, LAW, LOADED, RUBBED, STORED, WALLED
+from gapbeam.solver.system.operators import Array
+
+BLOCK = 2048
+"""Steps between two looks of Python at a march."""
+TOLERANCE = 1e-12
+"""Of the contact solve, over the places of the contacts."""
+
+
+class Marcher:
+    """A scene with a step, a scheme and a state; it advances in blocks, members in lanes.
+
+    Args:
+        scene: What moves.
+        step: s.
+        start: State at the start; default at rest, undeformed.
+        lanes: Members side by side.
+        scheme: Of the time integration.
+
+    Raises:
+        UserError: The step is not above 0.
+    """
+
+    def __init__(
+        self, scene: Scene, step: float, start: SceneState | None = None, lanes: int = 1,
+        scheme: LinearScheme = MIDPOINT,
+    ) -> None:  # fmt: skip
+        if not (np.isfinite(step) and step > 0.0):
+            raise UserError(f"march: found step {step!r} s, expected a time above 0")
+        self.scene, self.h, self.lanes, self.scheme = scene, float(step), lanes, scheme
+        self.linear = self.condensed()
+        self.slabs = scene.slabs(lanes, step, self.linear.delassus, scheme.law)
+        state = (start or scene.state()).spread(lanes)
+        self.t0, self.count = state.t, 0
+        self.space, self.room = rooms(self.linear, len(scene.contacts), lanes)
+        self.q, self.v, self.z, self.F = (np.ascontiguousarray(one) for one in (state.q, state.v, state.z, state.F))
+        self.y, self.inputs = scene.places(self.q, state.t), scene.inputs(self.q)
+        self.a: Array = np.zeros((0, lanes))
+        if scheme.is_accelerated:
+            self.a = np.ascontiguousarray(state.a) if state.a is not None else self.accelerations()
+        self.ledger, self.peaks, self.passes = np.zeros((7, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
+        self.ledger[STORED] = rest(self.slabs, self.y)[2]
+
+    def condensed(self) -> Linear:
+        """Return the arrays of the scene for the step."""
+        return self.scene.condensed(self.h, self.scheme)
+
+    @property
+    def t(self) -> float:
+        """Time of the present state, s."""
+        return self.t0 + self.count * self.h
+
+    def accelerations(self) -> Array:
+        """Return what the equation of motion gives at the start, (n, lanes)."""
+        scene, at = self.scene, 0
+        force = scene.contact_rows.T @ self.F
+        for load, column in zip(scene.loads, scene.load_columns.T, strict=False):
+            force += column[:, None] * load.table(np.array([self.t]), self.lanes)
+        for one in scene.feedbacks:
+            sense, z = scene.rows([one.sense]), self.z[at : at + len(one.A)]
+            read = np.vstack([sense @ self.q, sense @ self.v])
+            force += scene.rows([one.act]).T @ (one.C @ z + one.D @ read)
+            at += len(z)
+        return self.without_inertia(force)
+
+    def without_inertia(self, force: Array) -> Array:
+        """Return M^-1 (force - C v - K q)."""
+        C = self.linear.damping
+        drag: Array = C.T * self.v if len(C) == 1 else C @ self.v
+        return force - self.linear.squares[:, None] * self.q - drag
+
+    def tables(self, steps: int) -> tuple[Array, Array, Array]:
+        """Return times, values of the loads and places of the walls for a block of steps."""
+        times = self.t0 + (self.count + np.arange(steps + 1)) * self.h
+        loads = np.zeros((steps, len(self.linear.patterns), self.lanes))
+        for j, load in enumerate(self.scene.loads):
+            loads[:, j] = load.table(times[:-1] + self.scheme.level * self.h, self.lanes)
+        return times, loads, self.scene.walls(times, self.lanes)
+
+    def advance(self, steps: int, record: bool = False) -> tuple[Array, Array]:
+        """March so many steps.
+
+        Returns:
+            Displacements of the points (steps, rows, lanes) and contact forces (steps, motions, lanes) of each step, if
+            they are recorded.
+
+        Raises:
+            NotConverged: The contact forces of a step did not converge; the state is that before the block began to
+                fail.
+        """
+        times, loads, walls = self.tables(steps)
+        kept = steps * record
+        seen = np.zeros((kept, len(self.linear.watch), self.lanes))
+        felt = np.zeros((kept, self.scene.motions, self.lanes))
+        peaks = self.peaks.reshape(-1, self.lanes)
+        done = kernels(self.lanes)["march"](
+            self.linear, self.slabs, self.h, steps, self.q, self.v, self.a, self.y, self.F, self.z, self.inputs, loads,
+            walls, self.ledger, peaks, seen, felt, self.space, self.room, TOLERANCE,
+        )  # fmt: skip
+        if done < 0:
+            self.fail(self.count - done, float(times[-done]))
+        self.passes += done
+        self.count += steps
+        return seen, felt
+
+    def fail(self, step: int, time: float) -> None:
+        """Raise NotConverged for a step."""
+        raise NotConverged(
+            f"step {step}, t = {time:.9g} s: the contact forces did not converge in {force_solve.PASSES} passes; try "
+            "a smaller step"
+        )
+
+    @property
+    def state(self) -> SceneState:
+        """A copy of the present state: another march may start from it."""
+        a = self.a.copy() if len(self.a) else None
+        return SceneState(self.t, self.q.copy(), self.v.copy(), self.z.copy(), self.F.copy(), a)
+
+    def inertia(self) -> tuple[Array, Array]:
+        """Return kinetic and strain energy, (lanes,), J."""
+        return 0.5 * (self.v**2).sum(0), 0.5 * (self.linear.squares[:, None] * self.q**2).sum(0)
+
+    @property
+    def energy(self) -> dict[str, Any]:
+        """Kinetic, strain and contact energy, what was lost, and what was brought in since the start, J."""
+        L = self.ledger
+        kinetic, strain = self.inertia()
+        parts = {
+            "kinetic": kinetic, "strain": strain, "contact": L[STORED], "damping": L[DAMPED], "law": L[LAW],
+            "friction": L[RUBBED], "loads": L[LOADED], "feedback": L[FED], "walls": L[WALLED],
+        }  # fmt: skip
+        return {name: float(np.ravel(one)[0]) if self.lanes == 1 else one.copy() for name, one in parts.items()}
+
+    @property
+    def balance(self) -> Any:
+        """Energy that the midpoint rule never changes: stored, and lost, less what was brought in, J."""
+        e = self.energy
+        return (
+            e["kinetic"] + e["strain"] + e["contact"] + e["damping"] + e["law"] + e["friction"]
+            - e["loads"] - e["feedback"] - e["walls"]
+        )  # fmt: skip

@@ -1,0 +1,356 @@
+"""Scenes: structures with contacts, loads and feedback; condensed for a time step, a scene is ready to march."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.condensed_arrays import Linear, Slabs
+from gapbeam.solver.scene.contact_pair import Contact
+from gapbeam.solver.scene.feedback import Feedback, Place, joined
+from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.scene_load import Load
+from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
+from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, WIDTH
+from gapbeam.solver.system.operators import Array
+
+STICKING = 1e9
+"""Stiffness of friction that sticks over the stiffness that a step itself gives the motion."""
+
+
+@dataclass(eq=False)
+class SceneState:
+    """The motion of a scene at one time, in its coordinates; members are lanes.
+
+    Attributes:
+        t: s.
+        q: Coordinates, (n, lanes).
+        v: Velocities.
+        z: States of the feedback.
+        F: Contact forces, the mean over the last step, (motions, lanes).
+        a: Accelerations, where the scheme needs them.
+    """
+
+    t: float
+    q: Array
+    v: Array
+    z: Array
+    F: Array
+    a: Array | None = None
+
+    def spread(self, lanes: int) -> SceneState:
+        """Return the state for so many lanes: repeated where it has one."""
+
+        def many(x: Array) -> Array:
+            return np.repeat(x, lanes, axis=1) if x.shape[1] == 1 else x.copy()
+
+        a = None if self.a is None else many(self.a)
+        return SceneState(self.t, many(self.q), many(self.v), many(self.z), many(self.F), a)
+
+
+@dataclass(frozen=True, eq=False)
+class AddedMass:
+    """A mass on a point of a structure, the same in all of its motions, kg."""
+
+    point: StructurePoint
+    value: float
+
+
+class Scene:
+    """Structures with what acts on them. A scene knows neither files nor output.
+
+    Args:
+        structures: The linear bodies.
+        contacts: Where they may touch the frame or each other.
+        loads: What drives them.
+        feedbacks: Linear forces that follow the motion.
+        joints: Springs and dampers between points.
+        masses: `AddedMass`: more mass at points.
+
+    Raises:
+        UserError: A point belongs to another structure, or a name is not unique.
+    """
+
+    def __init__(
+        self,
+        *structures: Structure,
+        contacts: Sequence[Contact] = (),
+        loads: Sequence[Load] = (),
+        feedbacks: Sequence[Feedback] = (),
+        joints: Sequence[Feedback] = (),
+        masses: Sequence[AddedMass] = (),
+    ) -> None:
+        if not structures:
+            raise UserError("scene: expected one structure or more")
+        self.structures, self.masses = structures, tuple(masses)
+        self.contacts, self.loads, self.feedbacks = list(contacts), list(loads), [*feedbacks, *joints]
+        for kind, expected, entries in (
+            ("structure", Structure, structures), ("contact", Contact, self.contacts), ("load", Load, self.loads),
+            ("feedback or joint", Feedback, self.feedbacks), ("mass", AddedMass, self.masses),
+        ):  # fmt: skip
+            for entry in entries:
+                if not isinstance(entry, expected):
+                    raise UserError(f"scene: found {entry!r} as a {kind}, expected {expected.__name__}")
+        self.first = np.cumsum([0] + [one.motions for one in self.contacts])
+        self.motions = int(self.first[-1])
+        self._check_names()
+        self._check_points()
+        self.bodies = tuple(self._loaded(one) for one in structures)
+        self.start = np.cumsum([0] + [one.size for one in structures])
+        self.size = int(self.start[-1])
+        self.is_large = any(one.is_large for one in structures)
+
+    def __repr__(self) -> str:
+        counts = ((len(self.structures), "structures"), (len(self.contacts), "contacts"), (len(self.loads), "loads"))
+        return f"<scene of {', '.join(f'{count} {what}' for count, what in counts)}, {self.size} DOFs>"
+
+    def _check_names(self) -> None:
+        named = [one.name for group in (self.contacts, self.loads, self.feedbacks) for one in group if one.name]  # type: ignore[attr-defined]
+        named += [one.name for one in self.structures if one.name]
+        twice = sorted({name for name in named if named.count(name) > 1})
+        if twice:
+            raise UserError(
+                f"scene: the name {twice[0]!r} is given twice; structures, contacts, loads and feedback share names"
+            )
+        if len(set(map(id, self.structures))) < len(self.structures):
+            raise UserError("scene: a structure is given twice; make two")
+
+    def _check_points(self) -> None:
+        used: list[tuple[Any, Structure]] = [(one, p.structure) for one in self.contacts for p in one.points]
+        used += [(one, p.structure) for one in self.feedbacks for p in one.points]
+        used += [(one, one.structure) for one in self.loads] + [(one, one.point.structure) for one in self.masses]
+        for one, structure in used:
+            if not any(structure is body for body in self.structures):
+                what = f"{type(one).__name__.lower()} {getattr(one, 'name', '') or '(without a name)'}"
+                raise UserError(
+                    f"scene: {what} is at structure {structure.name or '?'}, which is not of this scene; add it"
+                )
+
+    def _loaded(self, structure: Structure) -> Structure:
+        """Return a structure with the masses on its points."""
+        mine = [one for one in self.masses if one.point.structure is structure]
+        if not mine:
+            return structure
+        rows = np.vstack([np.sqrt(one.value) * one.point.rows for one in mine])
+        added = sp.csr_matrix(rows).T @ sp.csr_matrix(rows) if sp.issparse(structure.M) else rows.T @ rows
+        other = Structure(structure.M + added, structure.K, structure.C, None, structure.rigid, structure.name)
+        other.points = structure.points
+        return other
+
+    def with_(self, changes: Mapping[str, Any]) -> Scene:
+        """Return the scene with other values.
+
+        Args:
+            changes: By path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction"; a load's
+                "shaker.value", or one of its parameters. Arrays are for `ensemble`.
+
+        Raises:
+            UserError: Nothing has that name, or it has no such value; all faults at once.
+        """
+        contacts, loads, faults = list(self.contacts), list(self.loads), []
+        for path, value in changes.items():
+            name, _, key = path.partition(".")
+            groups: tuple[list[Any], ...] = (contacts, loads)
+            found = [(group, i) for group in groups for i, one in enumerate(group) if name and one.name == name]
+            if not found or not key:
+                known = ", ".join(one.name for group in groups for one in group if one.name) or "none"
+                faults.append(f"{path!r}: expected name.value with the name of a contact or a load: {known}")
+                continue
+            group, place = found[0]
+            try:
+                group[place] = group[place].replaced(key, value)
+            except UserError as fault:
+                faults.append(f"{path!r}: {fault}")
+        if faults:
+            raise UserError("\n".join(faults))
+        return self.with_parts(contacts, loads)
+
+    def with_parts(self, contacts: list[Contact], loads: list[Load]) -> Scene:
+        """Return the scene with other contacts and loads at the same points; its structures stay as they are."""
+        other = object.__new__(Scene)
+        other.__dict__.update(self.__dict__)
+        other.contacts, other.loads = contacts, loads
+        for name in ("offsets",):
+            other.__dict__.pop(name, None)
+        return other
+
+    def point(self, key: StructurePoint | str) -> StructurePoint:
+        """Return a point, also by its name where that is unique in the scene, or by "structure.name".
+
+        Raises:
+            UserError: There is none, or there are several.
+        """
+        if isinstance(key, StructurePoint):
+            return key
+        owner, _, name = key.rpartition(".")
+        bodies = [one for one in self.structures if not owner or one.name == owner]
+        found = [one.points[name] for one in bodies if name in one.points]
+        if len(found) != 1:
+            known = ", ".join(self.point_names) or "none"
+            raise UserError(f"scene: {len(found) or 'no'} points are called {key!r}; its points: {known}")
+        return found[0]
+
+    @cached_property
+    def point_names(self) -> dict[str, StructurePoint]:
+        """All points of the scene by name; with the name of their structure before it where several share one."""
+        every = [(one, name) for one in self.structures for name in one.points]
+        names = [name for _, name in every]
+        return {
+            name if names.count(name) == 1 else f"{one.name or self.structures.index(one)}.{name}": one.points[name]
+            for one, name in every
+        }
+
+    def rows_of(self, structure: Structure, rows: Array) -> Array:
+        """Return rows of a structure's DOFs as rows of the scene's coordinates."""
+        place = next(i for i, one in enumerate(self.structures) if one is structure)
+        found = np.zeros((len(rows), self.size))
+        across = rows if self.is_large else rows @ self.bodies[place].modes[2]
+        found[:, self.start[place] : self.start[place + 1]] = across
+        return found
+
+    def rows(self, places: Iterable[Place]) -> Array:
+        """Return the rows of points; those of a pair are of the motion of the first relative to the second."""
+        found: list[Array] = [np.zeros((0, self.size))]
+        for place in places:
+            first, *others = place if isinstance(place, tuple) else (place,)
+            own = self.rows_of(first.structure, first.rows)
+            found.append(own - sum(self.rows_of(one.structure, one.rows) for one in others))
+        return np.vstack(found)
+
+    @cached_property
+    def contact_rows(self) -> Array:
+        """B: rows of all contact motions, (motions, n)."""
+        return self.rows([one.between for one in self.contacts])
+
+    @cached_property
+    def offsets(self) -> Array:
+        """Places of the contacts at rest, (motions,)."""
+        parts = [np.broadcast_to(np.asarray(one.offset, dtype=float), (one.motions,)) for one in self.contacts]
+        return np.concatenate([np.zeros(0), *parts])
+
+    @cached_property
+    def squares(self) -> Array:
+        """Squared angular frequencies of all modes, (n,)."""
+        return np.concatenate([one.modes[0] for one in self.bodies])
+
+    @cached_property
+    def damping(self) -> Array:
+        """Modal damping: (1, n) where it is diagonal, else (n, n)."""
+        C = sl.block_diag(*(one.modes[1] for one in self.bodies))
+        off = np.abs(C - np.diag(np.diag(C))).max(initial=0.0)
+        return np.diag(C)[None].copy() if off <= 1e-12 * np.abs(C).max(initial=0.0) else C
+
+    @cached_property
+    def load_columns(self) -> Array:
+        """Patterns of the loads, (n, loads); one of zeros if there are none."""
+        columns = [self.rows_of(one.structure, one.pattern[None])[0] for one in self.loads]
+        return np.column_stack(columns or [np.zeros(self.size)])
+
+    def condensed(self, h: float, scheme: LinearScheme) -> Linear:
+        """Return the arrays of the scene, in its modes, for a step of h."""
+        w, C, i0, d0 = self.squares, self.damping, scheme.inertia[0] / h, scheme.drag[0]
+        if len(C) == 1:
+            weight, inverse = np.asarray(1 / (i0 + d0 * C[0] + scheme.level * h * w), dtype=float), np.zeros((0, 0))
+            return self.linear(h, scheme, weight, inverse, w, C, lambda R: weight[:, None] * R)
+        whole = np.asarray(np.linalg.inv(np.diag(i0 + scheme.level * h * w) + d0 * C), dtype=float)
+        return self.linear(h, scheme, np.ones(len(w)), whole, w, C, lambda R: whole @ R)
+
+    def linear(
+        self, h: float, scheme: LinearScheme, weight: Array, inverse: Array, squares: Array, damping: Array,
+        solve: Callable[[Array], Array],
+    ) -> Linear:  # fmt: skip
+        """Eliminate feedback and contact, given what solves with the effective operator."""
+        B, patterns, m = self.contact_rows, self.load_columns.T, self.motions
+        sense, act = self.rows([one.sense for one in self.feedbacks]), self.rows([one.act for one in self.feedbacks])
+        states, force = joined(self.feedbacks, h, scheme.level)
+        ports, X = np.vstack([B, sense, act, patterns]), solve(np.vstack([B, act]).T)
+        G, last = ports @ X, force.shape[1] - len(sense)
+        loop = np.linalg.inv(np.eye(len(act)) - force[:, last:] @ G[m : m + len(sense), m:])
+        back = loop @ force[:, last:] @ G[m : m + len(sense), :m]
+        whole = G[:, :m] + G[:, m:] @ back
+        numbers = np.array([scheme.inertia, scheme.drag, scheme.velocity, scheme.acceleration])
+        watch = self.rows(self.point_names.values())
+        arrays = (
+            weight, inverse, squares, damping, ports, X.T, patterns, whole[:m].T, whole[m:], G[:, m:], loop @ force,
+            back, states, watch, numbers,
+        )  # fmt: skip
+        return Linear(*(np.ascontiguousarray(one, dtype=float) for one in arrays))
+
+    def slabs(
+        self, lanes: int = 1, h: float = 1.0, delassus: Array | None = None, level: float = 0.0, rough: bool = True
+    ) -> Slabs:
+        """Return the touches of the contacts with workspaces that hold their values, contacts of one kind side by side.
+
+        Args:
+            lanes: Members side by side.
+            h: Step, s.
+            delassus: Of the condensed scene: what friction that sticks is stiff against.
+            level: Of the step at which laws are asked.
+            rough: False leaves out friction.
+        """
+        kinds: dict[tuple[int, int], list[int]] = {}
+        for i, one in enumerate(self.contacts):
+            kinds.setdefault((one.compiled(level, rough), one.motions), []).append(i)
+        size = WIDTH // lanes
+        parts = [(key, some[i : i + size]) for key, some in kinds.items() for i in range(0, len(some), size)]
+        work, order = np.zeros((len(parts), ROWS, size, lanes)), [i for _, some in parts for i in some]
+        mobility = np.zeros(self.motions) if delassus is None else np.diag(delassus)
+        for room, (_, some) in zip(work, parts, strict=True):
+            for k, i in enumerate(some):
+                most = h * mobility[self.first[i] : self.first[i + 1]].max()
+                stick = STICKING / most if most > 0.0 else 1.0
+                for row, value in enumerate(self.contacts[i].values(stick), VALUES - 2):
+                    room[row, k] = value
+
+        def integers(values: Any) -> Any:
+            return np.array(values, dtype=np.int64)
+
+        places = work.ctypes.data + 8 * ROWS * WIDTH * np.arange(len(parts), dtype=np.int64)
+        starts = np.cumsum([0] + [len(some) for _, some in parts])
+        return Slabs(
+            integers([key[0] for key, _ in parts]), places, integers(starts), integers([key[1] for key, _ in parts]),
+            self.first[integers(order)].astype(np.int64), work, rough and any(one.is_rough for one in self.contacts),
+        )  # fmt: skip
+
+    def walls(self, times: Array, lanes: int = 1) -> Array:
+        """Return the given motions of the regions, (times, motions, lanes), m."""
+        found = np.zeros((len(times), self.motions, lanes))
+        for one, at in zip(self.contacts, self.first, strict=False):
+            if one.wall is not None:
+                for k, t in enumerate(times):
+                    found[k, at : at + one.motions] = np.reshape(one.wall(float(t)), (-1, 1))
+        return found
+
+    def state(
+        self, displacement: Mapping[Structure, Any] | None = None, velocity: Mapping[Structure, Any] | None = None,
+        t: float = 0.0,
+    ) -> SceneState:  # fmt: skip
+        """Return a state from DOFs of structures, {structure: number or (DOFs,)}; at rest elsewhere."""
+        q, v = np.zeros(self.size), np.zeros(self.size)
+        for target, given in ((q, displacement or {}), (v, velocity or {})):
+            for structure, value in given.items():
+                place = next((i for i, one in enumerate(self.structures) if one is structure), None)
+                if place is None:
+                    raise UserError(f"state: {structure!r} is not of this scene")
+                u = np.broadcast_to(np.asarray(value, dtype=float), (structure.size,))
+                body = self.bodies[place]
+                own = u if self.is_large else body.modes[2].T @ (dense(body.M) @ u)
+                target[self.start[place] : self.start[place + 1]] = own
+        states = np.zeros((sum(len(one.A) for one in self.feedbacks), 1))
+        return SceneState(t, q[:, None], v[:, None], states, np.zeros((self.motions, 1)))
+
+    def inputs(self, q: Array) -> Array:
+        """Return the displacements that the feedback reads."""
+        return self.rows([one.sense for one in self.feedbacks]) @ q
+
+    def places(self, q: Array, t: float) -> Array:
+        """Return where the contact points are relative to their regions, (motions, lanes), m."""
+        found: Array = self.contact_rows @ q + self.offsets[:, None] - self.walls(np.array([t]))[0]
+        return found

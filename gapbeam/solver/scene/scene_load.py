@@ -1,0 +1,138 @@
+"""Loads: a pattern on a structure times a function of time, a number, or a value that a program sets between steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.given_numbers import finite
+from gapbeam.solver.scene.structure import Structure, StructurePoint
+from gapbeam.solver.system.operators import Array
+
+Value = float | Callable[..., Any] | tuple[Any, Any]
+
+
+class Load:
+    """A pattern of forces on a structure times a value.
+
+    Args:
+        structure: What the load acts on.
+        pattern: Generalized forces of a value of 1, (DOFs,).
+        value: A number; a function of time, of arrays if it can; or (times, values), straight between. A number may be
+            set between steps: `load.value = 3.0`.
+        name: For results and paths; unique in a scene.
+        parameters: More arguments of the function by name; members of an ensemble may differ in them.
+
+    Raises:
+        UserError: The pattern has another number of DOFs, or the value is none of these.
+    """
+
+    def __init__(
+        self, structure: Structure, pattern: ArrayLike, value: Value, name: str = "", **parameters: Any
+    ) -> None:
+        self.structure, self.name, self.parameters = structure, name, dict(parameters)
+        self.pattern = finite(pattern, f"load {name or '?'}: pattern")
+        if self.pattern.shape != (structure.size,):
+            raise UserError(
+                f"load {name or '?'}: found a pattern of shape {self.pattern.shape}, expected ({structure.size},): one "
+                "number for each DOF of its structure"
+            )
+        self.value: Any = value
+        if isinstance(value, tuple):
+            times, values = (finite(one, f"load {name or '?'}") for one in value)
+            if times.ndim != 1 or values.shape != times.shape or not np.all(np.diff(times) > 0.0):
+                raise UserError(f"load {name or '?'}: expected as many values as times, and times that grow")
+            self.value = (times, values)
+        elif not callable(value):
+            finite(value, f"load {name or '?'}: value")
+
+    def table(self, times: Array, lanes: int = 1) -> Array:
+        """Return the values at some times, (times, lanes).
+
+        Raises:
+            UserError: A table of times is left, or a function gives no finite numbers.
+        """
+        if isinstance(self.value, tuple):
+            known, values = self.value
+            slack = 1e-9 * float(known[-1] - known[0])
+            if len(times) and not (known[0] - slack <= times[0] and times[-1] <= known[-1] + slack):
+                raise UserError(
+                    f"load {self.name or '?'}: asked at {times[0]:.6g} to {times[-1]:.6g} s, but its table covers "
+                    f"{known[0]:.6g} to {known[-1]:.6g} s"
+                )
+            return np.repeat(np.interp(times, known, values)[:, None], lanes, axis=1)
+        if not callable(self.value):
+            return np.broadcast_to(finite(self.value, f"load {self.name or '?'}"), (len(times), lanes))
+        try:
+            found = np.asarray(self.value(times[:, None], **self.parameters), dtype=float)
+            found = np.broadcast_to(found, (len(times), lanes))
+        except (TypeError, ValueError):  # a function of one number
+            found = np.array([self.value(float(t), **self.parameters) for t in times], dtype=float)
+            found = np.broadcast_to(found.reshape(len(times), -1), (len(times), lanes))
+        if not np.all(np.isfinite(found)):
+            first = times[int(np.flatnonzero(~np.isfinite(found).all(axis=1))[0])]
+            raise UserError(f"load {self.name or '?'}: its value at {first:.6g} s is not finite")
+        return found
+
+    def replaced(self, name: str, value: Any) -> Load:
+        """Return the load with another "value" or parameter.
+
+        Raises:
+            UserError: It has no such parameter.
+        """
+        if name != "value" and name not in self.parameters:
+            known = ", ".join(["value", *self.parameters])
+            raise UserError(f"load {self.name or '?'} has no {name!r}; it has {known}")
+        other = object.__new__(type(self))
+        other.__dict__.update(self.__dict__)
+        if name == "value":
+            other.value = value
+        else:
+            other.parameters = self.parameters | {name: value}
+        return other
+
+
+class Force(Load):
+    """A force at a point, N.
+
+    Args:
+        point: Where it acts.
+        value: See `Load`.
+        direction: In the motions of the point; default its first motion.
+        name: See `Load`.
+        parameters: See `Load`.
+    """
+
+    def __init__(
+        self, point: StructurePoint, value: Value, direction: ArrayLike | None = None, name: str = "", **parameters: Any
+    ) -> None:
+        if not isinstance(point, StructurePoint):
+            raise UserError(f'force {name or "?"}: found {point!r}, expected a point, such as beam["tip"]')
+        along = np.eye(len(point.rows))[0] if direction is None else np.atleast_1d(finite(direction, "direction"))
+        if along.shape != (len(point.rows),):
+            raise UserError(f"force {name or '?'}: found direction {direction!r}, expected {len(point.rows)} numbers")
+        super().__init__(point.structure, along @ point.rows, value, name, **parameters)
+
+
+class BaseMotion(Load):
+    """A motion of the frame; displacements of the structure are then relative to the frame.
+
+    Args:
+        structure: What the frame carries.
+        direction: DOFs of the rigid motion that follows the frame, (DOFs,).
+        acceleration: Of the frame, m/s^2; as the value of a `Load`.
+        name: See `Load`.
+        parameters: See `Load`.
+    """
+
+    def __init__(
+        self, structure: Structure, direction: ArrayLike, acceleration: Value, name: str = "", **parameters: Any
+    ) -> None:
+        along = finite(direction, f"base motion {name or '?'}: direction")
+        if along.shape != (structure.size,):
+            raise UserError(f"base motion {name or '?'}: expected a direction of {structure.size} DOFs")
+        super().__init__(structure, -(structure.M @ along), acceleration, name, **parameters)

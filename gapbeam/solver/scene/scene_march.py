@@ -1,0 +1,176 @@
+"""The march of a scene: a generator of steps, or whole histories at once, by the same compiled block of steps."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.modal_march import BLOCK, Marcher
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.sparse_march import SparseMarcher
+from gapbeam.solver.scene.structure import StructurePoint
+from gapbeam.solver.system.operators import Array
+
+
+@dataclass(frozen=True)
+class PointMotion:
+    """Displacement, m, and velocity, m/s, of a point: a number for one motion, else one for each."""
+
+    displacement: Any
+    velocity: Any
+
+
+@dataclass(frozen=True)
+class ContactForce:
+    """Mean force of a step on the (first) point, N, and its place relative to the region, m."""
+
+    force: Any
+    place: Any
+
+
+class SceneStep:
+    """The present step of a march: step["tip"].displacement, step.contacts["left"].force, step.energy."""
+
+    def __init__(self, marcher: Marcher) -> None:
+        self.marcher = marcher
+
+    def __getitem__(self, key: StructurePoint | str) -> PointMotion:
+        """Return the motion of a point."""
+        rows = self.marcher.scene.rows([self.marcher.scene.point(key)])
+        return PointMotion(plain(rows @ self.marcher.q), plain(rows @ self.marcher.v))
+
+    @property
+    def t(self) -> float:
+        """Time, s."""
+        return self.marcher.t
+
+    @property
+    def energy(self) -> dict[str, Any]:
+        """See `Marcher.energy`."""
+        return self.marcher.energy
+
+    @property
+    def balance(self) -> float:
+        """See `Marcher.balance`."""
+        return float(self.marcher.balance)
+
+    @property
+    def state(self) -> SceneState:
+        """A copy of the state."""
+        return self.marcher.state
+
+    @property
+    def contacts(self) -> dict[str | int, ContactForce]:
+        """Force and place of each contact, by its name, or its number where it has none."""
+        m, scene = self.marcher, self.marcher.scene
+        spans = [(at, at + one.motions) for one, at in zip(scene.contacts, scene.first, strict=False)]
+        return {
+            one.name or i: ContactForce(plain(m.F[a:b]), plain(m.y[a:b]))
+            for i, (one, (a, b)) in enumerate(zip(scene.contacts, spans, strict=True))
+        }
+
+
+def plain(values: Array) -> Any:
+    """Return the first lane; a number where there is one motion."""
+    one = values[:, 0]
+    return float(one[0]) if len(one) == 1 else one.copy()
+
+
+def march(
+    scene: Scene, step: float, end: float, start: SceneState | None = None, every: int = 1,
+    scheme: LinearScheme = MIDPOINT,
+) -> Iterator[SceneStep]:  # fmt: skip
+    """Yield the scene after each step; between two of them a program may set `load.value` of loads.
+
+    Args:
+        scene: What moves.
+        step: s.
+        end: Time of the last step, s: a whole number of steps from the start.
+        start: State at the start, as of `seat`, `scene.state` or `step.state`; default at rest, undeformed.
+        every: Steps from one that is yielded to the next.
+        scheme: Of the time integration; the default conserves energy in contact at any step.
+
+    Raises:
+        UserError: Step or end are out of range.
+        NotConverged: The contact forces of a step did not converge.
+    """
+    marcher = marcher_of(scene, step, start, scheme)
+    steps = steps_to(end, marcher.t, step)
+    if every < 1:
+        raise UserError(f"march: found every = {every}, expected 1 or more")
+    for done in range(0, steps, every):
+        marcher.advance(min(every, steps - done))
+        yield SceneStep(marcher)
+
+
+def steps_to(end: float, begin: float, step: float) -> int:
+    """Return the number of steps to the end.
+
+    Raises:
+        UserError: There is none.
+    """
+    steps = round((end - begin) / step) if np.isfinite(end) else 0
+    if steps < 1:
+        raise UserError(f"march: found end {end!r} s, expected at least one step of {step:g} s after {begin:g} s")
+    return steps
+
+
+def marcher_of(scene: Scene, step: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT) -> Marcher:
+    """Return what marches a scene: in its modes, or with sparse matrices where a structure is large."""
+    return (SparseMarcher if scene.is_large else Marcher)(scene, step, start, scheme=scheme)
+
+
+@dataclass(frozen=True, eq=False)
+class History:
+    """Every step of a march.
+
+    Attributes:
+        t: Times, (steps,), s.
+        displacement: By point, (steps,) for one motion, else (steps, motions), m.
+        force: By contact, likewise, N: the mean over the step on the first point.
+        last: The last step.
+    """
+
+    t: Array
+    displacement: dict[str, Array]
+    force: dict[str | int, Array]
+    last: SceneStep
+
+
+def history(
+    scene: Scene, step: float, end: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT
+) -> History:
+    """March a scene, and return every step: displacements of all points and forces of all contacts.
+
+    Args:
+        scene: See `march`.
+        step: s.
+        end: s.
+        start: See `march`.
+        scheme: See `march`.
+
+    Raises:
+        UserError: As `march`.
+        NotConverged: As `march`.
+    """
+    marcher = marcher_of(scene, step, start, scheme)
+    steps = steps_to(end, marcher.t, step)
+    parts = [marcher.advance(min(BLOCK, steps - done), record=True) for done in range(0, steps, BLOCK)]
+    seen, felt = (np.concatenate([part[i] for part in parts])[..., 0] for i in (0, 1))
+    displacement, at = dict[str, Array](), 0
+    for name, point in scene.point_names.items():
+        displacement[name], at = _squeezed(seen[:, at : at + len(point.rows)]), at + len(point.rows)
+    force: dict[str | int, Array] = {}
+    for i, (one, first) in enumerate(zip(scene.contacts, scene.first, strict=False)):
+        force[one.name or i] = _squeezed(felt[:, first : first + one.motions])
+    times = marcher.t0 + step * np.arange(1, steps + 1)
+    return History(times, displacement, force, SceneStep(marcher))
+
+
+def _squeezed(columns: Array) -> Array:
+    return columns[:, 0] if columns.shape[1] == 1 else columns

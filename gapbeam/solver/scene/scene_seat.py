@@ -1,0 +1,142 @@
+"""The seat of a scene: its static equilibrium in contact, or a rigid motion that nothing opposes."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+
+import numpy as np
+import scipy.linalg as sl
+from scipy.optimize import linprog
+
+from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.condensed_arrays import Slabs, rest
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.structure import Structure
+from gapbeam.solver.system.operators import Array
+
+TINY = 1e-9  # squared frequencies below this part of the highest belong to rigid motions
+TOLERANCE = 1e-12
+BALANCED, ACCEPTED = 1e-9, 1e-6  # forces that remain, of the loads: where the search ends, and at most
+
+
+@dataclass
+class EscapeMotion:
+    """A rigid motion along which no contact closes and the loads do work.
+
+    Attributes:
+        motion: DOFs of each structure.
+        power: Work of the loads per unit of the motion, J.
+    """
+
+    motion: dict[Structure, Array]
+    power: float
+
+
+class NoSeat(UserError):  # noqa: N818 - the field's word
+    """A scene without equilibrium; `escape` is the certificate.
+
+    Attributes:
+        escape: The rigid motion.
+    """
+
+    def __init__(self, escape: EscapeMotion) -> None:
+        names = [one.name or "?" for one, u in escape.motion.items() if np.abs(u).max() > 0.0]
+        super().__init__(
+            f"no equilibrium: the loads do work along a rigid motion of {', '.join(names)} that no contact opposes; "
+            "hold the structure, or march without a seat"
+        )
+        self.escape = escape
+
+
+def seat(scene: Scene, t: float = 0.0) -> SceneState:
+    """Return the static equilibrium under the loads at a time, by a proximal Newton method on the convex energy.
+
+    Contacts act without friction. Joints and other springs of the feedback act; its dampers and states rest.
+
+    Args:
+        scene: What rests.
+        t: Time at which loads and walls are taken, s.
+
+    Raises:
+        NoSeat: A linear program finds a rigid motion that nothing opposes and along which the loads work.
+        NotConverged: No equilibrium was found to 1e-6 of the loads.
+        UserError: A structure is marched with its sparse matrices, or a feedback has states.
+    """
+    if scene.is_large:
+        raise UserError("seat: a structure has too many DOFs; reduce it: structure.reduced(modes)")
+    if any(len(one.A) for one in scene.feedbacks):
+        raise UserError("seat: a feedback has states, whose rest is not known; march from rest instead")
+    values = [load.table(np.array([t]))[0, 0] for load in scene.loads] or [0.0]
+    f = scene.load_columns @ np.array(values)
+    K = np.diag(scene.squares)
+    for one in scene.feedbacks:
+        sense, act = scene.rows([one.sense]), scene.rows([one.act])
+        K = K - act.T @ one.D[:, : len(sense)] @ sense
+    if not np.abs(K - K.T).max() <= TINY * np.abs(K).max():
+        raise UserError("seat: a feedback is no spring (it acts elsewhere than it reads); march from rest instead")
+    certify(scene, K, f)
+    B, slabs = scene.contact_rows, scene.slabs(rough=False)
+    q, offset = np.zeros(scene.size), scene.places(np.zeros((scene.size, 1)), t)[:, 0]
+    stiff = float(np.abs(K).max()) or 1.0
+    size = max(float(np.abs(f).max(initial=0.0)), float(np.abs(B.T @ static(slabs, offset)[0]).max(initial=0.0)))
+    F, residual = static(slabs, offset)[0], f
+    for outer in range(200):  # proximal points: each inner problem is strictly convex
+        base, shift = q.copy(), stiff * 10.0 ** -(9 + min(outer, 5))
+        for _ in range(100):
+            F, J = static(slabs, B @ q + offset)
+            residual = f - K @ q + B.T @ F - shift * (q - base)
+            dq = sl.solve(K + shift * np.eye(len(q)) - B.T @ J @ B, residual, assume_a="sym")
+            low, high, s = 0.0, 1.0, 1.0
+            for _ in range(60):  # exact line search: the energy falls while its slope along dq is negative
+                trial = q + s * dq
+                pull = K @ trial + shift * (trial - base) - f - B.T @ static(slabs, B @ trial + offset)[0]
+                low, high = (s, high) if dq @ pull <= 0.0 else (low, s)
+                if low == 1.0:
+                    break
+                s = 0.5 * (low + high)
+            q = q + (low or high) * dq
+            if np.abs(dq).max() <= TOLERANCE * np.abs(q).max():
+                break
+        F = static(slabs, B @ q + offset)[0]
+        residual = f - K @ q + B.T @ F
+        moved = np.abs(q - base).max()
+        if np.abs(residual).max(initial=0.0) <= BALANCED * size and moved <= 10 * TOLERANCE * np.abs(q).max():
+            break
+    if not np.abs(residual).max(initial=0.0) <= ACCEPTED * size:
+        raise NotConverged(
+            f"seat: forces of {np.abs(residual).max():.3g} remain of {size:.3g} (modal); laws that pull or soften may "
+            "have several seats or none: march with damping until it rests"
+        )
+    return SceneState(t, q[:, None], np.zeros((scene.size, 1)), np.zeros((0, 1)), F[:, None])
+
+
+def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:
+    """Return contact forces and their slopes at rest at places y: a step of no motion has half of that slope."""
+    F, J, _ = rest(slabs, y[:, None])
+    return F[:, 0], 2.0 * J
+
+
+def certify(scene: Scene, K: Array, f: Array) -> None:
+    """Raise NoSeat if a rigid motion that leaves all contacts open lets the loads work: a linear program."""
+    squares, X = np.linalg.eigh(K)
+    rigid = X[:, squares <= TINY * max(float(squares[-1]), 1e-300)] if squares[-1] > 0.0 else X
+    if not rigid.shape[1]:
+        return
+    B = scene.contact_rows @ rigid
+    rows = [
+        one.region.normals[:, : one.motions] @ B[at : at + one.motions]
+        for one, at in zip(scene.contacts, scene.first, strict=False)
+    ]
+    A = np.vstack([np.zeros((0, rigid.shape[1])), *rows])
+    scale = np.abs(A).max(axis=1, keepdims=True, initial=0.0)
+    A = A / np.where(scale > 0.0, scale, 1.0)
+    g = rigid.T @ f
+    size = float(np.abs(g).max())
+    if size <= TINY * float(np.abs(f).max(initial=0.0)):
+        return
+    best = linprog(-g / size, A_ub=A, b_ub=np.zeros(len(A)), bounds=[(-1.0, 1.0)] * len(g), method="highs")
+    if -best.fun > 1e-7:
+        a, motion = rigid @ best.x, {}
+        for one, body, i, j in zip(scene.structures, scene.bodies, scene.start, scene.start[1:], strict=False):
+            motion[one] = body.modes[2] @ a[i:j]
+        raise NoSeat(EscapeMotion(motion, float(-best.fun * size)))

@@ -1,0 +1,200 @@
+"""One step, compiled: the linear motion between ports, and feedback and contact condensed on these.
+
+`meet` is the physics of feedback and contact for every structure; `march` adds structures in their modes around it, and
+`sparse_march` those with sparse matrices.
+"""
+
+# mypy: disable-error-code="no-untyped-def,no-untyped-call"
+from __future__ import annotations
+
+from gapbeam.solver.scene.force_solve import solve
+from gapbeam.solver.scene.lane_code import L, add, clear, copy, lanewise, spread
+
+DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED = range(7)
+
+
+@lanewise
+def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance):
+    """Meet feedback and contact in one step, and keep their ledger; return passes, or a negative number.
+
+    u (p, L): free velocities of the ports.
+
+    space.moved: motion of the walls. On return: y, z, yin at the end, F the contact forces (those in room.closed),
+    space.phi feedback forces.
+    """
+    free, y1, stack, phi, moved = space.free, space.y1, space.stack, space.phi, space.moved
+    m, no, nz, ni, nf = len(linear.delassus), len(linear.fed), len(z), len(yin), len(linear.patterns)
+    if no:
+        copy(z, stack)
+        for j in range(ni):
+            for lane in range(L):
+                stack[nz + j, lane], stack[nz + ni + j, lane] = yin[j, lane], u[m + j, lane]
+        clear(phi)
+        add(linear.fed, stack, phi, 1.0)
+        add(linear.acted, phi, u, 1.0)
+    for j in range(m):
+        for lane in range(L):
+            free[j, lane] = y[j, lane] - moved[j, lane] + h * u[j, lane]
+    passes = solve(slabs, h, linear.delassus, y, free, F, y1, room, tolerance)
+    if passes < 0:
+        return passes
+    if passes:
+        add(linear.carry, F, u[m:], 1.0)
+        add(linear.fed_back, F, phi, 1.0)
+    clear(ledger[STORED:])
+    for s in range(len(slabs.address)):
+        for c in range(slabs.start[s + 1] - slabs.start[s]):
+            for lane in range(L):
+                ledger[STORED, lane] += slabs.work[s, 10, c, lane]
+                ledger[LAW, lane] += slabs.work[s, 11, c, lane]
+                ledger[RUBBED, lane] += slabs.work[s, 12, c, lane]
+    for j in range(m):
+        for lane in range(L):
+            ledger[WALLED, lane] += F[j, lane] * moved[j, lane]
+            y[j, lane] = y1[j, lane]
+    for j in range(no):
+        for lane in range(L):
+            ledger[FED, lane] += h * phi[j, lane] * u[m + ni + j, lane]
+    for j in range(nf):
+        for lane in range(L):
+            ledger[LOADED, lane] += h * load[j, lane] * u[m + ni + no + j, lane]
+    if no:
+        clear(z)
+        for j in range(ni):
+            for lane in range(L):
+                stack[nz + ni + j, lane] = u[m + j, lane]
+                yin[j, lane] += h * u[m + j, lane]
+        add(linear.states, stack, z, 1.0)
+    return passes
+
+
+@lanewise
+def march(
+    linear, slabs, h, steps, q, v, acc, y, F, z, yin, loads, walls, ledger, peaks, seen, felt, space, room, tolerance
+):
+    """March all lanes in place. Return Newton passes, or minus the number of the step that failed.
+
+    Motions are (modes or rows, L); acc has no rows where the scheme needs none. loads (steps, loads, L), walls (steps +
+    1, m, L). peaks (2 watched, L): largest, sum of squares. seen (steps or 0, watched, L), felt (steps or 0, m, L):
+    histories.
+    """
+    inverse, squares, damping, patterns, answers, scheme = (
+        linear.inverse,
+        linear.squares,
+        linear.damping,
+        linear.patterns,
+        linear.answers,
+        linear.scheme,
+    )
+    speed, lag, u, place, moved, phi, lost = (
+        space.speed,
+        space.lag,
+        space.u,
+        space.place,
+        space.moved,
+        space.phi,
+        space.lost,
+    )
+    n, m, no, nf, nw = len(squares), len(linear.delassus), len(linear.fed), len(patterns), len(linear.watch)
+    accelerated, diagonal, total = len(acc) > 0, damping.shape[0] == 1, 0
+    r, weight, drive = space.r, linear.weight, speed if diagonal else space.r
+    cv, ca, d0, d1, d2 = -scheme[0, 1] / h, -scheme[0, 2], scheme[1, 0], scheme[1, 1], scheme[1, 2] * h
+    e0, e1, e2, g0, g1, g2 = (
+        scheme[2, 0],
+        scheme[2, 1],
+        scheme[2, 2] * h,
+        scheme[3, 0] / h,
+        scheme[3, 1] / h,
+        scheme[3, 2],
+    )
+    for k in range(steps):
+        if accelerated:
+            for i in range(n):
+                for lane in range(L):
+                    lag[i, lane] = d1 * v[i, lane] + d2 * acc[i, lane]
+                    drive[i, lane] = (
+                        cv * v[i, lane]
+                        + ca * acc[i, lane]
+                        - squares[i] * q[i, lane]
+                        + patterns[0, i] * loads[k, 0, lane]
+                    )
+            if diagonal:
+                for i in range(n):
+                    for lane in range(L):
+                        drive[i, lane] = weight[i] * (drive[i, lane] - damping[0, i] * lag[i, lane])
+            else:
+                add(damping, lag, drive, -1.0)
+        else:
+            for i in range(n):
+                for lane in range(L):
+                    drive[i, lane] = weight[i] * (
+                        cv * v[i, lane] - squares[i] * q[i, lane] + patterns[0, i] * loads[k, 0, lane]
+                    )
+        for j in range(1, nf):
+            for i in range(n):
+                for lane in range(L):
+                    drive[i, lane] += weight[i] * patterns[j, i] * loads[k, j, lane]
+        if not diagonal:
+            clear(speed)
+            add(inverse, drive, speed, 1.0)
+        clear(u)
+        add(linear.ports, speed, u, 1.0)
+        for j in range(m):
+            for lane in range(L):
+                moved[j, lane] = walls[k + 1, j, lane] - walls[k, j, lane]
+        passes = meet(linear, slabs, h, loads[k], u, y, F, z, yin, ledger, space, room, tolerance)
+        if passes < 0:
+            return -(k + 1)
+        total += passes
+        spread(answers, room.closed, room.size[0], F, speed, 1.0)
+        for j in range(no):
+            for i in range(n):
+                for lane in range(L):
+                    speed[i, lane] += answers[m + j, i] * phi[j, lane]
+        clear(lost)
+        if accelerated:
+            for i in range(n):
+                for lane in range(L):
+                    x, b, w = v[i, lane], acc[i, lane], speed[i, lane]
+                    lag[i, lane] += d0 * w
+                    r[i, lane] = w * lag[i, lane]
+                    q[i, lane] += h * w
+                    v[i, lane] = e0 * w + e1 * x + e2 * b
+                    acc[i, lane] = g0 * w + g1 * x + g2 * b
+        else:
+            for i in range(n):
+                for lane in range(L):
+                    w = speed[i, lane]
+                    q[i, lane] += h * w
+                    v[i, lane] = e0 * w + e1 * v[i, lane]
+                    if L == 1:
+                        r[i, lane] = d0 * w * w
+                    else:  # one reading of the modes less
+                        lost[0, lane] += h * d0 * damping[0, i] * w * w
+        if diagonal:
+            if L == 1 or accelerated:
+                add(damping, r, lost, h)
+        else:
+            clear(lost)
+            clear(r)
+            add(damping, lag if accelerated else speed, r, h if accelerated else h * d0)
+            for i in range(n):
+                for lane in range(L):
+                    lost[0, lane] += speed[i, lane] * r[i, lane]
+        for lane in range(L):
+            ledger[DAMPED, lane] += lost[0, lane]
+        if nw:
+            clear(place)
+            add(linear.watch, q, place, 1.0)
+            for j in range(nw):
+                for lane in range(L):
+                    x = place[j, lane]
+                    peaks[2 * j, lane] = max(peaks[2 * j, lane], abs(x))
+                    peaks[2 * j + 1, lane] += x * x
+        if len(seen):
+            for lane in range(L):
+                for j in range(nw):
+                    seen[k, j, lane] = place[j, lane]
+                for j in range(m):
+                    felt[k, j, lane] = F[j, lane]
+    return total

@@ -1,0 +1,250 @@
+"""Structures: linear bodies M u'' + C u' + K u = f, from matrices, modes or rigid masses.
+
+A structure knows neither contact nor time. Contacts, loads and feedback act on its points: a point is a few rows b_i of
+its degrees of freedom, and moves by b_i . u.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import scipy.linalg as sl
+import scipy.sparse as sp
+from numpy.typing import ArrayLike
+
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.scene.given_numbers import finite, matrix
+from gapbeam.solver.system.operators import Array
+
+LARGE = 600
+"""Degrees of freedom beyond which a structure is marched with its sparse matrices, not with all of its modes."""
+SYMMETRY = 1e-8  # of the largest entry: what exports leave as round-off
+SINGULAR = 1e-12
+
+
+@dataclass(frozen=True, eq=False)
+class StructurePoint:
+    """Named motions of a structure.
+
+    Attributes:
+        structure: What moves.
+        rows: (motions, DOFs): the motions are rows @ u.
+        name: As in the structure's table of points.
+    """
+
+    structure: Structure
+    rows: Array
+    name: str = ""
+
+    def __repr__(self) -> str:
+        return f"<point {self.name or '?'} of structure {self.structure.name or '?'}>"
+
+
+class Structure:
+    """A linear body: M u'' + C u' + K u = f.
+
+    Args:
+        M: Mass matrix, symmetric and positive definite, (DOFs, DOFs); numpy or scipy.sparse.
+        K: Stiffness matrix, symmetric.
+        C: Damping matrix of any kind; default none.
+        points: Where something may touch, act or be read, by name: one or two DOF numbers (integers), or one or two
+            rows (floats), (motions, DOFs).
+        rigid: Motions without strain as columns, (DOFs, count), where they are known in closed form: momentum is then
+            kept to round-off.
+        name: Of the structure, for messages and for points of the same name.
+
+    Raises:
+        UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
+            rigid motion strains.
+    """
+
+    def __init__(
+        self,
+        M: Any,
+        K: Any,
+        C: Any = None,
+        points: Mapping[str, ArrayLike] | None = None,
+        rigid: ArrayLike | None = None,
+        name: str = "",
+    ) -> None:
+        where = f"structure {name or '(without a name)'}"
+        self.name = name
+        self.M, self.K = matrix(M, f"{where}: M"), matrix(K, f"{where}: K")
+        self.C = None if C is None else matrix(C, f"{where}: C")
+        self.size = int(self.M.shape[0])
+        for A, what in ((self.K, "K"), (self.C, "C")):
+            if A is not None and A.shape != self.M.shape:
+                raise UserError(f"{where}: found {what} of shape {A.shape}, expected that of M, {self.M.shape}")
+        for A, what in ((self.M, "M"), (self.K, "K")):
+            skew = abs(A - A.T).max()
+            if not skew <= SYMMETRY * abs(A).max():
+                raise UserError(
+                    f"{where}: {what} differs from its transpose by up to {skew:.3g} of {abs(A).max():.3g}; expected a "
+                    f"symmetric matrix: complete an exported triangle as A + A.T - diag(A)"
+                )
+        self.rigid = None if rigid is None else self._rigid(rigid, where)
+        self.points = {key: StructurePoint(self, self._rows(value, key), key) for key, value in (points or {}).items()}
+
+    def __getitem__(self, name: str) -> StructurePoint:
+        """Return a point by its name."""
+        if name not in self.points:
+            known = ", ".join(sorted(self.points)) or "none"
+            raise UserError(f"structure {self.name or '?'} has no point {name!r}; its points: {known}")
+        return self.points[name]
+
+    def __repr__(self) -> str:
+        return f"<structure {self.name or '?'}: {self.size} DOFs, points {', '.join(self.points) or 'none'}>"
+
+    def point(self, rows: ArrayLike, name: str = "") -> StructurePoint:
+        """Return a point that is not in the table of points; see `Structure` for `rows`."""
+        return StructurePoint(self, self._rows(rows, name), name)
+
+    @property
+    def is_large(self) -> bool:
+        """Whether the structure is marched with its sparse matrices."""
+        return self.size > LARGE
+
+    @cached_property
+    def modes(self) -> tuple[Array, Array, Array]:
+        """Squared angular frequencies (n,), modal damping matrix (n, n) and mass-normalized shapes (n, n) of all modes.
+
+        Rigid motions that were given are exact, and all other modes are made orthogonal to them.
+        """
+        M, K = dense(self.M), dense(self.K)
+        try:
+            squares, X = sl.eigh(K, M)
+        except sl.LinAlgError as error:
+            raise UserError(
+                f"structure {self.name or '?'}: M is not positive definite ({error}); give every DOF a mass, or leave "
+                "out DOFs without mass by static condensation"
+            ) from None
+        if self.rigid is not None:
+            R = self.rigid @ np.linalg.inv(np.linalg.cholesky(self.rigid.T @ M @ self.rigid)).T
+            count = R.shape[1]
+            X[:, :count], squares[:count] = R, 0.0
+            for _ in range(3):  # one pass leaves the round-off of the eigensolver
+                X[:, count:] -= R @ (R.T @ M @ X[:, count:])
+        C = np.zeros_like(K) if self.C is None else X.T @ dense(self.C) @ X
+        return squares, C, X
+
+    def reduced(self, count: int, ratio: float = 0.0) -> Structure:
+        """Return the structure in its first modes.
+
+        Args:
+            count: Modes that are kept.
+            ratio: Damping ratio that each mode gets beside C.
+
+        Raises:
+            UserError: The structure has fewer modes, or fewer are asked for than it has rigid motions.
+        """
+        still = 0 if self.rigid is None else self.rigid.shape[1]
+        if not max(still, 1) <= count <= self.size:
+            raise UserError(
+                f"structure {self.name or '?'}: found {count} modes, expected {max(still, 1)} (rigid motions are kept) "
+                f"to {self.size}"
+            )
+        squares, C, X = self.modes
+        w, X = np.sqrt(np.abs(squares[:count])), X[:, :count]
+        points = {name: point.rows @ X for name, point in self.points.items()}
+        damping = C[:count, :count] + np.diag(2.0 * ratio * w)
+        return Structure(
+            np.eye(count), np.diag(w * w), damping, points, np.eye(count)[:, :still] if still else None, self.name
+        )
+
+    def _rows(self, value: ArrayLike, name: str) -> Array:
+        """Return the rows of a point."""
+        given, where = np.asarray(value), f"structure {self.name or '?'}: point {name or '?'}"
+        if given.dtype.kind in "iu" and given.ndim < 2:
+            numbers = np.atleast_1d(given)
+            if not np.all((-self.size <= numbers) & (numbers < self.size)):
+                raise UserError(f"{where}: found DOF {given}, expected numbers from 0 to {self.size - 1}")
+            rows: Array = np.zeros((len(numbers), self.size))
+            rows[np.arange(len(numbers)), numbers] = 1.0
+        else:
+            rows = np.atleast_2d(finite(given, where)).astype(float)
+        if rows.ndim != 2 or rows.shape[1] != self.size:
+            raise UserError(
+                f"{where}: found a row of {rows.shape[-1]} entries, expected one for each of {self.size} DOFs"
+            )
+        if not 1 <= len(rows) <= 2:
+            raise UserError(
+                f"{where}: found {len(rows)} motions, expected 1, or 2 in a section plane; integers are DOF "
+                "numbers, a row has floats"
+            )
+        return rows
+
+    def _rigid(self, given: ArrayLike, where: str) -> Array:
+        columns = finite(given, f"{where}: rigid")
+        R = columns.reshape(self.size, -1) if columns.size % self.size == 0 else columns
+        if R.ndim != 2 or R.shape[0] != self.size:
+            raise UserError(f"{where}: found rigid motions of shape {columns.shape}, expected ({self.size}, count)")
+        force, size = abs(self.K @ R).max(), abs(self.K).max() * abs(R).max()
+        if not force <= SYMMETRY * size:
+            raise UserError(
+                f"{where}: a rigid motion strains: K @ rigid has {force:.3g} where {SYMMETRY * size:.3g} is round-off; "
+                "leave `rigid` out where the structure is held"
+            )
+        return R
+
+
+def dense(A: Any) -> Array:
+    """Return a matrix as an array."""
+    return A.toarray() if sp.issparse(A) else np.asarray(A, dtype=float)
+
+
+def from_modes(
+    frequencies: ArrayLike,
+    ratio: ArrayLike,
+    points: Mapping[str, ArrayLike],
+    damping: ArrayLike = 0.0,
+    name: str = "",
+) -> Structure:
+    """Return a structure of mass-normalized modes: q_i'' + 2 zeta_i w_i q_i' + w_i^2 q_i = phi_i . f.
+
+    Args:
+        frequencies: Angular frequencies, rad/s, (n,); 0 for rigid motions.
+        ratio: Damping ratio of all modes, or one for each.
+        points: Mode shapes at the points, (n,) or (motions, n), 1/sqrt(kg).
+        damping: Matrix beside the ratios, (n, n), 1/s.
+        name: Of the structure.
+
+    Raises:
+        UserError: A frequency or a ratio is negative or not finite, or a shape has another number of modes.
+    """
+    w = np.atleast_1d(finite(frequencies, f"modes of {name or '?'}: frequencies"))
+    zeta = finite(ratio, f"modes of {name or '?'}: ratio")
+    if not (np.all(w >= 0.0) and np.all(zeta >= 0.0)) or zeta.shape not in ((), w.shape):
+        raise UserError(
+            f"modes of {name or '?'}: expected frequencies from 0 on, and a damping ratio from 0 on for all or for each"
+        )
+    still = np.eye(len(w))[:, w == 0.0]
+    shapes = {key: np.asarray(value, dtype=float) for key, value in points.items()}
+    return Structure(
+        np.eye(len(w)), np.diag(w * w), np.diag(2.0 * zeta * w) + finite(damping, "damping"), shapes,
+        still if still.size else None, name,
+    )  # fmt: skip
+
+
+def mass(
+    value: float, motions: int = 1, stiffness: float = 0.0, damping: float = 0.0, name: str = "", **points: ArrayLike
+) -> Structure:
+    """Return a rigid mass with an equal spring and damper in each motion; its point is "at".
+
+    Args:
+        value: kg.
+        motions: 1, or 2 in a section plane.
+        stiffness: Of a spring to the frame in each motion, N/m.
+        damping: N s/m.
+        name: Of the structure.
+        points: More points, as in `Structure`.
+    """
+    if not value > 0.0:
+        raise UserError(f"mass {name or '?'}: found {value!r} kg, expected a mass above 0")
+    unit = np.eye(motions)
+    return Structure(
+        value * unit, stiffness * unit, damping * unit, {"at": unit, **points}, None if stiffness else unit, name
+    )

@@ -1,0 +1,142 @@
+"""The contact force of one region and one law, compiled together: a touch.
+
+A touch loops over evaluations (members, or contacts of one kind) on a workspace of rows of WIDTH numbers: rows 0, 1 old
+place; 2, 3 new place; 4, 5 force; 6 to 9 its slope by rows; 10 potential; 11 work lost in the law; 12 in friction; 13,
+14 motion when it was last asked; 15 friction coefficient; 16 sliding speed, or stiffness where friction sticks; then
+the values of the region and of the law. Kernels call touches by their address, so that a new law or region compiles a
+touch only, and a touch is the one source of contact force, slope, potential and losses.
+"""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numba
+import numpy as np
+from llvmlite import ir  # type: ignore[import-untyped]
+from numba import types
+from numba.extending import intrinsic
+
+from gapbeam.solver.scene.convex_region import RegionKind
+from gapbeam.solver.scene.force_law import LawKind, inlined, responder
+from gapbeam.solver.scene.object_code import address
+
+WIDTH, ROWS, LAST, VALUES = 64, 64, 13, 17
+SIGNATURE = types.void(types.float64, types.int64, types.CPointer(types.float64))
+
+
+_touches: dict[tuple[Any, ...], int] = {}
+
+
+def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bool, damped: bool, level: float) -> int:
+    """Return the address of the compiled touch of a kind of region and a kind of law.
+
+    Args:
+        region: Kind of region.
+        law: Kind of law.
+        motions: 1, or 2 in a section plane.
+        rough: Whether there is friction.
+        exact: Whether friction sticks without creep, by Coulomb's own law.
+        damped: Whether the damper of the law acts.
+        level: Of the step at which the law is asked; 0: the mean over the step.
+    """
+    key = (region, law, motions, rough, exact, damped, level)
+    if key in _touches:
+        return _touches[key]
+    face, respond, faces = region.face, responder(law, damped), region.faces
+    at_region, at_law = _values(VALUES, len(region.names)), _values(VALUES + len(region.names), len(law.names))
+
+    def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
+        w = numba.carray(workspace, (ROWS, WIDTH))
+        for i in range(count):
+            place, values = at_region(w, i), at_law(w, i)
+            r0x, r1x = w[0, i], w[2, i]
+            r0y, r1y = (w[1, i], w[3, i]) if motions == 2 else (0.0, 0.0)
+            fx = fy = a = b = c = d = stored = lost = rubbed = turned = 0.0
+            for k in range(faces):
+                ex, ey, slides = r1x, r1y, 1.0  # where the face is linearised
+                x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
+                if rough:  # a slip that turned round: at no slip
+                    s = (gx * (ey - r0y) - gy * (ex - r0x)) / (gx * gx + gy * gy + 1e-300)
+                    if (x0 > 0 or x1 > 0) and s * (gx * w[LAST + 1, i] - gy * w[LAST, i]) < 0:
+                        ex, ey, turned, slides = ex + s * gy, ey - s * gx, 1.0, 0.0
+                        x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
+                dx, dy = ex - r0x, ey - r0y
+                if level > 0:  # at one place of the step: slopes by both ends of none
+                    mx, my = r0x + level * dx, r0y + level * dy
+                    W0, W1 = respond(x0, x0, 0.0, h, level, values)[3], respond(x1, x1, 0.0, h, level, values)[3]
+                    x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, mx, my, mx, my, place)
+                    step, g00, g01, g10, g11 = (
+                        gx * dx + gy * dy,
+                        2 * level * g00,
+                        2 * level * g01,
+                        2 * level * g10,
+                        2 * level * g11,
+                    )
+                T, slope, beyond, W = respond(x0, x1, step, h, level, values)
+                ux, uy, j00, j01 = -T * gx, -T * gy, -slope * nx * gx - T * g00, -slope * ny * gx - T * g01
+                j10, j11 = -slope * nx * gy - T * g10, -slope * ny * gy - T * g11
+                stored += W1 if level > 0 else W
+                lost += T * step - (W1 - W0) if level > 0 else beyond * step
+                if rough:
+                    mu, full, size = w[15, i], w[16, i], np.sqrt(gx * gx + gy * gy) + 1e-300
+                    tx, ty = -gy / size, gx / size
+                    s, rub = slides * (tx * dx + ty * dy), mu * abs(T)
+                    if exact:
+                        stick = full * abs(s) <= rub
+                        force, bend, share = (full * s, full, 0.0) if stick else (rub * np.sign(s), 0.0, np.sign(s))
+                    else:
+                        root = np.sqrt(s * s + full * full * h * h)
+                        force, bend, share = rub * s / root, rub * (full * h) ** 2 / root**3, s / root
+                    couple = mu * (1.0 if T > 0 else -1.0) * slope * share
+                    ux -= force * tx
+                    uy -= force * ty
+                    for col in range(2):
+                        gxc, gyc, nc, tc = (g00, g10, nx, tx) if col == 0 else (g01, g11, ny, ty)
+                        along = (tx * -gyc + ty * gxc) / size  # turn of the tangent, along the tangent: none
+                        turnx, turny = (-gyc - along * size * tx) / size, (gxc - along * size * ty) / size
+                        grow = couple * nc + bend * (turnx * dx + turny * dy + tc)
+                        if col == 0:
+                            j00 -= grow * tx + force * turnx
+                            j10 -= grow * ty + force * turny
+                        else:
+                            j01 -= grow * tx + force * turnx
+                            j11 -= grow * ty + force * turny
+                    rubbed += force * s
+                    ux += j00 * (r1x - ex) + j01 * (r1y - ey)
+                    uy += j10 * (r1x - ex) + j11 * (r1y - ey)
+                fx, fy, a, b, c, d = fx + ux, fy + uy, a + j00, b + j01, c + j10, d + j11
+            if rough:
+                w[12, i], w[LAST, i], w[LAST + 1, i] = rubbed, (1 - turned) * (r1x - r0x), (1 - turned) * (r1y - r0y)
+            w[4, i], w[6, i] = fx, a
+            if motions == 2:
+                w[5, i], w[7, i], w[8, i], w[9, i] = fy, b, c, d
+            w[10, i], w[11, i] = stored, lost
+
+    _touches[key] = address(SIGNATURE, compiled)
+    return _touches[key]
+
+
+def _values(row: int, count: int) -> Any:
+    """Return compiled values(w, i) -> tuple of `count` rows from `row` at evaluation i."""
+    items = "".join(f"w[{row + k}, i], " for k in range(count))
+    space: dict[str, Any] = {}
+    exec(f"def values(w, i): return ({items})", space)  # numba unrolls no tuple of a variable length
+    return inlined(space["values"])
+
+
+@intrinsic
+def call(typing, address, h, count, workspace):  # type: ignore[no-untyped-def]  # noqa: ARG001
+    """Call a compiled touch by its address: the kernel needs no recompilation for new laws and regions."""
+    signature = types.void(types.int64, types.float64, types.int64, types.int64)
+
+    def generate(context, builder, signature, args):  # type: ignore[no-untyped-def]  # noqa: ARG001
+        f64, i64 = ir.DoubleType(), ir.IntType(64)
+        kind = ir.FunctionType(ir.VoidType(), [f64, i64, f64.as_pointer()])
+        builder.call(
+            builder.inttoptr(args[0], kind.as_pointer()),
+            [args[1], args[2], builder.inttoptr(args[3], f64.as_pointer())],
+        )
+        return context.get_dummy_value()
+
+    return signature, generate

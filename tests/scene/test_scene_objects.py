@@ -1,0 +1,291 @@
+"""Own laws and regions, ensembles, seats, periodic responses and feedback of scenes; and nonsense, which is refused."""
+
+from __future__ import annotations
+
+import re
+import subprocess
+import sys
+from math import pi, sqrt
+
+import numpy as np
+import pytest
+from scipy.integrate import quad
+
+import gapbeam as gb
+from tests.shared.command import PROJECT
+
+
+@gb.law(potential=lambda x, stiffness, scale: stiffness * scale**2 * (np.cosh(x / scale) - 1.0))
+def Hardening(x, stiffness, scale):  # noqa: N802
+    return stiffness * scale * np.sinh(x / scale)
+
+
+@gb.region
+def ellipse(x, y, a, b):
+    f, slope = (x / a) ** 2 + (y / b) ** 2 - 1.0, 2.0 * np.sqrt((x / a**2) ** 2 + (y / b**2) ** 2)
+    return f / (slope + 1e-12)
+
+
+@gb.region
+def circle(x, y, r):
+    return np.sqrt(x * x + y * y + 1e-300) - r
+
+
+def test_an_own_spring_gives_the_duration_of_its_contact() -> None:
+    """A mass meets a spring K s sinh(x / s); the time in contact is 2 int dx / v(x), by quadrature."""
+    stiff, scale, speed = 1e5, 1e-4, 1.0
+    one = gb.mass(1.0)
+    wall = gb.Contact(one["at"], gb.HalfPlane(0.0), Hardening(stiffness=stiff, scale=scale), name="wall")
+    scene = gb.Scene(one, contacts=[wall])
+    found = gb.history(scene, 1e-6, 0.01, scene.state(velocity={one: speed}))
+    deep = scale * np.arccosh(1.0 + 0.5 * speed**2 / (stiff * scale**2))
+
+    def slowness(angle: float) -> float:
+        x = deep * np.sin(angle)
+        left = speed**2 - 2 * stiff * scale**2 * (np.cosh(x / scale) - 1.0)
+        return float(deep * np.cos(angle) / sqrt(max(left, 1e-300)))
+
+    duration = 2.0 * quad(slowness, 0.0, 0.5 * pi - 1e-9)[0]
+    assert np.count_nonzero(found.force["wall"]) * 1e-6 == pytest.approx(duration, abs=3e-6)
+    assert found.last["at"].velocity == pytest.approx(-speed, abs=1e-9)
+    assert found.displacement["at"].max() == pytest.approx(deep, rel=1e-6)
+    linear = gb.Contact(one["at"], gb.HalfPlane(0.0), gb.KelvinVoigt(stiffness=stiff), name="wall")
+    soft = gb.history(gb.Scene(one, contacts=[linear]), 1e-6, 0.01, scene.state(velocity={one: speed}))
+    assert np.count_nonzero(soft.force["wall"]) > 2 * np.count_nonzero(found.force["wall"])
+
+
+@pytest.mark.parametrize("share", [0.4, 0.0, -0.5, 0.5001])
+def test_a_potential_that_is_no_integral_of_its_spring_is_refused(share: float) -> None:
+    @gb.law(potential=lambda x, stiffness: share * stiffness * x * x)
+    def Wrong(x, stiffness):  # noqa: N802
+        return stiffness * x
+
+    one = gb.mass(1.0)
+    with pytest.raises(gb.UserError, match=r"law Wrong: .*slope of"):
+        gb.Contact(one["at"], gb.HalfPlane(0.0), Wrong(stiffness=1e3))
+
+
+def test_an_own_region_moves_as_the_one_that_it_repeats() -> None:
+    """A circle from its distance against the disc, and an ellipse that keeps energy."""
+    one, ends = gb.mass(0.2, motions=2), []
+    for region in (gb.Disc(1e-3), circle(r=1e-3)):
+        hole = gb.Contact(one["at"], region, gb.KelvinVoigt(stiffness=1e6, damping=5.0))
+        scene = gb.Scene(one, contacts=[hole], loads=[gb.Force(one["at"], -1.9, [0.0, 1.0])])
+        found = gb.history(scene, 1e-5, 0.05, scene.state(velocity={one: [0.1, 0.0]}))
+        ends.append(found.displacement["at"])
+    assert np.abs(ends[0] - ends[1]).max() < 1e-3 * np.abs(ends[0]).max()
+    free = gb.Scene(one, contacts=[gb.Contact(one["at"], ellipse(a=1e-3, b=0.7e-3), gb.KelvinVoigt(stiffness=1e6))])
+    for step in gb.march(free, 1e-5, 0.5, free.state(velocity={one: [0.1, 0.03]}), every=1000):
+        assert step.balance == pytest.approx(0.1 * (0.01 + 0.0009), rel=1e-9)
+
+
+def test_a_controller_that_sets_a_force_between_steps_acts_as_the_spring_that_it_repeats() -> None:
+    """A force that is set from the displacement gives the frequency of its spring, to the delay of a step."""
+    one = gb.mass(1.0)
+    push = gb.Force(one["at"], 0.0, name="push")
+    scene = gb.Scene(one, loads=[push])
+    times, places = [], []
+    for step in gb.march(scene, 1e-4, 1.0, scene.state(velocity={one: 1.0})):
+        push.value = -400.0 * step["at"].displacement
+        times.append(step.t)
+        places.append(step["at"].displacement)
+    assert (
+        np.abs(np.array(places) - np.sin(20.0 * np.array(times)) / 20.0).max() < 6e-4
+    )  # it acts half a step late: exp(w^2 h t / 4)
+
+
+def two_gaps(clearance: object = 1e-4, friction: object = 0.0) -> gb.Scene:
+    modes = np.arange(6) + 0.5
+    shapes = sqrt(2) * np.sin(np.outer([0.31, 0.74, 1.0], modes) * pi)
+    tube = gb.from_modes(2 * pi * 40 * modes**1.5, 0.01, {"left": shapes[0], "right": shapes[1], "tip": shapes[2]})
+    pin = gb.mass(0.3, motions=2, stiffness=500.0, damping=0.1, name="pin")
+    law = gb.KelvinVoigt(stiffness=1e6, damping=20.0)
+    contacts = [gb.Contact(tube[name], gb.Slot(clearance), law, name=name) for name in ("left", "right")]
+    hole = gb.HuntCrossley(stiffness=1e7, chi=0.5)
+    contacts.append(gb.Contact(pin["at"], gb.Disc(1e-3), hole, friction=friction, sliding=1e-3, name="hole"))
+    loads: list[gb.Load] = [gb.Force(tube["tip"], lambda t, size: size * np.sin(200 * t), name="shaker", size=30.0)]
+    loads.append(gb.Force(pin["at"], lambda t: 2 * np.sin(40 * t), [1.0, 0.4]))
+    return gb.Scene(tube, pin, contacts=contacts, loads=loads)
+
+
+def test_members_of_an_ensemble_move_as_they_do_alone() -> None:
+    """Clearance, friction and force of 70 drawn members, two blocks of lanes, against single marches."""
+    draw = np.random.default_rng(5)
+    values = {
+        "left.clearance": draw.uniform(5e-5, 3e-4, 70),
+        "hole.friction": draw.uniform(0.05, 0.4, 70),
+        "hole.clearance": draw.uniform(5e-4, 2e-3, 70),
+        "shaker.size": draw.uniform(10.0, 60.0, 70),
+    }
+    scene = two_gaps(friction=0.1)
+    many = gb.ensemble(scene, values, step=1e-4, end=0.1)
+    assert not many.failed.any()
+    assert many.peak["at"].shape == (2, 70)
+    assert np.abs(many.balance).max() < 1e-10 * many.energy["loads"].max()
+    for i in (0, 3, 63, 64, 69):
+        alone = scene.with_({path: float(value[i]) for path, value in values.items()})
+        found = gb.history(alone, 1e-4, 0.1)
+        assert many.peak["tip"][i] == pytest.approx(np.abs(found.displacement["tip"]).max(), rel=1e-9)
+        assert many.rms["tip"][i] == pytest.approx(sqrt(np.mean(found.displacement["tip"] ** 2)), rel=1e-9)
+        assert many.energy["friction"][i] == pytest.approx(found.last.energy["friction"], rel=1e-7)
+
+
+def test_a_beam_in_stops_rests_as_theory_says() -> None:
+    """A clamped beam under its weight: w L^4 / (8 EI); with a stop at its tip: 3 w L / 8 there, less its softness."""
+    length, width, thickness, young, density, g = 1.0, 0.02, 0.01, 2e11, 7800.0, 9.81
+    section = gb.section("rectangle", thickness, width)
+    slim = section._replace(shear_area=float("inf"))
+    beam = gb.beam(length, slim, gb.material(young, density), {"tip": length, "middle": 0.5}, clamped=[0.0])
+    w, bending = density * width * thickness * g, young * width * thickness**3 / 12
+    up = np.array([1.0, 0.0] * (beam.size // 2))
+    weight = gb.Load(beam, -(beam.M @ up) * g, 1.0)
+    free = gb.seat(gb.Scene(beam, loads=[weight]))
+    scene = gb.Scene(beam, loads=[weight])
+    sag = scene.rows([beam["tip"]]) @ free.q
+    assert float(sag[0, 0]) == pytest.approx(-w * length**4 / (8 * bending), rel=1e-3)  # the lumped end of M @ up
+    stop = gb.Contact(beam["tip"], gb.HalfPlane(0.0, -1.0), gb.KelvinVoigt(stiffness=1e9), name="stop")
+    seated = gb.seat(gb.Scene(beam, loads=[weight], contacts=[stop]))
+    assert float(seated.F[0, 0]) == pytest.approx(3 * w * length / 8, rel=1e-3)
+
+
+def test_a_structure_that_nothing_holds_has_no_seat_and_says_along_what_it_falls() -> None:
+    a, b = gb.mass(1.0, name="held"), gb.mass(1.0, name="loose")
+    law = gb.KelvinVoigt(stiffness=1e6)
+    floor = [gb.Contact(one["at"], gb.HalfPlane(0.0, -1.0), law, name=f"floor {one.name}") for one in (a, b)]
+    weights = [gb.Force(one["at"], -9.81) for one in (a, b)]
+    assert gb.seat(gb.Scene(a, b, contacts=floor, loads=weights)).F[:, 0] == pytest.approx(9.81)
+    with pytest.raises(gb.NoSeat, match="rigid motion of loose that no contact opposes") as refused:
+        gb.seat(gb.Scene(a, b, contacts=floor[:1], loads=weights))
+    assert refused.value.escape.motion[b][0] < 0.0
+    assert refused.value.escape.power > 0.0
+
+
+def test_a_periodic_response_repeats_and_its_multipliers_have_the_product_of_its_damping() -> None:
+    """The product of the multipliers of an oscillator is exp(-c T / m), whatever its elastic contact does."""
+    one = gb.mass(1.0, stiffness=1.0, damping=0.2)
+    stop = gb.Contact(one["at"], gb.HalfPlane(0.3), gb.KelvinVoigt(stiffness=10.0))
+    scene = gb.Scene(one, contacts=[stop], loads=[gb.Force(one["at"], lambda t: np.cos(1.3 * t))])
+    period = 2 * pi / 1.3
+    for step in gb.march(scene, period / 400, 20 * period):
+        near = step.state
+    near.t = 0.0
+    orbit = gb.periodic(scene, period, 400, near)
+    assert orbit.is_stable
+    assert float(np.prod(orbit.multipliers).real) == pytest.approx(np.exp(-0.2 * period), rel=2e-4)
+    found = gb.history(scene, period / 400, 5 * period, orbit.state)
+    x = found.displacement["at"]
+    assert x[-1] == pytest.approx(x[399], abs=1e-8)
+    assert found.t[-1] == pytest.approx(5 * period)
+
+
+def test_feedback_keeps_the_stability_limit_of_the_linear_system_at_any_step() -> None:
+    """M x'' + c x' + k x = g z, z' = -a z + x': stable below g = c a + ... by Routh, for coarse and fine steps."""
+    m, c, k, a = 1.0, 0.2, 9.0, 2.0
+    # s^3 m + s^2 (m a + c) + s (c a + k - g) + k a: stable for (m a + c) (c a + k - g) > m k a
+    limit = c * a + k - m * k * a / (m * a + c)
+    for g, grows in ((0.99 * limit, False), (1.01 * limit, True)):
+        for h in (0.01, 0.2):
+            one = gb.mass(m, stiffness=k, damping=c)
+            drive = gb.Feedback(one["at"], one["at"], A=[[-a]], B=[[0.0, 1.0]], C=[[g]])
+            scene = gb.Scene(one, feedbacks=[drive])
+            end = round(200.0 / h) * h
+            found = gb.history(scene, h, end, scene.state(velocity={one: 1.0}))
+            x = np.abs(found.displacement["at"])
+            early, late = x[: len(x) // 4].max(), x[-len(x) // 4 :].max()
+            assert (late > early) == grows, (g, h)
+
+
+def refusals() -> dict[str, tuple[object, str]]:
+    one, flat = gb.mass(1.0, name="one"), gb.mass(1.0, motions=2, name="flat")
+    law = gb.KelvinVoigt(stiffness=1e6)
+    scene = gb.Scene(one, contacts=[gb.Contact(one["at"], gb.Slot(1e-3), law, name="stop")])
+    return {
+        "point": (lambda: one["tip"], "no point 'tip'; its points: at"),
+        "shape": (lambda: gb.Structure(np.eye(2), np.eye(3)), r"found K of shape \(3, 3\), expected that of M"),
+        "triangle": (lambda: gb.Structure(np.eye(2), [[1.0, 0.5], [0.0, 1.0]]), "complete an exported triangle"),
+        "row": (lambda: gb.Structure(np.eye(3), np.eye(3), points={"p": [1.0, 2.0]}), "a row of 2 entries"),
+        "number": (lambda: gb.Structure(np.eye(3), np.eye(3), points={"p": 3}), "expected numbers from 0 to 2"),
+        "no mass": (lambda: gb.Structure(np.zeros((2, 2)), np.eye(2)).modes, "M is not positive definite"),
+        "nan": (lambda: gb.Structure([[float("nan")]], [[1.0]]), "expected finite numbers"),
+        "strained": (lambda: gb.Structure(np.eye(2), np.eye(2), rigid=[[1.0], [1.0]]), "a rigid motion strains"),
+        "motions": (lambda: gb.Contact(flat["at"], gb.Slot(1e-3), law), "its points have 2 motions, region Slot 1"),
+        "no law": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), gb.KelvinVoigt), "expected a law with its parameters"),
+        "friction": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), law, friction=0.1), "points of two motions"),
+        "parameter": (lambda: gb.KelvinVoigt(stifness=1.0), "unknown stifness, missing stiffness"),
+        "polygon": (lambda: gb.Polygon([[0, 0], [0, 1], [1, 0]]), "counter-clockwise"),
+        "normal": (lambda: gb.HalfPlane(0.0, [0.0, 0.0]), "a vector of two numbers that is not 0"),
+        "foreign": (lambda: gb.Scene(flat, loads=[gb.Force(one["at"], 1.0)]), "which is not of this scene"),
+        "twice": (lambda: gb.Scene(one, gb.mass(1.0, name="one")), "the name 'one' is given twice"),
+        "path": (
+            lambda: scene.with_({"stopp.clearance": 1.0, "stop.gap": 1.0}),
+            "(?s)'stopp.clearance'.*'stop.gap'.*no value",
+        ),
+        "step": (lambda: list(gb.march(scene, -1e-3, 1.0)), "expected a time above 0"),
+        "end": (lambda: list(gb.march(scene, 1e-3, 0.0)), "at least one step"),
+        "lengths": (
+            lambda: gb.ensemble(scene, {"stop.clearance": [1.0, 2.0], "stop.stiffness": [1.0]}, step=1e-3, end=1.0),
+            "one length for all values",
+        ),
+        "table": (
+            lambda: gb.history(gb.Scene(one, loads=[gb.Force(one["at"], ([0.0, 0.5], [0.0, 1.0]))]), 1e-2, 1.0),
+            "its table covers 0 to 0.5 s",
+        ),
+        "infinite": (
+            lambda: gb.history(gb.Scene(one, loads=[gb.Force(one["at"], lambda t: 1.0 / (t - t))]), 1e-2, 1.0),
+            "is not finite",
+        ),
+        "section": (lambda: gb.section("tube", 0.02, wal=1e-3), "wall: field required"),
+        "material": (lambda: gb.material(-1.0, 7800.0), "young_modulus"),
+        "off": (
+            lambda: gb.beam(1.0, gb.section("round", 0.02), gb.material(2e11, 7800.0), {"tip": 1.5}),
+            "expected places from 0 to 1 m",
+        ),
+        "frequency": (lambda: gb.from_modes([-1.0], 0.0, {}), "expected frequencies from 0 on"),
+        "level": (lambda: gb.theta(0.3), "expected 0.5 to 1"),
+        "period": (lambda: gb.periodic(scene, -1.0, 100), "expected both above 0"),
+    }
+
+
+@pytest.mark.filterwarnings("ignore::RuntimeWarning")
+@pytest.mark.parametrize("name", refusals())
+def test_nonsense_is_refused_with_what_was_expected(name: str) -> None:
+    call, words = refusals()[name]
+    with pytest.raises(gb.UserError) as refused:
+        call()  # type: ignore[operator]
+    assert re.search(words, str(refused.value)), str(refused.value)
+
+
+@pytest.mark.parametrize(("held", "still"), [([], 2), ([0.3], 1)])
+def test_free_and_pinned_beams_keep_their_rigid_motions(held: list[float], still: int) -> None:
+    beam = gb.beam(1.0, gb.section("tube", 0.02, wall=1e-3), gb.material(2e11, 7800.0), {"tip": 1.0}, pinned=held)
+    squares = beam.modes[0]
+    assert np.count_nonzero(squares == 0.0) == still
+
+
+@pytest.mark.parametrize(
+    ("held", "factor"),
+    [({"clamped": [0.0]}, 3.516015), ({"pinned": [0.0, 1.0]}, 9.869604), ({"clamped": [0.0, 1.0]}, 22.373285)],
+)
+def test_frequencies_of_slim_beams_are_those_of_theory(held: dict[str, list[float]], factor: float) -> None:
+    """Factors of Euler and Bernoulli: Blevins (1979), table 8-1."""
+    section = gb.section("rectangle", 1e-3)._replace(shear_area=float("inf"))
+    beam = gb.beam(1.0, section, gb.material(2e11, 8000.0), {}, **held)
+    w = factor * sqrt(2e11 * section.second_moment / (8000.0 * section.area))
+    assert sqrt(beam.modes[0][0]) == pytest.approx(w, rel=3e-6)
+
+
+def test_scenes_need_neither_dolfinx_nor_mpi_nor_gmsh() -> None:
+    """The public nouns in a process that refuses to import them."""
+    program = """
+import sys
+for name in ("dolfinx", "petsc4py", "slepc4py", "mpi4py", "gmsh", "ufl", "basix", "meshio", "pyvista", "vtk"):
+    sys.modules[name] = None
+import gapbeam as gb
+one = gb.mass(1.0, stiffness=1.0)
+scene = gb.Scene(one, contacts=[gb.Contact(one["at"], gb.Slot(0.1), gb.KelvinVoigt(stiffness=1e3))])
+print(gb.history(scene, 1e-3, 1.0, scene.state(velocity={one: 1.0})).last.balance)
+beam = gb.beam(1.0, gb.section("round", 0.02), gb.material(2e11, 7800.0), {"tip": 1.0})
+"""
+    run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=PROJECT, timeout=300)
+    assert run.returncode == 0, run.stderr
+    assert float(run.stdout) == pytest.approx(0.5, abs=1e-12)

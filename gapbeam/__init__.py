@@ -51,8 +51,8 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.lane_ensemble import ensemble
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, newmark, theta
     from gapbeam.solver.scene.periodic_orbit import periodic
-    from gapbeam.solver.scene.scene import AddedMass, Scene
-    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load
+    from gapbeam.solver.scene.scene import Scene
+    from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, HuntCrossley, KelvinVoigt
@@ -75,8 +75,8 @@ _MODULES = {
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "newmark", "theta"),
     "solver.scene.periodic_orbit": ("periodic",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
-    "solver.scene.scene": ("AddedMass", "Scene"),
-    "solver.scene.scene_load": ("BaseMotion", "Force", "Load"),
+    "solver.scene.scene": ("Scene",),
+    "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
     "solver.scene.structure": ("Structure", "from_modes", "mass"),
@@ -84,7 +84,6 @@ _MODULES = {
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
 
 __all__ = [
-    "AddedMass",
     "Adhesive",
     "AssumptionBroken",
     "BaseMotion",
@@ -161,6 +160,7 @@ __all__ = [
     "theta",
     "tradeoff",
     "view",
+    "weight",
 ]
 
 

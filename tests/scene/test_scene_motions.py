@@ -197,8 +197,9 @@ def test_a_stiff_joint_makes_one_of_two_masses() -> None:
 
 
 def test_a_mass_on_a_point_moves_as_a_heavier_structure() -> None:
-    one = gb.mass(1.0, stiffness=90.0)
-    scene = gb.Scene(one, masses=[gb.AddedMass(one["at"], 9.0)])
+    one = gb.mass(1.0, stiffness=90.0).with_masses({"at": 9.0})
+    assert gb.weight(one, 9.81).pattern == pytest.approx([10.0])
+    scene = gb.Scene(one)
     found = gb.history(scene, 1e-4, 2.0, scene.state(velocity={one: 1.0}))
     assert np.abs(found.displacement["at"] - np.sin(3.0 * found.t) / 3.0).max() < 1e-6
 

@@ -138,7 +138,7 @@ def beam(
             raise UserError(f"{where}: a rigid beam has neither supports nor modes; hold it by contacts or joints")
         about = np.array([[mass * size, 0.0], [0.0, mass * size**3 / 12.0 + rotary * size]])
         rows = {key: np.array([[1.0, x - 0.5 * size]]) for key, x in places.items()}
-        return Structure(about, np.zeros((2, 2)), None, rows, np.eye(2), name)
+        return Structure(about, np.zeros((2, 2)), None, rows, np.eye(2), name, [mass * size, 0.0])
     if model != "beam":
         raise UserError(f'{where}: found model {model!r}, expected "beam" or "rigid"')
     shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) * section.shear_area
@@ -151,10 +151,11 @@ def beam(
     left = 2 - np.linalg.matrix_rank(rigid[sorted(fixed)]) if fixed else 2
     if left == 1:  # one pin: it rotates about that
         rigid = rigid[:, 1:] - np.outer(rigid[:, 0], [held[0]])
+    carried = (M @ np.tile([1.0, 0.0], len(x)))[free]
     M, K = M[free][:, free], K[free][:, free]
     if len(free) <= LARGE:
         M, K = M.toarray(), K.toarray()
-    whole = Structure(M, K, None, rows, rigid[free] if left else None, name)
+    whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried)
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
 
 

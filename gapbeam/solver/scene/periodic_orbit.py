@@ -86,7 +86,8 @@ def periodic(
         if found.failed.any():
             raise NotConverged("periodic: the contact forces of a step failed; take more steps")
         Y = np.vstack([found.q, found.v, found.z])
-        P, miss = (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e), Y[:, 0] - x
+        P: Any = (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e)
+        miss: Any = Y[:, 0] - x
         best = float(np.abs(miss / size).max())
         if best < TOLERANCE:
             state = SceneState(t, q[:, None].copy(), v[:, None].copy(), z[:, None].copy(), np.zeros((scene.motions, 1)))
@@ -98,6 +99,5 @@ def periodic(
     )
 
 
-def _newton(P: Array, miss: Array) -> Array:
-    found: Array = np.linalg.lstsq(np.eye(len(P)) - P, miss, rcond=None)[0]
-    return found
+def _newton(P: Any, miss: Array) -> Any:
+    return np.linalg.lstsq(np.eye(len(P)) - P, miss, rcond=None)[0]

@@ -9,7 +9,6 @@ from typing import Any
 
 import numpy as np
 import scipy.linalg as sl
-import scipy.sparse as sp
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.condensed_arrays import Linear, Slabs
@@ -55,14 +54,6 @@ class SceneState:
         return SceneState(self.t, many(self.q), many(self.v), many(self.z), many(self.F), a)
 
 
-@dataclass(frozen=True, eq=False)
-class AddedMass:
-    """A mass on a point of a structure, the same in all of its motions, kg."""
-
-    point: StructurePoint
-    value: float
-
-
 class Scene:
     """Structures with what acts on them. A scene knows neither files nor output.
 
@@ -72,7 +63,6 @@ class Scene:
         loads: What drives them.
         feedbacks: Linear forces that follow the motion.
         joints: Springs and dampers between points.
-        masses: `AddedMass`: more mass at points.
 
     Raises:
         UserError: A point belongs to another structure, or a name is not unique.
@@ -85,15 +75,14 @@ class Scene:
         loads: Sequence[Load] = (),
         feedbacks: Sequence[Feedback] = (),
         joints: Sequence[Feedback] = (),
-        masses: Sequence[AddedMass] = (),
     ) -> None:
         if not structures:
             raise UserError("scene: expected one structure or more")
-        self.structures, self.masses = structures, tuple(masses)
+        self.structures = structures
         self.contacts, self.loads, self.feedbacks = list(contacts), list(loads), [*feedbacks, *joints]
         for kind, expected, entries in (
             ("structure", Structure, structures), ("contact", Contact, self.contacts), ("load", Load, self.loads),
-            ("feedback or joint", Feedback, self.feedbacks), ("mass", AddedMass, self.masses),
+            ("feedback or joint", Feedback, self.feedbacks),
         ):  # fmt: skip
             for entry in entries:
                 if not isinstance(entry, expected):
@@ -102,7 +91,6 @@ class Scene:
         self.motions = int(self.first[-1])
         self._check_names()
         self._check_points()
-        self.bodies = tuple(self._loaded(one) for one in structures)
         self.start = np.cumsum([0] + [one.size for one in structures])
         self.size = int(self.start[-1])
         self.is_large = any(one.is_large for one in structures)
@@ -125,24 +113,13 @@ class Scene:
     def _check_points(self) -> None:
         used: list[tuple[Any, Structure]] = [(one, p.structure) for one in self.contacts for p in one.points]
         used += [(one, p.structure) for one in self.feedbacks for p in one.points]
-        used += [(one, one.structure) for one in self.loads] + [(one, one.point.structure) for one in self.masses]
+        used += [(one, one.structure) for one in self.loads]
         for one, structure in used:
             if not any(structure is body for body in self.structures):
                 what = f"{type(one).__name__.lower()} {getattr(one, 'name', '') or '(without a name)'}"
                 raise UserError(
                     f"scene: {what} is at structure {structure.name or '?'}, which is not of this scene; add it"
                 )
-
-    def _loaded(self, structure: Structure) -> Structure:
-        """Return a structure with the masses on its points."""
-        mine = [one for one in self.masses if one.point.structure is structure]
-        if not mine:
-            return structure
-        rows = np.vstack([np.sqrt(one.value) * one.point.rows for one in mine])
-        added = sp.csr_matrix(rows).T @ sp.csr_matrix(rows) if sp.issparse(structure.M) else rows.T @ rows
-        other = Structure(structure.M + added, structure.K, structure.C, None, structure.rigid, structure.name)
-        other.points = structure.points
-        return other
 
     def with_(self, changes: Mapping[str, Any]) -> Scene:
         """Return the scene with other values.
@@ -211,7 +188,7 @@ class Scene:
         """Return rows of a structure's DOFs as rows of the scene's coordinates."""
         place = next(i for i, one in enumerate(self.structures) if one is structure)
         found = np.zeros((len(rows), self.size))
-        across = rows if self.is_large else rows @ self.bodies[place].modes[2]
+        across = rows if self.is_large else rows @ self.structures[place].modes[2]
         found[:, self.start[place] : self.start[place + 1]] = across
         return found
 
@@ -238,12 +215,12 @@ class Scene:
     @cached_property
     def squares(self) -> Array:
         """Squared angular frequencies of all modes, (n,)."""
-        return np.concatenate([one.modes[0] for one in self.bodies])
+        return np.concatenate([one.modes[0] for one in self.structures])
 
     @cached_property
     def damping(self) -> Array:
         """Modal damping: (1, n) where it is diagonal, else (n, n)."""
-        C = sl.block_diag(*(one.modes[1] for one in self.bodies))
+        C = sl.block_diag(*(one.modes[1] for one in self.structures))
         off = np.abs(C - np.diag(np.diag(C))).max(initial=0.0)
         return np.diag(C)[None].copy() if off <= 1e-12 * np.abs(C).max(initial=0.0) else C
 
@@ -340,7 +317,7 @@ class Scene:
                 if place is None:
                     raise UserError(f"state: {structure!r} is not of this scene")
                 u = np.broadcast_to(np.asarray(value, dtype=float), (structure.size,))
-                body = self.bodies[place]
+                body = self.structures[place]
                 own = u if self.is_large else body.modes[2].T @ (dense(body.M) @ u)
                 target[self.start[place] : self.start[place + 1]] = own
         states = np.zeros((sum(len(one.A) for one in self.feedbacks), 1))

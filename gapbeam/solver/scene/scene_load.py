@@ -123,16 +123,50 @@ class BaseMotion(Load):
 
     Args:
         structure: What the frame carries.
-        direction: DOFs of the rigid motion that follows the frame, (DOFs,).
         acceleration: Of the frame, m/s^2; as the value of a `Load`.
+        direction: DOFs of the rigid motion with the frame, (DOFs,); default that of the structure's inertia.
         name: See `Load`.
         parameters: See `Load`.
     """
 
     def __init__(
-        self, structure: Structure, direction: ArrayLike, acceleration: Value, name: str = "", **parameters: Any
+        self,
+        structure: Structure,
+        acceleration: Value,
+        direction: ArrayLike | None = None,
+        name: str = "",
+        **parameters: Any,
     ) -> None:
-        along = finite(direction, f"base motion {name or '?'}: direction")
-        if along.shape != (structure.size,):
-            raise UserError(f"base motion {name or '?'}: expected a direction of {structure.size} DOFs")
-        super().__init__(structure, -(structure.M @ along), acceleration, name, **parameters)
+        where = f"base motion {name or '?'}"
+        super().__init__(structure, -_inertia(structure, direction, where), acceleration, name, **parameters)
+
+
+def weight(structure: Structure, gravity: float, direction: ArrayLike | None = None, name: str = "") -> Load:
+    """Return the weight of a structure: gravity, m/s^2, along its motion with the frame; negative: against it.
+
+    Args:
+        structure: What weighs.
+        gravity: m/s^2.
+        direction: DOFs of that motion; default that of the structure's inertia.
+        name: See `Load`.
+
+    Raises:
+        UserError: Neither the structure nor the call has a direction.
+    """
+    return Load(structure, _inertia(structure, direction, f"weight {name or '?'}"), gravity, name)
+
+
+def _inertia(structure: Structure, direction: ArrayLike | None, where: str) -> Array:
+    """Return M r."""
+    if direction is None:
+        if structure.inertia is None:
+            raise UserError(
+                f"{where}: structure {structure.name or '?'} has no inertia; give the direction, the DOFs of its "
+                "motion with the frame"
+            )
+        return structure.inertia
+    along = finite(direction, f"{where}: direction")
+    if along.shape != (structure.size,):
+        raise UserError(f"{where}: found a direction of shape {along.shape}, expected ({structure.size},)")
+    found: Array = structure.M @ along
+    return found

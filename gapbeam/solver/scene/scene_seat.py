@@ -137,6 +137,6 @@ def certify(scene: Scene, K: Array, f: Array) -> None:
     best = linprog(-g / size, A_ub=A, b_ub=np.zeros(len(A)), bounds=[(-1.0, 1.0)] * len(g), method="highs")
     if -best.fun > 1e-7:
         a, motion = rigid @ best.x, {}
-        for one, body, i, j in zip(scene.structures, scene.bodies, scene.start, scene.start[1:], strict=False):
-            motion[one] = body.modes[2] @ a[i:j]
+        for one, i, j in zip(scene.structures, scene.start, scene.start[1:], strict=False):
+            motion[one] = one.modes[2] @ a[i:j]
         raise NoSeat(EscapeMotion(motion, float(-best.fun * size)))

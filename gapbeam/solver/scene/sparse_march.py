@@ -28,8 +28,8 @@ class SparseMarcher(Marcher):
         scene, h, scheme = self.scene, self.h, self.scheme
 
         def block(name: str) -> Any:
-            parts = (getattr(one, name) for one in scene.bodies)
-            zero = (sp.csr_matrix((one.size, one.size)) for one in scene.bodies)
+            parts = (getattr(one, name) for one in scene.structures)
+            zero = (sp.csr_matrix((one.size, one.size)) for one in scene.structures)
             return sp.block_diag(
                 [none if part is None else sp.csr_matrix(part) for part, none in zip(parts, zero, strict=True)],
                 format="csr",

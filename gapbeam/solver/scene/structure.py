@@ -14,10 +14,11 @@ from typing import Any
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
+import scipy.sparse.linalg as sla
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.given_numbers import finite, matrix
+from gapbeam.solver.scene.given_numbers import finite, matrix, positive
 from gapbeam.solver.system.operators import Array
 
 LARGE = 600
@@ -56,6 +57,8 @@ class Structure:
         rigid: Motions without strain as columns, (DOFs, count), where they are known in closed form: momentum is then
             kept to round-off.
         name: Of the structure, for messages and for points of the same name.
+        inertia: Mass that meets a motion of the frame, M r for the motion r of all DOFs with the frame, (DOFs,), kg:
+            what weight and base motions act on.
 
     Raises:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
@@ -70,6 +73,7 @@ class Structure:
         points: Mapping[str, ArrayLike] | None = None,
         rigid: ArrayLike | None = None,
         name: str = "",
+        inertia: ArrayLike | None = None,
     ) -> None:
         where = f"structure {name or '(without a name)'}"
         self.name = name
@@ -87,6 +91,9 @@ class Structure:
                     f"symmetric matrix: complete an exported triangle as A + A.T - diag(A)"
                 )
         self.rigid = None if rigid is None else self._rigid(rigid, where)
+        self.inertia = None if inertia is None else finite(inertia, f"{where}: inertia")
+        if self.inertia is not None and self.inertia.shape != (self.size,):
+            raise UserError(f"{where}: found inertia of shape {self.inertia.shape}, expected ({self.size},)")
         self.points = {key: StructurePoint(self, self._rows(value, key), key) for key, value in (points or {}).items()}
 
     def __getitem__(self, name: str) -> StructurePoint:
@@ -131,6 +138,23 @@ class Structure:
         C = np.zeros_like(K) if self.C is None else X.T @ dense(self.C) @ X
         return squares, C, X
 
+    def with_masses(self, masses: Mapping[str, float]) -> Structure:
+        """Return the structure with more mass at its points, kg by name: M + sum m b^T b, in all motions of the point.
+
+        Raises:
+            UserError: A point is unknown, or a mass is below 0.
+        """
+        M, inertia = self.M, self.inertia
+        with_frame: Any = None if inertia is None else sla.spsolve(sp.csc_matrix(M), inertia)
+        for name, value in masses.items():
+            kg = float(positive(value, f"structure {self.name or '?'}: mass at {name}", zero=True))
+            rows = self[name].rows
+            M = M + kg * (sp.csr_matrix(rows).T @ sp.csr_matrix(rows) if sp.issparse(M) else rows.T @ rows)
+            if inertia is not None:
+                inertia = inertia + kg * rows.T @ (rows @ with_frame)
+        points = {name: point.rows for name, point in self.points.items()}
+        return Structure(M, self.K, self.C, points, self.rigid, self.name, inertia)
+
     def reduced(self, count: int, ratio: float = 0.0) -> Structure:
         """Return the structure in its first modes.
 
@@ -152,7 +176,13 @@ class Structure:
         points = {name: point.rows @ X for name, point in self.points.items()}
         damping = C[:count, :count] + np.diag(2.0 * ratio * w)
         return Structure(
-            np.eye(count), np.diag(w * w), damping, points, np.eye(count)[:, :still] if still else None, self.name
+            np.eye(count),
+            np.diag(w * w),
+            damping,
+            points,
+            np.eye(count)[:, :still] if still else None,
+            self.name,
+            None if self.inertia is None else X.T @ self.inertia,
         )
 
     def _rows(self, value: ArrayLike, name: str) -> Array:
@@ -246,5 +276,11 @@ def mass(
         raise UserError(f"mass {name or '?'}: found {value!r} kg, expected a mass above 0")
     unit = np.eye(motions)
     return Structure(
-        value * unit, stiffness * unit, damping * unit, {"at": unit, **points}, None if stiffness else unit, name
+        value * unit,
+        stiffness * unit,
+        damping * unit,
+        {"at": unit, **points},
+        None if stiffness else unit,
+        name,
+        [value] if motions == 1 else None,
     )

@@ -9,6 +9,7 @@ from gapbeam.meshes.beam_geometry import SNAP
 from gapbeam.solver.attachments.fluid_table import Fluid
 from gapbeam.solver.attachments.joint_table import ElasticJoint, Joint, bending_rank
 from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Beam, Mesh
 from gapbeam.solver.case.checks.place_checks import Loads, namesakes, outside
@@ -139,7 +140,7 @@ def joints_let_the_body_move(joint: Joints, model: ModelTable) -> Iterator[Fault
         )
 
 
-def holds_need_implicit_steps(joint: Joints, time: Time) -> Iterator[Fault]:
+def holds_need_implicit_steps(joint: Joints, time: Time, contact: Contact) -> Iterator[Fault]:
     """What holds a section is far stiffer than the section, and an explicit step would follow its frequency."""
     if not time.scheme.explicit:
         return
@@ -149,7 +150,7 @@ def holds_need_implicit_steps(joint: Joints, time: Time) -> Iterator[Fault]:
                 ("time", "scheme"),
                 f"{time.scheme.type}, with the joint {entry.name}, which is {getattr(entry, 'type', 'rigid')}",
                 "an implicit scheme, or an elastic joint: an explicit step is as short as the stiffest spring asks for",
-                'scheme = "discrete-gradient"',
+                f'scheme = "{advised_scheme(contact)}"',
                 (("joint", number, "type"),),
             )
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import NamedTuple
 
+from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.checks.attachment_checks import Joints
 from gapbeam.solver.case.checks.place_checks import Loads
@@ -81,7 +82,7 @@ def circles_have_a_midpoint_rule(support: AnySupports, time: Time, contact: Cont
                 ("time", "scheme"),
                 f"{time.scheme.type}, with a hole that is met as a circle",
                 "discrete-gradient or implicit-midpoint: a step with one direction of contact",
-                f'scheme = "discrete-gradient", or {points}',
+                f'scheme = "{advised_scheme(contact)}", or {points}',
                 (key,),
             )
         if contact.formulation.type != "penalty":

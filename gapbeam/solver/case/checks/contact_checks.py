@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Output
 from gapbeam.solver.case.contact_table import Contact
@@ -73,7 +74,8 @@ def impulses_are_unilateral(contact: Contact, time: Time) -> Iterator[Fault]:
             ("contact", "formulation"),
             contact.formulation.type,
             f"unilateral: the scheme {time.scheme.type} knows impulses, no law",
-            'formulation = "unilateral"',
+            f'scheme = "{advised_scheme(contact)}" in [time]; or exact contact, the formulation unilateral, with a '
+            "model that takes it and no stiffness, damping and law",
             (("time", "scheme"),),
         )
 
@@ -91,7 +93,7 @@ def exact_contact_starts_outside(support: AnySupports, contact: Contact, analysi
                 ("analysis", "start"),
                 f"undeformed, {deepest:g} m within the faces, with the formulation {formulation.type}",
                 "seat: exact contact allows no pose within the faces to start from",
-                'start = "seat", or formulation = "penalty"',
+                'start = "seat", or formulation = "penalty" in [contact]',
                 ((*key, "clearance"), ("contact", "formulation")),
             )
 
@@ -148,6 +150,6 @@ def friction_is_implicit(contact: Contact, time: Time) -> Iterator[Fault]:
             ("contact", "friction"),
             f"a coefficient of {contact.rubs.coefficient:g} with the scheme {time.scheme.type}",
             "an implicit scheme: a damper of mu p / v0 asks for steps far below the stable one",
-            'scheme = "discrete-gradient", or leave friction out',
+            f'scheme = "{advised_scheme(contact)}" in [time], or leave friction out',
             (("time", "scheme"),),
         )

@@ -8,6 +8,7 @@ import numpy as np
 
 from gapbeam.solver.attachments.joint_table import Joint
 from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables
 from gapbeam.solver.case.case import Damping, Mesh
@@ -30,17 +31,18 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
     formulation = contact.formulation
     keeps_all = isinstance(model, ReducedModel) and model.contact == "all"
     everything = 'contact = "all"' + (' and sections = "deformable"' if model.rings else "")
+    either = f"{everything} in [model], or " if isinstance(model, ReducedModel) else ""
     if formulation.stress_terms is not None:
         expected = (
             f"full: the formulation {formulation.type} takes the stress at the contact points, which only the mesh has"
         )
-        yield Fault(TYPE, model.type, expected, 'formulation = "penalty"', (("contact", "formulation"),))
+        yield Fault(TYPE, model.type, expected, 'formulation = "penalty" in [contact]', (("contact", "formulation"),))
     elif not formulation.follows_the_law and not keeps_all:
         yield Fault(
             TYPE,
             f"{model.type}, with the formulation {formulation.type}",
             'full, or reduced with contact = "all": more points than motions of the faces cannot all be held exactly',
-            f'{everything} in [model], or formulation = "penalty"',
+            either + 'formulation = "penalty" in [contact]',
             (("contact", "formulation"),),
         )
     if contact.mass == "redistributed":
@@ -51,7 +53,7 @@ def contact_fits_the_model(model: ModelTable, contact: Contact) -> Iterator[Faul
             ("contact", "friction"),
             f"a coefficient of {contact.rubs.coefficient:g}, with the model {model.type}",
             'full, beam, or reduced with contact = "all": the other bases do not give way along the faces',
-            f"{everything} in [model], or leave friction out",
+            (either or 'type = "beam" in [model], or ') + "leave friction out",
             (TYPE,),
         )
 
@@ -131,14 +133,14 @@ def modal_damping_has_modes(model: ModelTable, damping: Damping) -> Iterator[Fau
         )
 
 
-def implicit_schemes_march_the_model(model: ModelTable, time: Time) -> Iterator[Fault]:
+def implicit_schemes_march_the_model(model: ModelTable, time: Time, contact: Contact) -> Iterator[Fault]:
     """Explicit steps march the lumped masses of a mesh."""
     if not isinstance(model, FullModel) and time.scheme.explicit:
         yield Fault(
             ("time", "scheme"),
             f"{time.scheme.type}, with the model {model.type}",
             "an implicit scheme: explicit steps are for the lumped masses of a mesh",
-            'scheme = "discrete-gradient"',
+            f'scheme = "{advised_scheme(contact)}"',
             (TYPE,),
         )
 

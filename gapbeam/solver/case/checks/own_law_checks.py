@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 
+from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis, Periodic
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.placed_support import own_law
@@ -81,7 +82,7 @@ def yielding_laws_are_marched(
                 key,
                 f"{law.type}, with the scheme {time.scheme.type}",
                 f"{either(scheme_names('marches_sets'))}: the plastic work of their steps is known",
-                'scheme = "discrete-gradient" in [time]',
+                f'scheme = "{advised_scheme(contact)}" in [time]',
                 (("time", "scheme"),),
             )
         if isinstance(analysis, Periodic):

@@ -43,11 +43,12 @@ def sections_are_solids(beam: Beam, mesh: Mesh) -> Iterator[Fault]:
         return
     kind = beam.section.type
     if mesh.dimension == 2:
+        degree = " and degree = 2" if beam.section.round and mesh.degree == 1 else ""
         yield Fault(
             ("mesh", "dimension"),
             f'2, with the section "{kind}"',
             "3: a slice in the bending plane is equally wide everywhere",
-            'dimension = 3 in [mesh]; with type = "beam" or "reduced" in [model] the march is as fast',
+            f"dimension = 3{degree} in [mesh]; the models beam and reduced march as fast as in the plane",
             (SECTION,),
         )
     if mesh.cell == "tetrahedron":

@@ -78,7 +78,7 @@ class KelvinVoigt(ChosenLaw):
                 ("contact", "law", "restitution"),
                 f"{self.restitution:g} with the formulation {formulation.type}",
                 f"no restitution: the formulation {formulation.type} has no damping",
-                'formulation = "penalty", or leave restitution out',
+                'formulation = "penalty" in [contact], or leave restitution out',
                 (("contact", "formulation"),),
             )
         elif damping > 0.0:

@@ -124,6 +124,28 @@ def test_no_energy_is_created(
         assert abs(ledger.algorithmic) <= 10.0 * ledger.round_off + ROUND_OFF * ledger.exchanged
 
 
+@settings(max_examples=12, deadline=None, derandomize=True, suppress_health_check=[HealthCheck.too_slow])
+@given(
+    law=st.sampled_from(["kelvin-voigt", "hunt-crossley"]),
+    exponent=EXPONENTS,
+    restitution=st.sampled_from([1.0, 0.9]),
+    stiffness=decades(8, 13),
+    dt=decades(-3, -1),
+    holes=st.integers(1, 3),
+    seed=st.integers(0, 1000),
+)
+@example(law="hunt-crossley", exponent=1.5, restitution=1.0, stiffness=1.0e12, dt=0.05, holes=2, seed=1)
+def test_the_stiffest_laws_in_round_holes_create_no_energy(
+    law: str, exponent: float, restitution: float, stiffness: float, dt: float, holes: int, seed: int
+) -> None:
+    """K up to 1e13 N/m^n on 1 kg, restitution 1: what contact solves leave is below 1e-7 of the energy exchanged."""
+    damped = {"exponent": exponent, "restitution": restitution} if law == "hunt-crossley" else {}
+    plan, start = masses_in_holes(law_of({"type": law, **damped}, stiffness), dt, holes, 0, seed, 3.0)
+    ledger = balance_of(replace(plan, steps=STEPS), start, compiled=False)
+    assert abs(ledger.created) <= 10.0 * ledger.round_off + 1.0e-7 * ledger.exchanged
+    assert abs(ledger.algorithmic) <= 10.0 * ledger.round_off + 1.0e-7 * ledger.exchanged
+
+
 TUBE: dict[str, Any] = {
     "beam": {
         "length": 1.1365, "thickness": 0.035555, "width": 0.035555, "section": {"type": "tube", "wall": 0.0035555},

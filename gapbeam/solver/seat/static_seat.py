@@ -20,9 +20,9 @@ Contact in round holes is linear along directions that turn with the beam. Its p
 line search along each update keeps it falling.
 
 A rigid motion that only the weak restraint holds has hardly any energy: a beam that tips over the edge of a support
-would pass the test of the energy norm while the springs s let it turn by the same angle in each iteration. Therefore
-the gaps have to be at rest, too. That there is no seat is said where a linear program (`seat.escape`) finds the rigid
-motion by which the beam leaves.
+would pass the test of the energy norm while the springs s let it turn by the same angle in each iteration, and a rigid
+beam has no other energy. Therefore the gaps have to be at rest, too. That there is no seat is said where a linear
+program (`seat.escape`) finds the rigid motion by which the beam leaves.
 
 Nothing slides at rest, so the regularized friction bears nothing: the seat is found without it.
 
@@ -63,7 +63,8 @@ NOISE_SAFETY = 10.0
 NOISY = 3  # updates that have stopped to contract
 ROLLED = 1.0e-9  # of the clearance of a round hole: an update at rest
 UNCERTAIN = 1.0e-6  # of that clearance: what round-off may hide of an update
-STILL = 1.0e-7, 1.0e-3  # of the largest gap and of the penetration: changes of gaps at rest
+STILL = 1.0e-7  # of the largest gap: a change of gaps at rest
+SETTLED, ROUGHLY = 1.0e-6, 1.0e-3  # of the penetration, likewise; where round-off keeps changes from contracting
 PATIENCE = 8  # iterations with springs that do not change
 SLOW = 0.1  # of the update two iterations before: the iteration creeps
 HARD = 2  # iterations whose contact problem took softer laws
@@ -164,8 +165,7 @@ class _Search:
                     STALLED, NOISE_SAFETY * float(np.sqrt(abs(hidden) / (abs(energy) + potential)))
                 )
             self._moves.append(float(np.max(np.abs(self._depth - self._before))))
-            limit = STILL[0] * float(np.max(np.abs(self._depth))) + STILL[1] * max(float(np.max(self._depth)), 0.0)
-            settled = settled and self._moves[-1] <= limit
+            settled = settled and self._moves[-1] <= self._limit(noise is not None)
             if settled and _stand_still(contact, moved[VALUE], noise, self._operators):
                 self._refuse_escape(looked or not self._has_left())
                 pressure = self._forces / contact.weights
@@ -185,6 +185,11 @@ class _Search:
             tuple(updates),
             worst,
         )
+
+    def _limit(self, noisy: bool) -> float:
+        """Return which change of gaps is none, m; energy alone does not tell where a beam hardly bends."""
+        pressed = ROUGHLY if noisy or _is_noise(self._moves) else SETTLED
+        return STILL * float(np.max(np.abs(self._depth))) + pressed * max(float(np.max(self._depth)), 0.0)
 
     def _take_newton(self) -> None:
         """Go where the Newton stage leads, and on from there with soft springs. Collective."""

@@ -36,7 +36,7 @@ from gapbeam.studies.error_estimate.figure_errors import (
     figure_errors,
     quantile_of_means,
 )
-from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks
+from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks, lost_in_steps
 from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
 from gapbeam.studies.error_estimate.key_figures import Averages, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
@@ -287,6 +287,28 @@ def test_means_differ_by_chance_in_95_percent(companions: int, count: int, commo
         wide.append(far)
     assert np.mean(covered) >= 0.92
     assert common or np.median(wide) <= 1.3 * 2.77 / np.sqrt(count)
+
+
+@settings(max_examples=25)
+@given(steps=st.integers(2, 40), gap=st.integers(5, 60))
+def test_contacts_of_few_steps_have_the_error_of_the_scheme(steps: int, gap: int) -> None:
+    """A half period of d steps is (pi / d)^2 / 12 too long: of faces, and beyond the horizon of all figures."""
+    times = sine().times
+    pressed = np.where(np.arange(len(times)) % (steps + gap) < steps, 10.0, 0.0)
+    impulse = np.cumsum(pressed) * INTERVAL
+    run = replace(sine(), force=pressed[:, None], impulse=impulse[:, None])
+    expected = (np.pi / steps) ** 2 / 12.0
+    for finer in (1.0, 4.0):
+        lost = lost_in_steps(run, INTERVAL / finer)
+        assert lost == {"base": pytest.approx(min(1.0, expected / finer**2)), "": lost["base"]}
+    lost = lost_in_steps(run, INTERVAL)
+    for name, whole in (("settled part", False), ("beyond the horizon", True)):
+        span = Span(name, 0.5, 0.1, 5, FREQUENCY)
+        rows = figure_errors(run, {TWICE: run}, TWICE, span, False, SMOOTHED, lost=lost)
+        found = {one.name: one for one in rows}
+        moved, pushed = found["tip peak-to-peak displacement"], found["base impulse"]
+        assert (pushed.error or 0.0) >= 0.999 * lost["base"] * pushed.value
+        assert ((moved.error or 0.0) > 0.9 * lost["base"] * moved.value) == whole
 
 
 def pulses(shape: Array, scale: float = 1.0, base: float = 0.0) -> MotionRecord:

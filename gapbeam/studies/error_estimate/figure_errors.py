@@ -11,6 +11,9 @@ reduced basis, too. A thorough estimate has a reference with the step of the run
 that was computed and stands for rigid contact: the duration of contacts goes as K^(-1/2), so that the distance from
 rigid contact is 1 / (1 - 2^(-1/2)) = 3.4 times the difference that doubling K makes.
 
+Twice the step shows no error of contacts that it resolves as little as the run. |f - R| of a face, and beyond the
+horizon of all figures, is at least the share of `lost_in_steps`: (pi / d)^2 / 12 for a contact of d steps.
+
 The factor 2 belongs to a mesh of first order. Where coarser and finer mesh show a lower one, q = |R - A| / |R - C|
 above 1/2, as at an edge that carries the contact, the differences of ever finer meshes add up to |R - A| / (1 - q),
 which is taken, q up to 4/5. Differences of harmonics are the amplitudes of the difference of two motions: amplitudes of
@@ -35,6 +38,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 
 import numpy as np
 from scipy.stats import f as fisher
@@ -42,6 +46,7 @@ from scipy.stats import t as student
 
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
 from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, STIFFER
+from gapbeam.studies.error_estimate.force_peaks import OF_MOTION
 from gapbeam.studies.error_estimate.key_figures import HARMONIC, Averages, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.error_estimate.spans import FEWEST_WINDOWS, UP_TO_HORIZON, Span
@@ -49,6 +54,7 @@ from gapbeam.studies.error_estimate.spans import FEWEST_WINDOWS, UP_TO_HORIZON, 
 FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
 RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
 MODEL = "step and model"  # the difference from the reference
+SHORT = "steps in a contact"
 OF_A_SOLID = 1.1  # differences of a solid over those of its plane slice
 PARTED = 2.0  # E is so much larger where motions are about to part
 CONFIDENCE = 0.95
@@ -97,6 +103,7 @@ def figure_errors(
     averages: Averages,
     records: int = 1,
     meshed: bool = False,
+    lost: Mapping[str, float] = MappingProxyType({}),
 ) -> list[FigureError]:
     """Return the key figures of a run over a span, with their errors.
 
@@ -108,6 +115,7 @@ def figure_errors(
         in_plane: Whether plane companions stand for a solid.
         averages: Widths of the means.
         records: Companions have the first of every so many records of the run.
+        lost: Shares of figures that the step may falsify in short contacts, by face and OF_MOTION.
         meshed: Whether all that the finest companion changes is the mesh and the basis of a solid.
     """
     reported = key_figures(run, span, averages)
@@ -129,14 +137,25 @@ def figure_errors(
         }
         if reference is not None and not in_plane:
             parts[MODEL] = apart[MODEL].get(name, abs(mine[name].mean - usual))
+        share = _lost_of(name, run.faces, lost, span)
         error = None
         if parts:
+            if share:
+                parts[SHORT] = share * abs(figure.mean)
             everyone = [mine[name], *(one[name] for one in theirs.values())]
             known = parts | _later_meshes(parts) if meshed else parts
             error = _error(known, span) if span.predictable else _error_of_means(known, everyone, ratio)
         window = averages.width_of(name)
         found.append(FigureError(name, figure.unit, span.name, figure.mean, error, parts, figure.uncertainty, window))
     return found
+
+
+def _lost_of(name: str, faces: Iterable[str], lost: Mapping[str, float], span: Span) -> float:
+    """Return the share of a figure that short contacts falsify: of faces, and of all statistics of a motion."""
+    for face in faces:
+        if name.startswith(f"{face} "):
+            return lost.get(face, 0.0)
+    return 0.0 if span.predictable else lost.get(OF_MOTION, 0.0)
 
 
 def _harmonics_apart(one: MotionRecord, other: MotionRecord, span: Span, averages: Averages) -> dict[str, float]:
@@ -164,7 +183,7 @@ def _ratio(solid: float, plane: float) -> float:
 
 def _error(parts: Mapping[str, float], span: Span) -> float:
     error = max((factor * parts[name] for name, factor in FACTORS.items() if name in parts), default=0.0)
-    error += parts.get(MODEL, 0.0) + RIGID_FACTOR * parts.get(STIFFER, 0.0)
+    error += max(parts.get(MODEL, 0.0), parts.get(SHORT, 0.0)) + RIGID_FACTOR * parts.get(STIFFER, 0.0)
     return (PARTED if span.name == UP_TO_HORIZON else 1.0) * error
 
 
@@ -178,7 +197,7 @@ def _error_of_means(parts: Mapping[str, float], figures: Iterable[WindowFigure],
     between = float(np.var([one.mean() for one in values], ddof=1))
     scattered = quantile_of_means(within, between, len(values), count)
     chance = max(ratio, 1.0) * float(np.sqrt(2.0)) * scattered
-    factors = {**FACTORS, MODEL: 1.0, STIFFER: RIGID_FACTOR}
+    factors = {**FACTORS, MODEL: 1.0, SHORT: 1.0, STIFFER: RIGID_FACTOR}
     return chance + max(factors[name] * max(0.0, part - chance) for name, part in parts.items())
 
 

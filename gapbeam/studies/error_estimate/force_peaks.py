@@ -27,6 +27,8 @@ from gapbeam.studies.error_estimate.spans import Span
 DURATION = "contact_duration"
 NOTABLE = 1.3  # of the mean: a larger force of one record is not a force of the structure
 
+OF_MOTION = ""
+
 ForcePeaks = dict[str, dict[str, dict[str, float]]]
 
 
@@ -43,6 +45,29 @@ def contact_records(force: Array) -> int:
     half = 0.5 * float(force[peak])
     around = _reach(force[peak:], 0.0) + _reach(force[peak::-1], 0.0)
     return min(round(around) - 1, round(2.0 * (_reach(force[peak:], half) + _reach(force[peak::-1], half))))
+
+
+def lost_in_steps(motion: MotionRecord, step: float) -> dict[str, float]:
+    """Return by how much the step may falsify the contact of each face, as a share of its figures.
+
+    A midpoint or trapezoidal rule makes a half period pi / w of d steps longer by (w h)^2 / 12 = (pi / d)^2 / 12: 20 %
+    of a contact of two steps, .8 % of one of ten. Twice the step shows this error only where contacts are resolved.
+
+    Args:
+        motion: Of the run, over a part of it.
+        step: Time step h, s.
+
+    Returns:
+        By face, and of the face with the largest impulse by OF_MOTION; at most 1, 0 without contact.
+    """
+    found = dict.fromkeys((*motion.faces, OF_MOTION), 0.0)
+    for number, face in enumerate(motion.faces):
+        steps = contact_records(motion.force[:, number]) * motion.interval / step
+        found[face] = min(1.0, (np.pi / steps) ** 2 / 12.0) if steps > 0.0 else 0.0
+    if motion.faces:
+        strongest = int(np.argmax(motion.impulse[-1] - motion.impulse[0]))
+        found[OF_MOTION] = found[motion.faces[strongest]]
+    return found
 
 
 def _reach(force: Array, level: float) -> float:

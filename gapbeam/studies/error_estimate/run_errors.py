@@ -39,7 +39,13 @@ from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
-from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks, peak_forces
+from gapbeam.studies.error_estimate.force_peaks import (
+    contact_windows,
+    doubtful_peaks,
+    force_peaks,
+    lost_in_steps,
+    peak_forces,
+)
 from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
 from gapbeam.studies.error_estimate.key_figures import Averages
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
@@ -286,11 +292,21 @@ def estimate(case: Case, run: MotionRecord, summary: Mapping[str, Any], body: Bo
     if len(run.times) < FEWEST_RECORDS * plan.records:
         raise EstimateError(f"there are {len(run.times)} records, and {FEWEST_RECORDS * plan.records} are the fewest")
     marches = companion_motions(case, plan.companions, run.end, interval, _time_left(case, summary), body)
-    return errors_of(case, run, {one.name: one for one in marches}, plan)
+    return errors_of(case, run, {one.name: one for one in marches}, plan, step)
 
 
-def errors_of(case: Case, run: MotionRecord, found: Mapping[str, CompanionMotion], plan: CompanionPlan) -> RunErrors:
-    """Return the errors of the key figures of a run, given the motions of its companions."""
+def errors_of(
+    case: Case, run: MotionRecord, found: Mapping[str, CompanionMotion], plan: CompanionPlan, step: float | None = None
+) -> RunErrors:
+    """Return the errors of the key figures of a run, given the motions of its companions.
+
+    Args:
+        case: The case of the run.
+        run: Its motion.
+        found: What the companions did.
+        plan: The companions.
+        step: Time step of the run, s; None: its records are its steps.
+    """
     motions = {name: one.motion for name, one in found.items() if one.motion is not None}
     failed = {name: one.failure for name, one in found.items() if one.motion is None}
     reference = plan.reference if plan.reference in motions else None
@@ -311,8 +327,9 @@ def errors_of(case: Case, run: MotionRecord, found: Mapping[str, CompanionMotion
         spans[-1] = replace(spans[-1], width=run.end)
     meshed = isinstance(case.model, FullModel | ReducedModel)
     for span in spans:
-        averages = Averages(smoothing, contact_windows(part.between(span.start, span.end)))
-        figures += figure_errors(part, motions, reference, span, plan.in_plane, averages, plan.records, meshed)
+        spanned = part.between(span.start, span.end)
+        averages, lost = Averages(smoothing, contact_windows(spanned)), lost_in_steps(spanned, step or run.interval)
+        figures += figure_errors(part, motions, reference, span, plan.in_plane, averages, plan.records, meshed, lost)
     if not whole:
         grown = run.force.max(axis=0) > part.force.max(axis=0)
         later = tuple(np.array(run.faces)[grown].tolist())

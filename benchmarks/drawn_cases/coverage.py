@@ -8,7 +8,7 @@ from itertools import combinations
 import numpy as np
 
 from benchmarks.drawn_cases.attempts import Attempt
-from benchmarks.table import Table, machine_words
+from benchmarks.table import Cell, Table, machine_words
 
 PROMISES = ((1.0, 0.95), (2.0, 0.99), (5.0, 1.0))  # of a class: a share of errors below so many times the estimate
 ENOUGH = 100  # figures of a class, of which a share of 99 % says something
@@ -42,7 +42,7 @@ def missed(attempts: Sequence[Attempt]) -> Iterator[str]:
 
 def coverage(attempts: Sequence[Attempt]) -> Table:
     """Return the table of all classes, with what is missed and how many pairs of choices were drawn."""
-    rows = []
+    rows: list[tuple[Cell, ...]] = []
     for name, found in ratios_by_class(attempts).items():
         ratio, estimate, error = np.array(found).T
         shares = (f"{np.mean(ratio <= limit):.1%}" for limit, _ in PROMISES)

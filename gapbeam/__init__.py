@@ -42,7 +42,7 @@ if TYPE_CHECKING:
         UserError,
     )
     from gapbeam.interface.shown_results import compare, open_results, plot, render, report
-    from gapbeam.interface.single_case import check, model, modes, run
+    from gapbeam.interface.single_case import check, model, modes, run, scene
     from gapbeam.solver.scene.beam_structure import CrossSection, beam, material, section
     from gapbeam.solver.scene.contact_pair import Contact
     from gapbeam.solver.scene.convex_region import Disc, HalfPlane, Polar, Polygon, Slot, region
@@ -63,7 +63,7 @@ if TYPE_CHECKING:
 _MODULES = {
     "interface.case_picture": ("view",),
     "interface.case_source": ("read_case",),
-    "interface.single_case": ("check", "model", "modes", "run"),
+    "interface.single_case": ("check", "model", "modes", "run", "scene"),
     "interface.case_studies": ("Workers", "identify", "life", "stability", "sweep", "tradeoff"),
     "interface.shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
     "solver.scene.beam_structure": ("CrossSection", "beam", "material", "section"),
@@ -153,6 +153,7 @@ __all__ = [
     "render",
     "report",
     "run",
+    "scene",
     "seat",
     "section",
     "stability",

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
 
     from gapbeam.solver.march.simulation import Simulation
     from gapbeam.solver.run.outcome import Outcome
+    from gapbeam.solver.scene.scene import Scene
     from gapbeam.studies.modes.find_modes import ModesResult
     from gapbeam.studies.prediction.case_description import CaseDescription
 
@@ -99,6 +100,25 @@ def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = N
     from gapbeam.solver.march.simulation import Simulation
 
     return Simulation.of_case(shared_case(case, overrides, ranks), ranks)
+
+
+def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
+    """Return the scene of a case with a reduced, beam or rigid model: its structure, contacts and loads.
+
+    The scene moves as the case does under the default scheme; `ensemble` marches many members of it. It has no gates,
+    files or error estimates.
+
+    Args:
+        case: As in `run`.
+        overrides: As in `run`.
+
+    Raises:
+        CaseError: The case has faults.
+        UserError: The case has what a scene has no noun for.
+    """
+    from gapbeam.solver.models.scene_of_model import scene_of_model
+
+    return scene_of_model(model(case, overrides).model)
 
 
 def check(case: CaseSource, overrides: Overrides = ()) -> CaseDescription:

@@ -20,8 +20,8 @@ _checked: set[tuple[LawKind, tuple[float, ...]]] = set()
 def check_law(law: ForceLaw) -> None:
     """Compare the potential of a law with its spring, and its closed mean with both.
 
-    dW/dx, by central differences of small relative steps, is the spring to 1e-5 of it at penetrations from 1e-12 to 1 m,
-    as far as the functions are finite there; and W(p1) - W(p0) = M(p0, p1) (p1 - p0).
+    dW/dx, by central differences of small relative steps, is the spring to 1e-5 of it at penetrations from 1e-12 to
+    1 m, as far as the functions are finite there; and W(p1) - W(p0) = M(p0, p1) (p1 - p0).
 
     Raises:
         UserError: They differ.

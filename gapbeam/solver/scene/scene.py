@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
+from fnmatch import fnmatchcase
 from functools import cached_property
 from typing import Any
 
@@ -126,7 +127,8 @@ class Scene:
 
         Args:
             changes: By path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction"; a load's
-                "shaker.value", or one of its parameters. Arrays are for `ensemble`.
+                "shaker.value", or one of its parameters. A star stands for any letters: "gland *.stiffness" are all
+                contacts of that face. Arrays are for `ensemble`.
 
         Raises:
             UserError: Nothing has that name, or it has no such value; all faults at once.
@@ -135,14 +137,19 @@ class Scene:
         for path, value in changes.items():
             name, _, key = path.partition(".")
             groups: tuple[list[Any], ...] = (contacts, loads)
-            found = [(group, i) for group in groups for i, one in enumerate(group) if name and one.name == name]
+            found = [
+                (group, i)
+                for group in groups
+                for i, one in enumerate(group)
+                if one.name and fnmatchcase(one.name, name)
+            ]
             if not found or not key:
-                known = ", ".join(one.name for group in groups for one in group if one.name) or "none"
-                faults.append(f"{path!r}: expected name.value with the name of a contact or a load: {known}")
+                names = ", ".join(one.name for group in groups for one in group if one.name) or "none"
+                faults.append(f"{path!r}: expected name.value with the name of a contact or a load: {names}")
                 continue
-            group, place = found[0]
             try:
-                group[place] = group[place].replaced(key, value)
+                for group, place in found:
+                    group[place] = group[place].replaced(key, value)
             except UserError as fault:
                 faults.append(f"{path!r}: {fault}")
         if faults:

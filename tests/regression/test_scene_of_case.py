@@ -1,0 +1,71 @@
+"""The scene of a case against the march of the case: two programs for one mechanics, step by step."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import gapbeam
+from gapbeam.solver.models.scene_of_model import scene_of_model
+from gapbeam.solver.scene.modal_march import Marcher
+from tests.shared.command import PROJECT
+
+CASES = PROJECT / "cases"
+STEPS = 200
+BEAM = {"model": {"type": "beam"}, "mesh.dimension": 2}
+CHOICES: dict[str, tuple[str, dict[str, object]]] = {
+    "reduced": ("stability.toml", {"model": {"type": "reduced"}}),
+    "beam": ("stability.toml", BEAM),
+    "rigid": ("stability.toml", {"model": {"type": "rigid"}}),
+    "two supports on springs": ("sprung-stops.toml", {}),
+    "a record": ("recorded.toml", {}),
+}
+
+
+@pytest.mark.parametrize("name", CHOICES)
+def test_a_scene_moves_as_its_case(name: str) -> None:
+    """Displacements of all DOFs after 200 steps of the default scheme, from the seat of the case."""
+    file, overrides = CHOICES[name]
+    simulation = gapbeam.model(CASES / file, overrides)
+    scene = scene_of_model(simulation.model)
+    start = simulation.start(simulation.seat())
+    (beam,) = scene.structures
+    state = scene.state({beam: start.u[0]}, {beam: start.v[0]})
+    found = gapbeam.history(scene, simulation.model.step, STEPS * simulation.model.step, state)
+    *_, last = simulation.march(start, steps=STEPS)
+    u = last.new.u[0]
+    mine = beam.modes[2] @ found.last.state.q[:, 0]
+    close = 1e-6 * np.abs(u).max()  # what the contact solve of the case leaves, after 200 steps
+    assert np.abs(mine - u).max() <= close
+    assert np.abs(u - start.u[0]).max() > 100.0 * close
+    assert max(np.abs(force).max() for force in found.force.values()) > 0.0
+    begun = float(Marcher(scene, simulation.model.step, state).balance)
+    energy = found.last.energy
+    assert found.last.balance == pytest.approx(begun, abs=1e-9 * max(abs(energy["loads"]), energy["strain"]))
+
+
+def test_members_of_a_case_differ_in_what_their_paths_name() -> None:
+    """A stiffer member of all contacts of a case, by one path with a star, against the case that says so."""
+    scene = gapbeam.scene(CASES / "stability.toml", {"model": {"type": "rigid"}})
+    stiffness = [contact.law.values[0] for contact in scene.contacts]
+    assert len(set(stiffness)) >= 1
+    names = sorted({contact.name.split()[0] for contact in scene.contacts})
+    load = next(one for one in scene.loads if one.name not in ("", "gravity"))
+    twice = scene.with_({f"{names[0]}*.stiffness": 2.0 * stiffness[0]})
+    changed = [contact.law.values[0] for contact in twice.contacts if contact.name.startswith(names[0])]
+    assert changed == [2.0 * stiffness[0]] * len(changed)
+    assert load in scene.loads
+
+
+@pytest.mark.parametrize(
+    ("overrides", "words"),
+    [
+        ({"model": {"type": "full"}}, "a full model has its mesh"),
+        ({"contact.law": {"type": "hunt-crossley", "restitution": 0.5}}, "follows from the speed at touch"),
+        ({"contact.friction": {"coefficient": 0.2}, "model.contact": "all"}, "friction along the beam"),
+    ],
+)
+def test_what_a_scene_has_no_noun_for_is_refused_by_name(overrides: dict[str, object], words: str) -> None:
+    whole = {"model": {"type": "reduced"}} | overrides
+    with pytest.raises(gapbeam.UserError, match=words):
+        gapbeam.scene(CASES / "stability.toml", whole)

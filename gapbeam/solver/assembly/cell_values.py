@@ -11,6 +11,7 @@ from dolfinx.mesh import Mesh
 
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
 from gapbeam.solver.case.beam_profile import BeamPiece, BeamProfile
+from gapbeam.solver.system.operators import Array
 
 
 def constant(mesh: Mesh, value: float) -> fem.Constant:
@@ -31,8 +32,18 @@ def value_in_cells(mesh: Mesh, profile: BeamProfile, value: Callable[[BeamPiece]
     if profile.prismatic:
         return constant(mesh, value(profile.pieces[0]))
     function = fem.Function(fem.functionspace(mesh, ("DG", 0)))
+    function.x.array[function.function_space.dofmap.list.reshape(-1)] = in_cells(mesh, profile, value)
+    return function
+
+
+def in_cells(mesh: Mesh, profile: BeamProfile, value: Callable[[BeamPiece], float]) -> Array:
+    """Return a value of the pieces of a beam in each cell on this rank, those of other ranks among them, (cells,).
+
+    Args:
+        mesh: Its cells lie in one piece each.
+        profile: The beam along x.
+        value: What is taken of a piece.
+    """
     middles = mesh.geometry.x[coordinate_dofs(mesh), 0].mean(axis=1)
     values = np.array([value(piece) for piece in profile.pieces])
-    which = np.searchsorted(profile.steps, middles)
-    function.x.array[function.function_space.dofmap.list.reshape(-1)] = values[which]
-    return function
+    return np.asarray(values[np.searchsorted(profile.steps, middles)])

@@ -14,17 +14,24 @@ import ufl
 from dolfinx import fem
 from dolfinx.mesh import Mesh
 
-from gapbeam.solver.assembly.cell_values import constant, value_in_cells
+from gapbeam.solver.assembly.cell_stiffness import CellStiffness
+from gapbeam.solver.assembly.cell_values import constant, in_cells, value_in_cells
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.case import Material
 
 
 @dataclass(frozen=True)
 class ElasticForms:
-    """Bilinear forms of mass, stiffness and weak restraint on a vector space (UFL)."""
+    """Bilinear forms on a vector space.
+
+    Attributes:
+        mass: m (UFL).
+        stiffness: a, cell by cell.
+        restraint: r (UFL).
+    """
 
     mass: Any
-    stiffness: Any
+    stiffness: CellStiffness
     restraint: Any
 
 
@@ -38,10 +45,7 @@ def lame(material: Material, plane_stress: bool) -> tuple[float, float]:
 
 def stress(u: Any, material: Material, plane_stress: bool) -> Any:
     """Return sigma(u) = lambda tr(eps) I + 2 mu eps (UFL), Pa; in plane."""
-    return _stress(u, *lame(material, plane_stress))
-
-
-def _stress(u: Any, first: Any, second: Any) -> Any:
+    first, second = lame(material, plane_stress)
     strain = ufl.sym(ufl.grad(u))
     return first * ufl.tr(strain) * ufl.Identity(len(u)) + 2.0 * second * strain
 
@@ -74,18 +78,14 @@ def elastic_forms(
     dimension = domain.geometry.dim
     plane = plane_stress and dimension == 2
     scale = constant(domain, width)
-    if profile.one_material:
-        moduli: tuple[Any, ...] = lame(profile.pieces[0].material, plane)
-    else:
-        moduli = (
-            value_in_cells(domain, profile, lambda piece: lame(piece.material, plane)[0]),
-            value_in_cells(domain, profile, lambda piece: lame(piece.material, plane)[1]),
-        )
+    first, second = (
+        in_cells(domain, profile, lambda piece, which=which: lame(piece.material, plane)[which]) for which in range(2)
+    )
     tangential = sum(
         constant(domain, stiffness) * u[axis] * v[axis] for axis, stiffness in enumerate(restraint[: dimension - 1])
     )
     return ElasticForms(
         mass=scale * density_of(domain, profile) * ufl.inner(u, v) * ufl.dx,
-        stiffness=scale * ufl.inner(_stress(u, *moduli), ufl.sym(ufl.grad(v))) * ufl.dx,
+        stiffness=CellStiffness(space, first, second, width),
         restraint=scale * tangential * face_measure,
     )

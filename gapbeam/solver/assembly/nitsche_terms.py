@@ -27,12 +27,12 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import basix
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
-from gapbeam.solver.assembly.face_quadrature import FacePoints, lagrange
+from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs
+from gapbeam.solver.assembly.cell_stiffness import CellStiffness
+from gapbeam.solver.assembly.face_quadrature import FacePoints
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
 
@@ -91,10 +91,13 @@ def trace_bounds(space: Any, faces: Mapping[str, FacePoints], settings: Nitsche)
     first_cell = mesh.topology.index_map(mesh.topology.dim).local_range[0]
     joined = FacePoints.join(list(faces.values()))  # a cell may have facets of both faces
     rows = np.sqrt(joined.weights)[:, None, None] * stress_rows(joined, settings.lame)
+    cells = np.unique(joined.cells)
+    moduli = (np.full(len(coordinate_dofs(mesh)), modulus) for modulus in settings.lame)
+    stiffness = CellStiffness(space, *moduli, settings.width).of_cells(cells - first_cell)
     bounds: dict[int, float] = {}
-    for cell in np.unique(joined.cells):
+    for cell, of_cell in zip(cells, stiffness, strict=True):
         mine = joined.cells == cell
-        values, vectors = np.linalg.eigh(_cell_stiffness(space, int(cell) - first_cell, settings))
+        values, vectors = np.linalg.eigh(of_cell)
         elastic = slice(RIGID_MOTIONS[mesh.topology.dim], None)
         scaled = rows[mine].reshape(np.count_nonzero(mine), -1) @ vectors[:, elastic] / np.sqrt(values[elastic])
         bounds[int(cell)] = float(np.linalg.norm(scaled, 2) ** 2)
@@ -104,25 +107,3 @@ def trace_bounds(space: Any, faces: Mapping[str, FacePoints], settings: Nitsche)
 def correction(stress: csr_matrix, weights: Array, gamma: Array, theta: float) -> csr_matrix:
     """Return -theta S^T (w/gamma) S on the interface DOFs, N/m."""
     return csr_matrix(-theta * (stress.T @ stress.multiply((weights / gamma)[:, None])))
-
-
-def _cell_stiffness(space: Any, cell: int, settings: Nitsche) -> Array:
-    """Return the stiffness of one cell, (k dimension, k dimension), N/m."""
-    mesh = space.mesh
-    dimension = mesh.topology.dim
-    cell_type = getattr(basix.CellType, mesh.topology.cell_name())
-    element = lagrange(cell_type, space.element.basix_element.degree)
-    geometry = lagrange(cell_type, geometry_order(mesh))
-    points, factors = basix.make_quadrature(cell_type, 2 * element.degree + 2)
-    corners = mesh.geometry.x[coordinate_dofs(mesh)[cell], :dimension]
-    jacobian = np.einsum("dqc,cx->qdx", geometry.tabulate(1, points)[1:, ..., 0], corners)
-    gradients = np.einsum("qxd,dqk->qkx", np.linalg.inv(jacobian), element.tabulate(1, points)[1:, ..., 0])
-    weights = settings.width * factors * np.abs(np.linalg.det(jacobian))
-    first, second = settings.lame
-    count = gradients.shape[1]
-    # lambda div div + mu (grad : grad + grad : grad^T), the same as lambda div div + 2 mu eps : eps
-    divergence = np.einsum("q,qkx,qly->kxly", weights, gradients, gradients)
-    laplace = np.einsum("q,qkz,qlz->kl", weights, gradients, gradients)
-    stiffness = first * divergence + second * divergence.transpose(0, 3, 2, 1)
-    stiffness += second * np.einsum("kl,xy->kxly", laplace, np.eye(dimension))
-    return np.asarray(stiffness.reshape(count * dimension, count * dimension))

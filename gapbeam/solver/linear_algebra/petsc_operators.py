@@ -76,7 +76,9 @@ class PetscOperators:
         self._has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
         self._restraint = _assemble(forms.restraint)
         self._springs = self._restraint  # and what holds sections
-        self._elastic = _assemble(forms.stiffness)
+        self._elastic = fem_petsc.create_matrix(compiled_form(forms.mass))  # the same DOFs meet in it
+        self._elastic.setOption(PETSc.Mat.Option.SYMMETRIC, True)
+        forms.stiffness.add_to(self._elastic)
         if correction is not None:
             add_springs(self._elastic, correction, self.sum)
         pattern = PETSc.Mat.Structure

@@ -9,8 +9,9 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.linear_algebra.iterative.block_matrix import BlockMatrix
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
+from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
-from gapbeam.solver.system.operators import Springs
+from gapbeam.solver.system.operators import Array, Factor, Springs
 from tests.shared.command import alone
 from tests.shared.models import beam_model
 
@@ -47,6 +48,60 @@ def test_products_with_many_columns_are_those_of_each(mesh: dict[str, object], c
         given.array[:] = column
         stiffness.mult(given, image)
         assert found == pytest.approx(image.array_r, rel=1e-12, abs=1e-12 * np.abs(image.array_r).max())
+
+
+@pytest.mark.parametrize("mesh", MESHES, ids=NAMES)
+@pytest.mark.parametrize("count", [1, 16, 37])
+def test_operators_multiply_columns_as_each_alone(mesh: dict[str, object], count: int) -> None:
+    operators = operators_of(mesh, "factor")
+    x = np.random.default_rng(0).standard_normal((operators.size, count))
+    for apply in (operators.apply_mass, operators.apply_stiffness, operators.apply_restraint):
+        for layout in ("C", "F"):
+            images = apply(np.asarray(x, order=layout))
+            assert images.shape == x.shape
+            for column, found in zip(x.T, images.T, strict=True):
+                alone_ = apply(np.ascontiguousarray(column))
+                assert found == pytest.approx(alone_, rel=1e-12, abs=1e-12 * np.abs(alone_).max())
+
+
+def test_a_basis_reads_its_matrices_for_many_vectors_at_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Two projections: two products with each matrix, however many vectors there are."""
+    operators = operators_of({}, "factor")
+    products: list[tuple[str, int]] = []
+    for name in ("apply_mass", "apply_stiffness"):
+        apply = getattr(operators, name)
+        monkeypatch.setattr(
+            operators, name, lambda x, name=name, apply=apply: products.append((name, x.ndim)) or apply(x)
+        )
+    modal_basis(operators, np.random.default_rng(0).standard_normal((operators.size, 40)), SHIFT)
+    assert sorted(products) == [("apply_mass", 2)] * 2 + [("apply_stiffness", 2)] * 2
+
+
+def test_modes_of_a_body_with_mass_everywhere_take_no_more_solves_than_directions() -> None:
+    """A shape is not solved for once more: only a singular M needs that."""
+    operators = operators_of({}, "factor")
+    factor = operators.shifted_factor(SHIFT)
+    solves = {}
+    for massless in (False, True):
+        counted = _Counted(factor)
+        modes = lowest_modes(*operators.products(), counted, SHIFT, 12, massless=massless)
+        solves[massless] = counted.solves
+        gram = np.stack([operators.apply_mass(x) for x in modes.shapes.T]) @ modes.shapes
+        assert gram == pytest.approx(np.identity(12), abs=1e-9)
+        image = np.stack([operators.apply_stiffness(x) for x in modes.shapes.T], axis=1)
+        assert np.diag(modes.shapes.T @ image) + SHIFT == pytest.approx(modes.squares + SHIFT, rel=1e-8)
+    assert solves[False] + 12 <= solves[True]
+
+
+class _Counted:
+    """A factor that counts its solves."""
+
+    def __init__(self, factor: Factor) -> None:
+        self._factor, self.solves = factor, 0
+
+    def solve(self, right_side: Array) -> Array:
+        self.solves += 1
+        return self._factor.solve(right_side)
 
 
 @pytest.mark.parametrize("mesh", MESHES, ids=NAMES)

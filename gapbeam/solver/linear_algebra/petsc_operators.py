@@ -32,6 +32,7 @@ from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, 
 from gapbeam.solver.system.rank_one_update import updated
 
 SHIFTED = "gapbeam_shifted_"  # prefix of PETSc's options for K + sigma M
+AT_ONCE = 16  # columns that one pass through a matrix multiplies
 FAST = 1.0e7  # c_k K over c_m M, largest entries: beyond, steps are so long that a free flight would cancel in contact
 
 
@@ -50,6 +51,7 @@ class PetscOperators:
 
     Attributes:
         solver: As given.
+        has_massless: Whether any rank has DOFs without mass.
         smooth: The smooth modes Z and K Z, where M and K are marched and factored; else None.
 
     Raises:
@@ -73,7 +75,7 @@ class PetscOperators:
         mass = mass_matrix(_assemble(forms.mass), lumped, extrapolation)
         diagonal = np.array(mass.getDiagonal().array_r)
         self.massless = diagonal == 0.0
-        self._has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
+        self.has_massless = bool(self._comm.allreduce(np.any(self.massless), op=MPI.LOR))
         self._restraint = _assemble(forms.restraint)
         self._springs = self._restraint  # and what holds sections
         self._elastic = fem_petsc.create_matrix(compiled_form(forms.mass))  # the same DOFs meet in it
@@ -145,13 +147,16 @@ class PetscOperators:
         return Springs(Interface(sum(counts), owned, slots), csr_matrix(everywhere.matrix))
 
     def apply_mass(self, x: Array) -> Array:
-        """Return M x. Collective."""
+        """Return M x, (n,) or, of several columns, (n, k). Collective."""
+        if x.ndim == 2:
+            wide = x.reshape(-1, self._components * x.shape[1])  # of a node: all columns of all components
+            return _columns_product(self._component_mass, wide).reshape(x.shape)
         self._components_in.getDenseArray()[:] = x.reshape(-1, self._components)
         self._component_mass.matMult(self._components_in, self._components_out)
         return np.ascontiguousarray(self._components_out.getDenseArray()).reshape(-1)
 
     def apply_stiffness(self, x: Array) -> Array:
-        """Return K x. Collective."""
+        """Return K x, (n,) or, of several columns, (n, k). Collective."""
         return self._elastic_force(x) + self._product(self._springs, x)
 
     def stiffness_round_off(self, x: Array) -> Array:
@@ -159,7 +164,7 @@ class PetscOperators:
         return np.asarray(np.finfo(float).eps * self._stiffness_diagonal * np.abs(x))
 
     def apply_restraint(self, x: Array) -> Array:
-        """Return the part of K x that the restraint adds. Collective."""
+        """Return the part of K x that the restraint adds, (n,) or (n, k). Collective."""
         return self._product(self._restraint, x)
 
     def factor(
@@ -175,7 +180,7 @@ class PetscOperators:
         Collective.
         """
         effective = self._whole_stiffness()
-        if stiffness != 0.0 or not self._has_massless:
+        if stiffness != 0.0 or not self.has_massless:
             effective.scale(stiffness)
         else:
             first = effective.getOwnershipRange()[0]
@@ -310,6 +315,8 @@ class PetscOperators:
         return mass
 
     def _product(self, matrix: PETSc.Mat, x: Array) -> Array:
+        if x.ndim == 2:
+            return _columns_product(matrix, x)
         self._vector_in.array[:] = x
         matrix.mult(self._vector_in, self._vector_out)
         return np.array(self._vector_out.array_r)
@@ -320,3 +327,27 @@ def _assemble(form: Any) -> PETSc.Mat:
     matrix.assemble()
     matrix.setOption(PETSc.Mat.Option.SYMMETRIC, True)
     return matrix
+
+
+def _columns_product(matrix: PETSc.Mat, x: Array) -> Array:
+    """Return A X, (n, k), of which the entries of A are read once for AT_ONCE columns. Collective."""
+    rows, total = matrix.getSizes()[1]
+    result = np.empty((rows, x.shape[1]), order="F")
+    given = made = None
+    for start in range(0, x.shape[1], AT_ONCE):
+        columns = x[:, start : start + AT_ONCE]
+        count = columns.shape[1]
+        if given is None or given.getSize()[1] != count:
+            for old in (given, made):
+                if old is not None:
+                    old.destroy()
+            given = PETSc.Mat().createDense(((rows, total), (PETSc.DECIDE, count)), comm=matrix.comm)
+            given.setUp()
+            given.getDenseArray()[:] = columns
+            given.assemble()
+            made = matrix.matMult(given)
+        else:
+            given.getDenseArray()[:] = columns
+            matrix.matMult(given, made)
+        result[:, start : start + count] = made.getDenseArray()
+    return result

@@ -82,16 +82,16 @@ class Operators(Protocol):
     massless: NDArray[np.bool_]
 
     def apply_mass(self, x: Array) -> Array:
-        """Return M x (n,). Collective."""
+        """Return M x, (n,) or, of several columns, (n, k). Collective."""
 
     def apply_stiffness(self, x: Array) -> Array:
-        """Return K x (n,). Collective."""
+        """Return K x, (n,) or, of several columns, (n, k). Collective."""
 
     def stiffness_round_off(self, x: Array) -> Array:
         """Return about how far the entries of K x are off by round-off, (n,): eps diag(K) |x|."""
 
     def apply_restraint(self, x: Array) -> Array:
-        """Return the part of K x that the weak restraint adds (n,). Collective."""
+        """Return the part of K x that the weak restraint adds, (n,) or, of several columns, (n, k). Collective."""
 
     def factor(
         self, mass: float, stiffness: float, springs: Springs | None = None, added: RankOnes | None = None

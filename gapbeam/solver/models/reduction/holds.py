@@ -58,10 +58,8 @@ class FloatingBody:
         lengths = np.where(lengths > 0.0, lengths, 1.0)
         stiffness = np.linalg.pinv(flexibility / np.outer(lengths, lengths), rcond=INDEPENDENT, hermitian=True)
         shapes = self.basis.columns @ (soft.T @ (stiffness / np.outer(lengths, lengths)))
-        mass, elastic = (
-            held.project(operators, np.stack([apply(shape) for shape in shapes.T], axis=1)).T
-            for apply in (operators.apply_mass, operators.apply_stiffness)
-        )
+        images = operators.apply_mass(shapes), operators.apply_stiffness(shapes)
+        mass, elastic = (held.project(operators, image).T for image in images)
         traced = np.zeros((contact.interface.size, len(rows)))
         traced[contact.interface.slots] = shapes[contact.interface.owned]
         everywhere = operators.sum(traced)

@@ -60,7 +60,6 @@ def modal_basis(operators: Operators, vectors: Array, shift: float) -> Basis:
 
 def _projected(operators: Operators, vectors: Array, shift: float) -> tuple[Array, Array]:
     """Return V^T (K + sigma M) V and V^T M V, (k, k). Collective."""
-    mass = np.stack([operators.apply_mass(vector) for vector in vectors.T], axis=1)
-    stiffness = np.stack([operators.apply_stiffness(vector) for vector in vectors.T], axis=1)
-    inertia = operators.sum(np.ascontiguousarray(vectors.T @ mass))
-    return operators.sum(np.ascontiguousarray(vectors.T @ stiffness)) + shift * inertia, inertia
+    inertia = operators.sum(np.ascontiguousarray(vectors.T @ operators.apply_mass(vectors)))
+    energy = operators.sum(np.ascontiguousarray(vectors.T @ operators.apply_stiffness(vectors)))
+    return energy + shift * inertia, inertia

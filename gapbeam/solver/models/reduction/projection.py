@@ -47,8 +47,7 @@ def projected(body: Body, contact: ContactOperator, basis: Basis) -> Body:
     Collective.
     """
     operators = body.operators
-    restraint = np.stack([operators.apply_restraint(column) for column in basis.columns.T], axis=1)
-    held = basis.project(operators, restraint)
+    held = basis.project(operators, operators.apply_restraint(basis.columns))
     size = len(basis.squares)
     elastic = np.diag(basis.squares) - held
     trace = _trace(operators, contact.interface, basis)

@@ -49,7 +49,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
     count = RIGID_MODES[case.mesh.dimension] + settings.modes
     factor = operators.shifted_factor(shift)
-    modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency)
+    modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency, operators.has_massless)
     contact = _kept_contact(body, settings)
     acting = acting_rows(case, body.patterns)
     loads = np.stack([modes.factor.solve(row) for row in acting], axis=1) if acting else None

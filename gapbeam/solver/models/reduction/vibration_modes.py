@@ -66,6 +66,7 @@ def lowest_modes(
     shift: float,
     count: int,
     below: float | None = None,
+    massless: bool = True,
 ) -> Modes:
     """Return the modes with the lowest frequencies.
 
@@ -76,6 +77,7 @@ def lowest_modes(
         shift: sigma, 1/s^2.
         count: How many, if `below` is not given; at least one is found.
         below: All below this frequency, Hz.
+        massless: Whether M may be singular. One more solve for each shape then takes out what M does not see.
 
     Raises:
         RunError: Not all modes converged.
@@ -91,6 +93,7 @@ def lowest_modes(
     solver.setTarget(-shift)
     solver.setWhichEigenpairs(SLEPc.EPS.Which.TARGET_MAGNITUDE)
     solver.setTolerances(TOLERANCE)
+    solver.setPurify(massless)
     transform = solver.getST()
     transform.setType(SLEPc.ST.Type.SINVERT)
     transform.setMatMode(SLEPc.ST.MatMode.SHELL)

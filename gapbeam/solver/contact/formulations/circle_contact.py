@@ -26,9 +26,10 @@ from functools import cached_property
 from math import pi
 
 import numpy as np
-from scipy.sparse import csr_matrix
+from scipy.sparse import csr_matrix, vstack
 
 from gapbeam.solver.contact.formulations.circle_sections import section_motions, stations_of
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.supports.regions.around_face import AroundFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import DOWN, Circles, unit_vectors
@@ -46,12 +47,15 @@ class CircleOperator(ContactOperator):
         kept: The points of it that are contact points here, too: those at other supports, (m - k,).
         circles: The stations.
         opening: y and z of the directions of all contact points that G holds for, (m, 2).
+        sections: Whether springs at the points around a station act on the two motions of its section: the points are
+            those of `around`, and sections keep their shape.
     """
 
     around: ContactOperator
     kept: Indices
     circles: Circles
     opening: Array
+    sections: bool = False
 
     @property
     def surfaces(self) -> Array:
@@ -166,7 +170,27 @@ class CircleOperator(ContactOperator):
             for point, members in zip(self.circles.points, self.circles.members, strict=True):
                 everywhere[members] = stiffness[point]
             stiffness = everywhere
-        return self.around.springs(stiffness)
+        return self._section_springs(stiffness) if self.sections else self.around.springs(stiffness)
+
+    def _section_springs(self, stiffness: float | Array) -> Springs:
+        """Return springs at the points around sections that keep their shape.
+
+        With c the directions and s the springs of the points around a station, and P the motions of its section along y
+        and z, they are P^T L D L^T P, L D L^T = sum_i s_i c_i c_i^T: two rows of a dense basis for each station, fewer
+        than its points.
+
+        Args:
+            stiffness: One for all points of `around`, or that of each, Pa/m.
+        """
+        around, circles = self.around, self.circles
+        springs = stiffness * around.weights
+        sums = [around.across[one].T @ (springs[one, None] * around.across[one]) for one in circles.members]
+        along, across, mixed = (np.array([found[at] for found in sums]) for at in ((0, 0), (1, 1), (0, 1)))
+        shares = np.divide(mixed, along, out=np.zeros_like(mixed), where=along > 0.0)
+        first = circles.plane[::2] + circles.plane[1::2].multiply(shares[:, None])
+        rows = vstack([first, circles.plane[1::2], around.gap_matrix[self.kept]], format="csr")
+        sizes = [along, np.maximum(across - shares * mixed, 0.0), springs[self.kept]]
+        return Springs(self.interface, spring_matrix(rows, np.concatenate(sizes)))
 
     def holding(self, forces: Array, interface_values: Array) -> csr_matrix:
         """Return what contact forces N at rest add to the stiffness as they turn, (interface.size, interface.size).
@@ -276,6 +300,7 @@ def circle_contact(points: ContactOperator, exact: Sequence[bool], deforms: bool
         kept=kept,
         circles=circles,
         opening=opening,
+        sections=not deforms and not isinstance(points, ResultantOperator),
     )
     return contact.turned(opening[stations])
 

@@ -101,8 +101,16 @@ def _dense_row(probe: ProbeRow, basis: Basis, operators: Operators) -> DenseRow:
 
 def _in_terms_of(contact: ContactOperator, interface: Interface, trace: Array) -> ContactOperator:
     """Return an operator on reduced DOFs whose interface values are `trace` q."""
-    tangents = None if contact.tangents is None else csr_matrix(contact.tangents @ trace)
-    moved = replace(contact, interface=interface, gap_matrix=csr_matrix(contact.gap_matrix @ trace), tangents=tangents)
+    tangents = None if contact.tangents is None else _sparse(contact.tangents @ trace)
+    moved = replace(contact, interface=interface, gap_matrix=_sparse(contact.gap_matrix @ trace), tangents=tangents)
     if isinstance(moved, ResultantOperator):
         return replace(moved, distributed=_in_terms_of(moved.distributed, interface, trace))
     return moved
+
+
+def _sparse(filled: Array) -> csr_matrix:
+    """Return rows that are mostly filled, without the zeros that planes which do not meet leave."""
+    kept = filled != 0.0
+    starts = np.concatenate([[0], np.cumsum(np.count_nonzero(kept, axis=1))])
+    columns = np.broadcast_to(np.arange(filled.shape[1], dtype=np.int32), filled.shape)[kept]
+    return csr_matrix((filled[kept], columns, starts), filled.shape)

@@ -1,6 +1,7 @@
 """Set-up of long tubes in many supports, from the case to the first steps of its march.
 
     environment/run python3 -m benchmarks.tube_setup 20          # 20 drawn tubes
+    environment/run python3 -m benchmarks.tube_setup 20 rigid    # the same as a solid in a basis, with rigid sections
     environment/run python3 -m benchmarks.tube_setup 20 circles  # 1 to 200 supports, met as circles, as well
 
 Process time (user and system, all threads) stands beside wall time, which other work on the machine makes longer.
@@ -120,6 +121,8 @@ def main(arguments: list[str]) -> None:
     set_up(tube_in_circles(2))  # loads and compiles code
     for number in range(int(arguments[0])):
         tables = drawn_tube(random)
+        if "rigid" in arguments:
+            tables["model"] = {"type": "reduced", "sections": "rigid"}
         supports = tables["support"]
         words = f"{tables['beam']['length']:5.2f} m in {len(supports):2d} supports"
         print(f"tube {number:2d}, {words}: {set_up(tables)}", flush=True)

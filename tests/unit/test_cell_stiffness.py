@@ -12,6 +12,8 @@ from mpi4py import MPI
 
 from gapbeam.solver.assembly.cell_stiffness import CellStiffness
 
+pytestmark = pytest.mark.versions
+
 PLANE, SOLID = ("triangle", "quadrilateral"), ("tetrahedron", "hexahedron")
 WIDTH = 0.3
 

@@ -78,9 +78,8 @@ def elastic_forms(
     dimension = domain.geometry.dim
     plane = plane_stress and dimension == 2
     scale = constant(domain, width)
-    first, second = (
-        in_cells(domain, profile, lambda piece, which=which: lame(piece.material, plane)[which]) for which in range(2)
-    )
+    first = in_cells(domain, profile, lambda piece: lame(piece.material, plane)[0])
+    second = in_cells(domain, profile, lambda piece: lame(piece.material, plane)[1])
     tangential = sum(
         constant(domain, stiffness) * u[axis] * v[axis] for axis, stiffness in enumerate(restraint[: dimension - 1])
     )

@@ -92,8 +92,8 @@ def trace_bounds(space: Any, faces: Mapping[str, FacePoints], settings: Nitsche)
     joined = FacePoints.join(list(faces.values()))  # a cell may have facets of both faces
     rows = np.sqrt(joined.weights)[:, None, None] * stress_rows(joined, settings.lame)
     cells = np.unique(joined.cells)
-    moduli = (np.full(len(coordinate_dofs(mesh)), modulus) for modulus in settings.lame)
-    stiffness = CellStiffness(space, *moduli, settings.width).of_cells(cells - first_cell)
+    first, second = (np.full(len(coordinate_dofs(mesh)), modulus) for modulus in settings.lame)
+    stiffness = CellStiffness(space, first, second, settings.width).of_cells(cells - first_cell)
     bounds: dict[int, float] = {}
     for cell, of_cell in zip(cells, stiffness, strict=True):
         mine = joined.cells == cell

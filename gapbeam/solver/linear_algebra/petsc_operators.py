@@ -333,21 +333,14 @@ def _columns_product(matrix: PETSc.Mat, x: Array) -> Array:
     """Return A X, (n, k), of which the entries of A are read once for AT_ONCE columns. Collective."""
     rows, total = matrix.getSizes()[1]
     result = np.empty((rows, x.shape[1]), order="F")
-    given = made = None
     for start in range(0, x.shape[1], AT_ONCE):
         columns = x[:, start : start + AT_ONCE]
-        count = columns.shape[1]
-        if given is None or given.getSize()[1] != count:
-            for old in (given, made):
-                if old is not None:
-                    old.destroy()
-            given = PETSc.Mat().createDense(((rows, total), (PETSc.DECIDE, count)), comm=matrix.comm)
-            given.setUp()
-            given.getDenseArray()[:] = columns
-            given.assemble()
-            made = matrix.matMult(given)
-        else:
-            given.getDenseArray()[:] = columns
-            matrix.matMult(given, made)
-        result[:, start : start + count] = made.getDenseArray()
+        given = PETSc.Mat().createDense(((rows, total), (PETSc.DECIDE, columns.shape[1])), comm=matrix.comm)
+        given.setUp()
+        given.getDenseArray()[:] = columns
+        given.assemble()
+        made = matrix.matMult(given)
+        result[:, start : start + AT_ONCE] = made.getDenseArray()
+        given.destroy()
+        made.destroy()
     return result

@@ -51,12 +51,14 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.lane_ensemble import ensemble
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, newmark, theta
     from gapbeam.solver.scene.periodic_orbit import periodic
+    from gapbeam.solver.scene.point_basis import reduced_at_points
     from gapbeam.solver.scene.scene import Scene
     from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, HuntCrossley, KelvinVoigt
     from gapbeam.solver.scene.structure import Structure, from_modes, mass
+    from gapbeam.solver.scene.structure_files import read_structure
 
     __version__: str
 
@@ -75,11 +77,13 @@ _MODULES = {
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "newmark", "theta"),
     "solver.scene.periodic_orbit": ("periodic",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
+    "solver.scene.point_basis": ("reduced_at_points",),
     "solver.scene.scene": ("Scene",),
     "solver.scene.scene_load": ("BaseMotion", "Force", "Load", "weight"),
     "solver.scene.scene_march": ("history", "march"),
     "solver.scene.scene_seat": ("NoSeat", "seat"),
     "solver.scene.structure": ("Structure", "from_modes", "mass"),
+    "solver.scene.structure_files": ("read_structure",),
 }
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
 
@@ -149,6 +153,8 @@ __all__ = [
     "periodic",
     "plot",
     "read_case",
+    "read_structure",
+    "reduced_at_points",
     "region",
     "render",
     "report",

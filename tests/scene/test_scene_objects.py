@@ -6,12 +6,17 @@ import re
 import subprocess
 import sys
 from math import pi, sqrt
+from pathlib import Path
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
 
 import gapbeam as gb
+from gapbeam.solver.scene import object_code
+from gapbeam.solver.scene.modal_march import Marcher
+from gapbeam.solver.scene.object_code import address
+from gapbeam.solver.scene.touch_kernel import SIGNATURE
 from tests.shared.command import PROJECT
 
 
@@ -206,6 +211,16 @@ def refusals() -> dict[str, tuple[object, str]]:
         "number": (lambda: gb.Structure(np.eye(3), np.eye(3), points={"p": 3}), "expected numbers from 0 to 2"),
         "no mass": (lambda: gb.Structure(np.zeros((2, 2)), np.eye(2)).modes, "M is not positive definite"),
         "nan": (lambda: gb.Structure([[float("nan")]], [[1.0]]), "expected finite numbers"),
+        "negative": (lambda: gb.Structure(np.eye(2), np.diag([1.0, -1.0])).modes, "K has a negative direction"),
+        "member offset": (
+            lambda: gb.ensemble(scene, {"stop.offset": [0.0, 1e-4]}, step=1e-3, end=1.0),
+            "all members share offset",
+        ),
+        "member nan": (
+            lambda: gb.ensemble(scene, {"stop.clearance": [1.0, float("nan")]}, step=1e-3, end=1.0),
+            "expected finite numbers",
+        ),
+        "value": (lambda: scene.with_({"stop.clearance": "wide"}), "expected real numbers"),
         "strained": (lambda: gb.Structure(np.eye(2), np.eye(2), rigid=[[1.0], [1.0]]), "a rigid motion strains"),
         "motions": (lambda: gb.Contact(flat["at"], gb.Slot(1e-3), law), "its points have 2 motions, region Slot 1"),
         "no law": (lambda: gb.Contact(one["at"], gb.Slot(1e-3), gb.KelvinVoigt), "expected a law with its parameters"),
@@ -296,3 +311,43 @@ beam = gb.beam(1.0, gb.section("round", 0.02), gb.material(2e11, 7800.0), {"tip"
     run = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, cwd=PROJECT, timeout=300)
     assert run.returncode == 0, run.stderr
     assert float(run.stdout) == pytest.approx(0.5, abs=1e-12)
+
+
+def test_a_march_that_fails_leaves_the_state_at_the_start_of_its_step() -> None:
+    """A spring that gives no number beyond a depth: the step that fails is named, and time stands before it."""
+
+    @gb.law(potential=lambda x, stiffness: 0.5 * stiffness * x * x if x < 1.5e-3 else float("nan"))
+    def Broken(x, stiffness):  # noqa: N802
+        return stiffness * x if x < 1.5e-3 else float("nan")
+
+    one = gb.mass(1.0)
+    wall = gb.Contact(one["at"], gb.HalfPlane(0.01), Broken(stiffness=1e4))
+    scene = gb.Scene(one, contacts=[wall])
+    marcher = Marcher(scene, 1e-4, scene.state(velocity={one: 1.0}))
+    with pytest.raises(gb.NotConverged, match=r"step (\d+), t = .* did not converge") as failed:
+        marcher.advance(1000)
+    found = re.search(r"step (\d+)", str(failed.value))
+    assert found is not None
+    assert 100 < int(found[1]) < 200
+    assert marcher.t == pytest.approx((int(found[1]) - 1) * 1e-4)
+    assert np.isfinite(marcher.q).all()
+
+
+def test_damaged_machine_code_is_compiled_anew(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
+    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    address(SIGNATURE, _halves)
+    (kept,) = (tmp_path / "touches").iterdir()
+    for damage in (b"", b"nonsense", kept.read_bytes()[:-100]):
+        kept.write_bytes(damage)
+        object_code._kept.clear()
+        before = object_code.counts["compiled"]
+        assert address(SIGNATURE, _halves) != 0
+        assert object_code.counts["compiled"] == before + 1
+    object_code._kept.clear()
+    assert address(SIGNATURE, _halves) != 0
+    assert object_code.counts["compiled"] == before + 1, "what was compiled anew is kept"
+
+
+def _halves(h, count, workspace):
+    for i in range(count):
+        workspace[i] = 0.5 * h

@@ -88,8 +88,8 @@ class ConvexRegion:
         """
         if name not in self.kind.names:
             raise UserError(f"region {self.kind.name} has no {name!r}; its values: {', '.join(self.kind.names)}")
-        place = self.kind.names.index(name)
-        return replace(self, values=(*self.values[:place], value, *self.values[place + 1 :]))
+        place, new = self.kind.names.index(name), _numbers(value, f"region {self.kind.name}: {name}")
+        return replace(self, values=(*self.values[:place], new, *self.values[place + 1 :]))
 
 
 @inlined

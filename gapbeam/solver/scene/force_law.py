@@ -93,8 +93,10 @@ class ForceLaw:
         unknown = sorted(set(parameters) - set(self.kind.names))
         if unknown:
             raise UserError(f"law {self.kind.name} has no {', '.join(unknown)}; it has {', '.join(self.kind.names)}")
+        given = {name: finite(value, f"law {self.kind.name}: {name}") for name, value in parameters.items()}
+        plain = {name: float(value) if value.ndim == 0 else value for name, value in given.items()}
         pairs = zip(self.kind.names, self.values, strict=True)
-        return replace(self, values=tuple(parameters.get(name, value) for name, value in pairs))
+        return replace(self, values=tuple(plain.get(name, value) for name, value in pairs))
 
 
 def law(

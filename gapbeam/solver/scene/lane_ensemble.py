@@ -73,6 +73,9 @@ def ensemble(
     if len(set(lengths.values())) != 1 or min(lengths.values()) < 1:
         found = ", ".join(f"{name}: {count}" for name, count in lengths.items()) or "none"
         raise UserError(f"ensemble: expected one length for all values (members); found {found}")
+    alike = sorted(path for path in given if path.endswith((".offset", ".sliding")))
+    if alike:
+        raise UserError(f"ensemble: {', '.join(alike)}: all members share offset and sliding speed")
     if scene.is_large:
         raise UserError("ensemble: a structure has too many DOFs; reduce it: structure.reduced(modes)")
     count = next(iter(lengths.values()))

@@ -99,8 +99,8 @@ class Marcher:
             they are recorded.
 
         Raises:
-            NotConverged: The contact forces of a step did not converge; the state is that before the block began to
-                fail.
+            NotConverged: The contact forces of a step did not converge;
+                the state is that at the start of this step.
         """
         times, loads, walls = self.tables(steps)
         kept = steps * record
@@ -112,7 +112,8 @@ class Marcher:
             walls, self.ledger, peaks, seen, felt, self.space, self.room, TOLERANCE,
         )  # fmt: skip
         if done < 0:
-            self.fail(self.count - done, float(times[-done]))
+            self.count -= done + 1
+            self.fail(self.count + 1, float(times[-done]))
         self.passes += done
         self.count += steps
         return seen, felt

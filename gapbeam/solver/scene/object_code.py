@@ -98,7 +98,7 @@ def address(signature: Any, function: Callable[..., Any]) -> int:
             cpu_target.target_context.refresh()  # symbols of numba's runtime: without them LLVM ends the process
             library = cpu_target.target_context.codegen().unserialize_library(state)
             counts["loaded"] += 1
-        except (OSError, EOFError, pickle.UnpicklingError, ValueError):
+        except Exception:  # there is none, or it is damaged
             compiled = numba.cfunc(signature, error_model="numpy")(function)
             library, symbol = compiled._library, compiled._wrapper_name
             counts["compiled"] += 1

@@ -24,7 +24,7 @@ from gapbeam.solver.system.operators import Array
 LARGE = 600
 """Degrees of freedom beyond which a structure is marched with its sparse matrices, not with all of its modes."""
 SYMMETRY = 1e-8  # of the largest entry: what exports leave as round-off
-SINGULAR = 1e-12
+NEGATIVE = 1e-9  # of the largest square of a frequency: what round-off leaves of rigid motions
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,6 +129,12 @@ class Structure:
                 f"structure {self.name or '?'}: M is not positive definite ({error}); give every DOF a mass, or leave "
                 "out DOFs without mass by static condensation"
             ) from None
+        if squares[0] < -NEGATIVE * abs(squares[-1]):
+            raise UserError(
+                f"structure {self.name or '?'}: K has a negative direction (square of an angular frequency "
+                f"{squares[0]:.3g} 1/s^2, the largest {squares[-1]:.3g}); expected none: look at how K was exported, "
+                "and give forces that soften as a Feedback"
+            )
         if self.rigid is not None:
             R = self.rigid @ np.linalg.inv(np.linalg.cholesky(self.rigid.T @ M @ self.rigid)).T
             count = R.shape[1]

@@ -68,7 +68,8 @@ def read_structure(
     places = {label: i for i, label in enumerate(labels)}
     meter, kilogram = UNITS[units]
     lengths = np.array([meter if DIRECTIONS.get(one.partition(".")[2], 0) < 3 else 1.0 for one in labels])
-    K, M, C = (None if A is None else _in_si(A, kilogram * meter**2, lengths) for A in (K, M, C))
+    K, M = (_in_si(A, kilogram * meter**2, lengths) for A in (K, M))
+    C = None if C is None else _in_si(C, kilogram * meter**2, lengths)
     fixed = {i for one in clamped for i in _clamped(str(one), places, dofs is not None)}
     free = np.array([i for i in range(len(labels)) if i not in fixed])
     if not len(free):
@@ -80,8 +81,8 @@ def read_structure(
         if dofs is None:
             raise UserError(f"structure {name or '?'}: `frame` needs the directions of the DOFs: give `dofs`")
         inertia = np.asarray(M @ _along(labels, frame))[free]
-    K, M, C = (None if A is None else sp.csr_matrix(A)[free][:, free] for A in (K, M, C))
-    assert K is not None
+    K, M = (A[free][:, free] for A in (K, M))
+    C = None if C is None else C[free][:, free]
     if motions is not None:
         motions = motions[free]
         strain, most = abs(K @ motions).max(axis=0), abs(K).max() * np.abs(motions).max(axis=0)

@@ -146,7 +146,7 @@ def finished(draw: Draw, tables: dict[str, Any]) -> dict[str, Any]:
         whole["support"] = _bodies(draw, whole)
     whole["mesh"] = _mesh(draw, whole["mesh"], whole["contact"].get("mass") == "redistributed")
     whole["time"] = _time(draw, whole)
-    if "state" in whole.get("analysis", {}):  # it stands in the place of a pose
+    if "state" in whole.get("analysis", {}):  # it replaces a pose
         left = "state" if (draw.focus.table, draw.focus.key) == ("Transient", "start") else "start"
         whole["analysis"] = {key: value for key, value in whole["analysis"].items() if key != left}
     if "mode" in whole.get("analysis", {}):

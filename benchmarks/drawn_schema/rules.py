@@ -150,7 +150,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("Profile", "recesses"): lambda chance, scene: [abs(scene.clearance) * chance.uniform(0.0, 0.5) for _ in range(4)],
     ("PlacedSupport", "stiffness"): seldom(lambda chance, scene: scene.stiffness * 10.0 ** chance.uniform(-2, 0), 0.25),
     ("PlacedSupport", "damping"): seldom(lambda _, scene: 1.0e-5 * scene.stiffness, 0.1),
-    ("PlacedSupport", "support_stiffness"): never,  # in the place of stiffness: tests/verification/test_whole_supports
+    ("PlacedSupport", "support_stiffness"): never,  # instead of stiffness: tests/verification/test_whole_supports
     ("PlacedSupport", "support_damping"): never,
     ("PlacedSupport", "friction"): seldom(one_of(0.0, 0.2, 0.5), 0.1),
     ("PlacedSupport", "static_friction"): never,  # at least friction
@@ -235,7 +235,7 @@ RULES: dict[tuple[str, str], Rule] = {
     ("PiecewiseLinear", "depths"): lambda _, scene: [scene.shallow, 2.0 * scene.shallow],
     ("PiecewiseLinear", "factors"): lambda chance, _: [chance.choice((0.5, 2.0)), chance.choice((1.0, 5.0))],
     ("ElasticPlastic", "yield_pressure"): lambda _, scene: scene.stiffness * scene.shallow,
-    ("ElasticPlastic", "yield_force"): never,  # in the place of yield_pressure
+    ("ElasticPlastic", "yield_force"): never,  # instead of yield_pressure
     ("ElasticPlastic", "hardening"): seldom(one_of(0.0, 0.1, 0.5), 0.5),
     ("LoadTable", "name"): never,  # numbered where the loads are put together
     ("LoadTable", "direction"): never,  # drawn for the dimension of the mesh where the loads are put together

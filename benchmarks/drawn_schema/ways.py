@@ -35,7 +35,7 @@ class Way:
         changes: Keys that it replaces.
         exact: Largest difference of the motion relative to its size, before chaos has multiplied it; None: the
             figures differ by no more than their stated errors.
-        step_by_step: Whether the march in Python stands in the place of the compiled one.
+        step_by_step: Whether the march in Python replaces the compiled one.
         forces: Contact forces of this way over those of the case.
         in_memory: Whether an earlier run, whose last state the case starts from, is marched without its files.
     """
@@ -155,7 +155,7 @@ def other_scheme(case: Case) -> Iterator[Way]:
 
 
 def whole_mesh(case: Case) -> Iterator[Way]:
-    """The mesh in the place of a basis, of beam elements or of a rigid body."""
+    """The mesh instead of a basis, of beam elements or of a rigid body."""
     give_way = any(one.body is not None for one in case.layout.supports)  # a mesh knows supports that stand still
     if not isinstance(case.model, FullModel) and case.mesh.dimension == 2 and not give_way:
         yield Way("whole mesh", {"model": "full"})

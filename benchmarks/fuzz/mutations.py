@@ -263,7 +263,7 @@ _HDF5 = (_h5_value, _h5_value, _h5_all, _h5_drop, _h5_other, _h5_other, _h5_huge
 
 
 def put_in_place(path: Path, precious: Path, chance: random.Random) -> None:
-    """Put something else in the place of a file: a folder, a pipe, a device, a link to nowhere, itself or outside."""
+    """Put something else instead of a file: a folder, a pipe, a device, a link to nowhere, itself or outside."""
     if path.is_symlink() or path.is_file():
         path.unlink()
     draw = chance.randrange(8)

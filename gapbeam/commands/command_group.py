@@ -25,7 +25,7 @@ SYNONYMS = {
 
 
 class SuggestingGroup(TyperGroup):
-    """Commands; in the place of "No such command" with the nearest one."""
+    """Commands; instead of "No such command" with the nearest one."""
 
     def resolve_command(  # type: ignore[override]  # of click, or of the one that typer has from 0.29 on
         self, ctx: Any, args: list[str]

@@ -28,6 +28,7 @@ INSTEAD = {
     r"that no one": "that nobody",
     r"what of a": "the part of a ... that",
     r"never begun": "interrupted before it began",
+    r"in the place of": "instead of, replaces",
 }
 # Keys of files that earlier releases wrote and later ones read.
 KEYS = re.compile(r"""["'`](told|rungs|ladder|change_from_last_rung)["'`]""")

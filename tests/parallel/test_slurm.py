@@ -68,7 +68,7 @@ def program(folder: Path, name: str, text: str) -> None:
 
 
 def submitted(folder: Path, *words: str | Path, **variables: str) -> subprocess.CompletedProcess[str]:
-    """Start the job script with the programs of a folder in the place of Slurm's."""
+    """Start the job script with the programs of a folder instead of Slurm's."""
     own = process_environment()
     played = {**own, "PATH": f"{folder}:{os.environ['PATH']}", "PLAY": str(folder), "SLURM_JOB_ID": "42"}
     return subprocess.run(

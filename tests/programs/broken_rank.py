@@ -23,7 +23,7 @@ kind: type[Exception] = getattr(builtins, error, None) or getattr(errors, error)
 
 
 def broken(*_arguments: Any, **_options: Any) -> NoReturn:
-    """Raise the error in the place of what would be called."""
+    """Raise the error instead of what would be called."""
     raise kind("rank 1 has had enough")
 
 

@@ -122,7 +122,7 @@ def test_created_energy_ends_a_compiled_run_at_the_same_step(tmp_path: Path, mon
     assert compiled.exit_status == steps.exit_status == 3
     assert compiled.summary["convergence"]["steps"] == steps.summary["convergence"]["steps"] < 2000
     assert compiled.message.split(" J,")[0][:40] == steps.message.split(" J,")[0][:40]
-    same_history(compiled.folder, steps.folder, 1.0e-3)
+    same_history(compiled.folder, steps.folder, 1.0e-2)  # round-off grows with the energy that is created
 
 
 @pytest.mark.slow(minutes=0.1)
@@ -155,7 +155,7 @@ def test_output_in_a_second_thread_has_the_same_bits(tmp_path: Path, monkeypatch
     monkeypatch.setattr(FieldWriter, "write", noting)
     beside = run_case(case, tmp_path / "beside", MPI.COMM_SELF)
     assert seen == {True, False}  # the field of the start, and all others
-    monkeypatch.setattr(run_consumers, "OutputThread", lambda _beside: OutputThread(beside=False))
+    monkeypatch.setattr(run_consumers, "OutputThread", lambda _beside, ending: OutputThread(False, ending))
     in_turn = run_case(case, tmp_path / "in-turn", MPI.COMM_SELF)
     assert beside.exit_status == in_turn.exit_status == 0
     same_history(beside.folder, in_turn.folder, 0.0)

@@ -78,7 +78,7 @@ STEPS = project / "environment" / "steps"
 
 
 def stand_in(folder, name, text):
-    """A program in the place of another one, and where to look for it first."""
+    """A program instead of another one, and where to look for it first."""
     if shutil.which(name) is None:
         (folder / name).write_text(text)
         (folder / name).chmod(0o755)

@@ -231,7 +231,7 @@ def test_other_things_in_the_place_of_files(name: str, instead: str, copy: Path)
 
 
 def _unbounded(folder: Path, instead: str, name: str) -> str:
-    """Put something that has no end, or nearly none, in the place of a file, and read the folder."""
+    """Put something that has no end, or nearly none, instead of a file, and read the folder."""
     (folder / name).unlink()
     if instead == "device":
         (folder / name).symlink_to("/dev/zero")
@@ -437,7 +437,7 @@ TREES = st.recursive(
     name=st.sampled_from(["support.clearance", "load", "mesh", "time.scheme", "contact.stiffness", "title"]),
 )
 def test_overrides_of_any_kind(value: Any, name: str) -> None:
-    """Any Python value in the place of a key is taken or refused."""
+    """Any Python value instead of a key is taken or refused."""
     with suppress(CaseError):
         read_case(DEMO, {name: value})
 

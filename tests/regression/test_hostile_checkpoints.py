@@ -251,7 +251,7 @@ def test_summaries_that_are_none_do_not_end_a_run(text: str, rubbing: Stopped, t
 )  # fmt: skip
 @pytest.mark.parametrize("kind", ["link", "pipe", "folder"])
 def test_nothing_is_written_or_read_elsewhere(name: str, kind: str, rubbing: Stopped, tmp_path: Path) -> None:
-    """Links, pipes and folders in the place of what a run writes: refused before anything is opened or changed."""
+    """Links, pipes and folders instead of what a run writes: refused before anything is opened or changed."""
     folder, precious = rubbing.copied(tmp_path / "out"), tmp_path / "precious"
     precious.write_text("precious", encoding="utf-8")
     path = folder / name

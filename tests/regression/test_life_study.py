@@ -137,7 +137,7 @@ def test_gaps_grow_by_the_depths_of_their_faces() -> None:
 
 
 def test_each_support_has_its_own_limit(tmp_path: Path) -> None:
-    """The limit of a support counts in the place of that of [wear]: the first to come ends the life, by its name."""
+    """The limit of a support counts instead of that of [wear]: the first to come ends the life, by its name."""
     slot = {"from": 0.0, "to": 0.05, "clearance": 1.07e-4}
     far = {"name": "far", "from": 0.3, "to": 0.32, "clearance": 1.0e-4, "region": "stop", "depth_limit": 1.0e-3}
     wear = {"coefficient": 2.0e-14, "depth_limit": 1.0e-3}

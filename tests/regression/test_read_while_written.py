@@ -111,7 +111,7 @@ def test_fields_that_were_gathered_since(opened: Fields, tmp_path: Path) -> None
 
 
 def test_damage_is_reported_after_gathering(opened: Fields, tmp_path: Path) -> None:
-    """A field that is gone for good, another run in the place of this one: reported, not tried for ever."""
+    """A field that is gone for good, another run instead of this one: reported, not tried for ever."""
     with h5py.File(tmp_path / "out" / "fields.h5", "a") as file:
         del file["displacement/5"]
     with pytest.raises(ResultsError, match="KeyError"):

@@ -9,7 +9,7 @@ import pytest
 from petsc4py import PETSc
 from scipy.sparse import csr_matrix
 
-import gapbeam.solver.linear_algebra.petsc_operators as module
+from gapbeam.solver.assembly.cell_stiffness import CellStiffness
 from gapbeam.solver.linear_algebra.deflation.deflated_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
@@ -91,8 +91,13 @@ def test_round_off_of_the_stiffness_does_not_change_smooth_forces(
     A beam displaced, turned and bent; against the product and the factor of the whole matrix.
     """
     one = operators_of(mesh)
-    assemble = module._assemble
-    monkeypatch.setattr(module, "_assemble", lambda form: rounded_otherwise(assemble(form)))
+    sum_cells = CellStiffness.add_to
+
+    def add_rounded(cells: CellStiffness, matrix: PETSc.Mat) -> None:
+        sum_cells(cells, matrix)
+        rounded_otherwise(matrix)
+
+    monkeypatch.setattr(CellStiffness, "add_to", add_rounded)
     other = operators_of(mesh)
     assert one.smooth is not None
     shapes = one.smooth.basis

@@ -51,7 +51,7 @@ class Layout:
         return numbers
 
     def join(self, kept: int, left_out: int) -> None:
-        """Let cells have one node in the place of another."""
+        """Let cells have one node instead of another."""
         self.cells = [[kept if node == left_out else node for node in cell] for cell in self.cells]
 
     def saved(self, path: Path, dimension: int, rows: int = 2) -> Path:

@@ -43,7 +43,7 @@ STUDIES: dict[str, tuple[str | Path, ...]] = {
     ids=["long", "two-bytes", "deep", "newline", "escape", "nul", "surrogate", "file", "below", "link", "loop"],
 )
 def test_names_that_are_refused(name: str, text: str, tmp_path: Path) -> None:
-    """Names that no file should have, and things in the place of folders: a message, nothing written."""
+    """Names that no file should have, and things instead of folders: a message, nothing written."""
     (tmp_path / "a file").touch()
     (tmp_path / "a link").symlink_to(tmp_path / "nowhere")
     (tmp_path / "a loop").symlink_to(tmp_path / "a loop")

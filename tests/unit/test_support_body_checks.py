@@ -79,7 +79,7 @@ def test_a_good_one_is_read_and_written(tmp_path: Path) -> None:
 
 
 def test_impacts_are_those_of_the_reduced_mass(tmp_path: Path) -> None:
-    """Contact duration and the damping of a restitution: M m / (M + m) per area in the place of M."""
+    """Contact duration and the damping of a restitution: M m / (M + m) per area instead of M."""
     case = read_case(written(tmp_path, GOOD), ['contact.law={type = "kelvin-voigt", restitution = 0.5}'])
     piece, (rigid, soft) = lightest_supported(case), case.layout.supports
     beam, body = piece.face_mass, 0.2 / (0.02 * case.beam.width)

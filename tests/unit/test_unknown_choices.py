@@ -45,7 +45,7 @@ class OtherMidpoint(DiscreteGradient):
 
 
 def case_with(table: str) -> Case:
-    """The demo with an unknown choice in the place of a table."""
+    """The demo with an unknown choice instead of a table."""
     return read_case(DEMO).model_copy(update={table: MadeUp()})
 
 

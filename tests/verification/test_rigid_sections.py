@@ -184,7 +184,7 @@ def test_the_surface_slides_as_the_section_does() -> None:
 
 @pytest.mark.slow(minutes=0.1)
 def test_the_compiled_march_takes_the_sections() -> None:
-    """Two rows for each station in the place of one for each point; the same numbers as step by step, to 1e-9."""
+    """Two rows for each station instead of one for each point; the same numbers as step by step, to 1e-9."""
     simulation = Simulation(model_of(RIGID, load=[WEIGHT, SHAKER]))
     plan, seat, contact = simulation.plan, simulation.seat().state, simulation.model.system.contact
     loop = CompiledLoop(plan)

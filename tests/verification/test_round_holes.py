@@ -132,7 +132,7 @@ def whirling(cells: int, steps: int) -> Array:
 def test_a_whirling_tube_rubs_all_around() -> None:
     """Full annular rub: ((k - m W^2) r + F(r))^2 + (c W r)^2 = P^2, on a circle, at every phase.
 
-    Source: the textbook equation of rotor rub, with F(r) of a hole in the place of a linear spring.
+    Source: the textbook equation of rotor rub, with F(r) of a hole instead of a linear spring.
     """
     omega = 2.0 * pi * FREQUENCY
 

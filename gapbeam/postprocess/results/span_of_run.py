@@ -1,4 +1,4 @@
-"""A span of time of a run: its records from one time to another, in the place of all."""
+"""A span of time of a run: its records from one time to another, instead of all."""
 
 from __future__ import annotations
 

@@ -42,7 +42,7 @@ def in_stiffness(case: Case, one: Attached) -> bool:
 def roll_springs(case: Case) -> tuple[Attached, ...]:
     """Return the weak spring that keeps a round beam in holes from turning about its axis; nothing without holes.
 
-    It stands in the place of the lateral restraint, which would pull the beam to the middle of a hole: that stiffness
+    It replaces the lateral restraint, which would pull the beam to the middle of a hole: that stiffness
     at the radius of the beam.
     """
     holes = case.layout.holes

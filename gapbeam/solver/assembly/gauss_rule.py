@@ -1,4 +1,4 @@
-"""The Gauss rule of a discrete measure: few nodes in the place of many points.
+"""The Gauss rule of a discrete measure: few nodes instead of many points.
 
 The rule of points y_j with weights w_j has k nodes y_i and weights A_i, and integrates polynomials of degree 2 k - 1
 like the points themselves. The value at a node is that of the polynomial of degree k - 1 that fits the values f_j best,
@@ -23,7 +23,7 @@ SAME_PLACE = 1.0e-6  # of the length over which the points lie
 
 @dataclass(frozen=True)
 class GaussRule:
-    """Nodes in the place of points.
+    """Nodes instead of points.
 
     Attributes:
         areas: A, (k,).

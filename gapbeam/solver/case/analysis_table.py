@@ -27,13 +27,13 @@ class Transient(Table):
         min_length=1,
         max_length=1000,
         description="results folder of an earlier run of the same model, relative to the case file, whose last "
-        "checkpoint is the state at t = 0 in the place of start; that run had output.keep_checkpoint = true, or was "
+        "checkpoint is the state at t = 0 instead of start; that run had output.keep_checkpoint = true, or was "
         "stopped; default none",
         examples=["results/settled"],
     )
     state_time: Positive | None = Field(
         default=None,
-        description="time of that run, to half a step, whose state is taken in the place of its last one, s; that run "
+        description="time of that run, to half a step, whose state is taken instead of its last one, s; that run "
         "had the time in output.keep_states; default the last",
         examples=[0.1],
     )

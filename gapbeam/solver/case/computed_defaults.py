@@ -228,7 +228,7 @@ def contact_patch(case: Case) -> Default:
 
 
 def contact_damping(case: Case, stiffness: float, support: OneSupport | None = None) -> Default | None:
-    """Return the damping that the law asks for in the place of contact.damping; None: it asks for none.
+    """Return the damping that the law asks for instead of contact.damping; None: it asks for none.
 
     It may follow from the mass of the supported part of the beam: density times thickness per area, or the whole mass
     over the number of `contact.points`; with that of a support that gives way, from both.

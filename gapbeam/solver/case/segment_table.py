@@ -11,9 +11,9 @@ from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.table import AlongBeam, Name, Number, Positive, named, placed_along
 
 OF_SECTION = ("thickness", "width", "section")
-"""Keys that stand in the place of those of [beam]."""
+"""Keys that replace those of [beam]."""
 OF_MATERIAL = ("young_modulus", "poisson_ratio", "density", "yield_stress")
-"""Keys that stand in the place of those of [material]."""
+"""Keys that replace those of [material]."""
 
 
 class Segment(AlongBeam):

@@ -19,13 +19,13 @@ class StartMotion(Table):
     lift: Number = Field(default=0.0, description="displacement along the bending direction, m", examples=[0.1e-3])
     displacement: Vector | None = Field(
         default=None,
-        description="displacement [x, y] or [x, y, z] in the place of lift, m; default none",
+        description="displacement [x, y] or [x, y, z] instead of lift, m; default none",
         examples=[[0.0, 0.1e-3, 0.0]],
     )
     tilt: Number = Field(default=0.0, description="rotation that raises the far end, rad", examples=[1.0e-4])
     rotation: Components | None = Field(
         default=None,
-        description="rotation about x, y and z by the rule of the right hand (3D) in the place of tilt, which is that "
+        description="rotation about x, y and z by the rule of the right hand (3D) instead of tilt, which is that "
         "about -y, rad; default none",
         examples=[[0.0, 0.0, 1.0e-4]],
     )

@@ -2,7 +2,7 @@
 
 A step of a scheme takes the undamped oscillator u'' + w^2 u = 0 from y0 to y1 = A(w dt) y0. The pair of
 eigenvalues of A with the largest modulus, exp((-z +- i) W dt), is the motion that the scheme marches: of damping
-ratio z and frequency W in the place of 0 and w. Its period is too long by w / W - 1.
+ratio z and frequency W instead of 0 and w. Its period is too long by w / W - 1.
 
 Source: Hughes (1987), The Finite Element Method, section 9.3; Hilber and Hughes (1978).
 """

@@ -61,7 +61,7 @@ class TimeScheme(Table, ABC):
         needs_massless_contact: Whether that holds for contact nodes without mass only; on others it creates energy.
         explicit: Whether it takes a diagonal mass matrix, and steps up to a stable one only.
         needs_factor: Whether iterations cannot take the place of a factor of its effective operator.
-        impulses: Whether contact acts as impulses in the place of a law.
+        impulses: Whether contact acts as impulses instead of a law.
         needs_potential: Whether the contact has to have a potential.
         conserves_energy: Whether every step conserves the energy of a contact without damping.
         has_period_map: Whether the derivative of its march over a period is known.

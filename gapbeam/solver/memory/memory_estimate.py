@@ -1,7 +1,7 @@
 """How much memory a finite element model needs, from the number of its DOFs.
 
     factor: 11.5 GB (n / 1e6)^1.1 in 3D, 0.05 kB n log2(n) in 2D; mesh and matrices: 8 kB n in 3D, 3 kB n in 2D;
-    what iterations need beside them, a preconditioner in the place of the factor: 6 kB n in 3D, 2 kB n in 2D
+    what iterations need beside them, a preconditioner instead of the factor: 6 kB n in 3D, 2 kB n in 2D
 
 Fitted to what MUMPS and whole runs took for beams of 28 000 to 1 000 000 DOFs with cells of degree 2
 (docs/benchmarks/large-models.md).

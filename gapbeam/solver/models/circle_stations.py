@@ -14,7 +14,7 @@ from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSys
 
 
 def met_as_circles(body: Body) -> Body:
-    """Return a body with stations in the place of the points around its sections where a support is met as a circle.
+    """Return a body with stations instead of the points around its sections where a support is met as a circle.
 
     Raises:
         UserError: The sections there do not keep their shape.

@@ -5,7 +5,7 @@
 with u along the axis, and a the angle about it. Sections turn without changing their shape and are free to warp
 (Saint-Venant); the inertia of warping and the bracing of it at joints are left out. The frequency of a mode with k
 waves in 2 pi of length is too high by (k h)^4 / 1440, h the length of an element. In plane strain E / (1 - nu^2) stands
-in the place of E.
+instead of E.
 
 Source: Timoshenko and Goodier (1970), Theory of Elasticity, 3rd ed., ch. 10, for J; Hughes (1987), The Finite Element
 Method, sec. 9.1, for the frequencies of quadratic rods.

@@ -3,7 +3,7 @@
     V = 1/2 int E I theta'^2 + kappa G A (w' - theta)^2 dx,    T = 1/2 int rho A w_t^2 + rho I theta_t^2 dx
 
 with w across the axis and u_x = -z theta. The elements interpolate what a beam without load between its nodes takes
-exactly, so that they do not lock. In plane strain E / (1 - nu^2) stands in the place of E.
+exactly, so that they do not lock. In plane strain E / (1 - nu^2) replaces E.
 
 Source: Friedman and Kosmatka (1993) for the element; area, I and kappa are those of the cross-section.
 """

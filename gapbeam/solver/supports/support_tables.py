@@ -22,7 +22,7 @@ PLAY = ("clearance", "offset", "lateral", "tilt")
 WHOLE = ("support_stiffness", "support_damping")
 """Keys of a [[support]] that give figures of the contact of the whole support, and not per area."""
 OWN_CONTACT = ("stiffness", "damping", *WHOLE, "friction", "static_friction", "wear", "area", "depth_limit")
-"""Keys of a [[support]] that stand in the place of those of [contact] and [wear]."""
+"""Keys of a [[support]] that replace those of [contact] and [wear]."""
 
 
 class BaseAndGland(Table):
@@ -114,30 +114,30 @@ class OneOfSeveral(AlongBeam):
     )
     stiffness: Positive | None = Field(
         default=None,
-        description="contact stiffness K of this support per area, in the place of contact.stiffness (Pa/m^n in laws "
+        description="contact stiffness K of this support per area, instead of contact.stiffness (Pa/m^n in laws "
         "with an exponent n), Pa/m",
         examples=[2.0e9],
     )
     damping: NonNegative | None = Field(
         default=None,
-        description="damping of the law kelvin-voigt at this support per area, in the place of contact.damping, Pa s/m",
+        description="damping of the law kelvin-voigt at this support per area, instead of contact.damping, Pa s/m",
     )
     support_stiffness: Positive | None = Field(
         default=None,
         description="contact stiffness k of the whole support, the force F = k d of a beam that lies on it along its "
-        "length, in the place of stiffness, for every section (N/m^n in laws with an exponent n), N/m",
+        "length, instead of stiffness, for every section (N/m^n in laws with an exponent n), N/m",
         examples=[5.0e6],
     )
     support_damping: NonNegative | None = Field(
         default=None,
-        description="damping of the law kelvin-voigt of the whole support, beside support_stiffness, in the place of "
+        description="damping of the law kelvin-voigt of the whole support, beside support_stiffness, instead of "
         "damping, N s/m",
     )
     friction: Number | None = Field(
         default=None,
         ge=0,
         le=100,
-        description="coefficient of friction mu of this support, in the place of contact.friction.coefficient, no unit",
+        description="coefficient of friction mu of this support, instead of contact.friction.coefficient, no unit",
     )
     static_friction: Number | None = Field(
         default=None,
@@ -148,14 +148,14 @@ class OneOfSeveral(AlongBeam):
     )
     wear: NonNegative | None = Field(
         default=None,
-        description="Archard's coefficient of this support, in the place of wear.coefficient, 1/Pa",
+        description="Archard's coefficient of this support, instead of wear.coefficient, 1/Pa",
     )
     area: Positive | None = Field(
-        default=None, description="worn area of each face of this support, in the place of wear.area, m^2"
+        default=None, description="worn area of each face of this support, instead of wear.area, m^2"
     )
     depth_limit: Positive | None = Field(
         default=None,
-        description="depth at which the life of a face of this support ends, in the place of wear.depth_limit, m",
+        description="depth at which the life of a face of this support ends, instead of wear.depth_limit, m",
     )
     body: SupportBody | None = Field(
         default=None, description="mass, spring and damper of a support that gives way, a table; default none: rigid"

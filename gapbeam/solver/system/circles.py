@@ -16,7 +16,7 @@ DOWN = np.array([0.0, -1.0])  # the direction of an axis that stands in the midd
 
 
 def unit_vectors(vectors: Array, instead: Array) -> Array:
-    """Return vectors, (k, 2), over their lengths, and another one in the place of those without a length."""
+    """Return vectors, (k, 2), over their lengths, and another one instead of those without a length."""
     lengths = np.hypot(*vectors.T)[:, None]
     return np.where(lengths > 0.0, vectors / np.where(lengths > 0.0, lengths, 1.0), instead)
 

@@ -27,7 +27,7 @@ class JobWatch:
         self._in_vain, self._ended = 0, 0
 
     def look(self, now: float, ended: int) -> None:
-        """Submit jobs in the place of those that have ended.
+        """Submit jobs instead of those that have ended.
 
         Args:
             now: Time, s.

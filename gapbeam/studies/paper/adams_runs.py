@@ -42,7 +42,7 @@ class Asked:
     Attributes:
         clearance: mm.
         depth: Penetration of full damping, mm.
-        elastic: Timoshenko beam elements in the place of a rigid body.
+        elastic: Timoshenko beam elements instead of a rigid body.
         suspended: Whether the exciter has a mass and a suspension.
         force: N.
         place: Of the force, m.

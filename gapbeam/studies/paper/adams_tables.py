@@ -22,7 +22,7 @@ from gapbeam.studies.paper.adams_plan import (
 from gapbeam.studies.paper.adams_runs import EXCITER, FORCE, RunFigures, geometric_mean
 
 STEPS = {
-    "settled": "settled, in the place of the start",
+    "settled": "settled, instead of the start",
     "smoothed": "smoothed by five points",
     "elastic": "elastic beam",
     "suspended": "exciter with its mass and suspension",

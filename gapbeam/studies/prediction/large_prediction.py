@@ -75,7 +75,7 @@ def predict_large(case: Case, dofs: int, comm: MPI.Comm) -> Prediction:
 
 
 def coarser(case: Case, share: float) -> Case:
-    """Return a case on a mesh that has about 1 / share of the DOFs; in the place of a mesh file, on one of gmsh."""
+    """Return a case on a mesh that has about 1 / share of the DOFs; instead of a mesh file, on one of gmsh."""
     mesh = case.mesh
     scale = share ** (1.0 / mesh.dimension)
     thickness = case.profile.thickest

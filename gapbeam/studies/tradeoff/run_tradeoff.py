@@ -152,5 +152,5 @@ def whole_intervals(output: Output, changes: Mapping[str, Any]) -> dict[str, flo
         nearest = whole_interval(interval, step)
         if nearest is not None:
             found[key] = nearest
-            LOG.info("%s = %g, whole steps of %g s, in the place of %g s", key, nearest, step, interval)
+            LOG.info("%s = %g, whole steps of %g s, instead of %g s", key, nearest, step, interval)
     return found

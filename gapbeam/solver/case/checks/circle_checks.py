@@ -21,7 +21,7 @@ from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
 
 POINTS = 'contact = "points" in the region of the support'
-PER_AREA = "stiffness, per area, in the place of support_stiffness, which has a round hole met as a circle"
+PER_AREA = "stiffness, per area, instead of support_stiffness, which has a round hole met as a circle"
 
 
 class _Circle(NamedTuple):

@@ -51,7 +51,7 @@ def start_vectors_fit_the_mesh(mesh: Mesh, analysis: Analysis) -> Iterator[Fault
 
 
 def start_is_given_once(analysis: Analysis) -> Iterator[Fault]:
-    """A displacement stands in the place of lift, a rotation in that of tilt."""
+    """A displacement replaces lift, a rotation tilt."""
     motion = getattr(analysis, "motion", None)
     if motion is None:
         return
@@ -108,7 +108,7 @@ def centered_start_has_a_middle(support: AnySupports, analysis: Analysis) -> Ite
 
 
 def start_state_stands_alone(analysis: Analysis) -> Iterator[Fault]:
-    """A state of another run stands in the place of a pose; the time of a state is that of a run."""
+    """A state of another run replaces a pose; the time of a state is that of a run."""
     if isinstance(analysis, Transient) and analysis.state is not None and analysis.start != "seat":
         yield Fault(
             ("analysis", "state"),

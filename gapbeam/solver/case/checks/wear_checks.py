@@ -14,7 +14,7 @@ from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports
 
 OF_WEAR = {"wear": "1/Pa", "area": "m^2", "depth_limit": "m"}
-"""Keys of a [[support]] that stand in the place of those of [wear], with their units."""
+"""Keys of a [[support]] that replace those of [wear], with their units."""
 
 
 def wear_has_its_coefficients(support: AnySupports, wear: Wear | None) -> Iterator[Fault]:

@@ -30,7 +30,7 @@ class ChosenFormulation(Table):
         follows_the_law: The pressure follows the law of the penetration; the other formulations are exact.
         takes_stiffness: contact.stiffness may be given.
         holds_points: Points are held like constraints: not more of them than DOFs that they constrain.
-        takes_impulses: Impulses may stand in the place of the law.
+        takes_impulses: Impulses may replace the law.
         computed_stiffness: What the stiffness is, beside E/h; None: it follows from load, clearance and scheme.
     """
 

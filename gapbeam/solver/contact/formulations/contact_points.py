@@ -6,7 +6,7 @@ spread over a patch by a hat function N_i around its place, and its gap is the m
     g_i = sum_j P_ij g_j,    P_ij = N_i(x_j) w_j / A_i,    A_i = sum_j N_i(x_j) w_j,
 
 with j the quadrature points of the face. That is G -> P G, g0 -> P g0 and, with friction, T -> P T; the areas A_i stand
-in the place of w, so that a law F(d) is the pressure F(d) / A_i.
+instead of w, so that a law F(d) is the pressure F(d) / A_i.
 """
 
 from __future__ import annotations

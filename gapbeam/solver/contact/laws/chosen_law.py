@@ -111,7 +111,7 @@ class ChosenLaw(Table):
     def computed_damping(
         self, stiffness: float, mass: float, adhesive: bool, units: tuple[str, str]
     ) -> ComputedDamping | None:
-        """Return the damping that the law asks for in the place of contact.damping; None: it asks for none.
+        """Return the damping that the law asks for instead of contact.damping; None: it asks for none.
 
         Args:
             stiffness: K of the contact, Pa/m, or N/m of a point.

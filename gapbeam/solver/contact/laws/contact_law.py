@@ -47,7 +47,7 @@ class ContactLaw:
         touch_depth: Depth over which `endpoint` switches a damper that jumps at touch on, m.
         touch_product: p = chi v0 of a damper whose coefficient chi follows from the speed v0 at touch of each point;
             None: the coefficient is given.
-        stores_energy: False where the scheme puts impulses in the place of the spring.
+        stores_energy: False where the scheme puts impulses instead of the spring.
         friction: Traction along the face; None: none.
         augmented: Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used.
 

@@ -13,7 +13,7 @@ step is accepted, by the slip velocity v of its balance:
     sticks   otherwise
 
 In every step the potential is thus convex, and friction only takes energy. While a point sticks, sqrt(1.01) mu_s stands
-in the place of mu: at |v| = 10 v0, where it breaks away, the traction is mu_s p. A single step does not count, since
+instead of mu: at |v| = 10 v0, where it breaks away, the traction is mu_s p. A single step does not count, since
 what the midpoint schemes leave of a velocity at rest adds an alternating force to the traction.
 
 Source: Kikuchi and Oden (1988), Contact Problems in Elasticity, ch. 10, for the regularization.

@@ -32,7 +32,7 @@ class ElasticPlastic(ChosenLaw):
     )
     yield_force: Positive | None = Field(
         default=None,
-        description="force at which a whole support yields, in the place of yield_pressure, at supports with "
+        description="force at which a whole support yields, instead of yield_pressure, at supports with "
         "support_stiffness, N",
         examples=[500.0],
     )

@@ -38,7 +38,7 @@ def block_product(size: int, count: int) -> Product:
 def block_residual(size: int, count: int) -> TakenAway:
     """Return r <- r - A x and, if wanted, missing <- missing - beta A x; see `block_product`.
 
-    Its arguments: as there, with r, missing, beta and whether missing is wanted in the place of y.
+    Its arguments: as there, with r, missing, beta and whether missing is wanted instead of y.
     """
     two = size == 2
 

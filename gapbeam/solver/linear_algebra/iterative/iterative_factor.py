@@ -1,4 +1,4 @@
-"""Conjugate gradients in the place of a factor, for operators whose factor does not fit in memory.
+"""Conjugate gradients instead of a factor, for operators whose factor does not fit in memory.
 
 The preconditioner B is the two-level preconditioner of `Deflation` around a V-cycle: exact on the rigid-body modes R.
 Contact that is stiff beside what holds a floating body would leave R to hundreds of iterations.

@@ -32,7 +32,7 @@ def why_not_compiled(plan: March) -> str | None:
     if law.augmented is not None:
         return "augmented Lagrangian: multipliers in every step"
     if not law.stores_energy:
-        return "impulses in the place of a contact stiffness"
+        return "impulses instead of a contact stiffness"
     if system.contact.turning is not None and law.touch_product is not None:
         return "damping that follows from touch speeds, at holes that are met as circles"
     if system.contact.turning is not None and _others_move(system.contact):

@@ -67,7 +67,7 @@ def has_basis(body: Body) -> bool:
 
 
 def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array | None) -> Body:
-    """Return a body with the matrices that were kept in the place of those found anew.
+    """Return a body with the matrices that were kept instead of those found anew.
 
     Args:
         body: The body as it was found anew.
@@ -107,7 +107,7 @@ def taken_up(body: Body, matrices: Mapping[str, NDArray[Any]], expansion: Array 
 
 
 def _holding(found: HoldingShapes, matrices: Mapping[str, NDArray[Any]], size: int) -> HoldingShapes:
-    """Return the shapes that were kept in the place of those found anew."""
+    """Return the shapes that were kept instead of those found anew."""
     kept = {name: matrices[f"{HOLDING}.{name}"] for name in vars(found)}
     for name, matrix in vars(found).items():
         wanted = (len(matrix), size if name in ("mass", "stiffness") else matrix.shape[1])

@@ -60,7 +60,7 @@ def check_name(place: Path) -> None:
     _check_length(str(place.absolute()), "path", LONGEST_PATH)
     if place.parts and place.parts[0] == "~" and not place.exists():
         raise UserError(
-            f"{place}: the shell puts a home folder in the place of ~ only at the start of a word of its own, without "
+            f"{place}: the shell puts a home folder instead of ~ only at the start of a word of its own, without "
             f'quotes; write `output=` "$HOME{str(place)[1:]}"'
         )
 

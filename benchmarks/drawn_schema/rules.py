@@ -18,7 +18,7 @@ EARLIER = "earlier"  # folder with the results of the run whose last state a cas
 
 
 class LeftOut:
-    """In the place of a value: the key is not given."""
+    """Instead of a value: the key is not given."""
 
 
 LEFT_OUT = LeftOut()

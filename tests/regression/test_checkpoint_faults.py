@@ -379,7 +379,7 @@ def test_nothing_is_written_through_links(name: str, left: Path, tmp_path: Path)
 
 
 @pytest.mark.parametrize("name", ["run.log", "run.lock", "fields", "checkpoint"])
-def test_links_in_the_place_of_results_are_refused(name: str, tmp_path: Path) -> None:
+def test_links_instead_of_results_are_refused(name: str, tmp_path: Path) -> None:
     """A link with the name of a file or folder of a run: exit status 2, before anything is computed or written."""
     precious, folder = tmp_path / "precious", tmp_path / "out"
     (precious if "." not in name else folder).mkdir()

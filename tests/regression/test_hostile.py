@@ -203,7 +203,7 @@ def test_fields_from_elsewhere(old: str, new: str, message: str, copy: Path) -> 
 
 @pytest.mark.parametrize("name", [SUMMARY_FILE, HISTORY_FILE, CASE_FILE, FIELDS_FILE, FIELDS_DATA_FILE])
 @pytest.mark.parametrize("instead", ["folder", "pipe", "device", "loop", "nowhere"])
-def test_other_things_in_the_place_of_files(name: str, instead: str, copy: Path) -> None:
+def test_other_things_instead_of_files(name: str, instead: str, copy: Path) -> None:
     """A folder, a pipe that nobody writes to, an endless device, a link to itself: no hang, no trace."""
     path = copy / name
     path.unlink()

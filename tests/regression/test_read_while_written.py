@@ -120,7 +120,7 @@ def test_damage_is_reported_after_gathering(opened: Fields, tmp_path: Path) -> N
 
 
 @pytest.mark.slow(minutes=0.2)
-def test_another_run_in_the_place_of_one(opened: Fields, tmp_path: Path) -> None:
+def test_another_run_instead_of_one(opened: Fields, tmp_path: Path) -> None:
     """A folder that was written anew, with another mesh."""
     words = ("run", DEMO, *settings(*BRIEF, "mesh.size=0.03"), "--output", tmp_path / "out", "--overwrite")
     assert called_anew(*words).returncode == 0

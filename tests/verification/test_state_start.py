@@ -152,7 +152,7 @@ def test_states_that_cannot_be_used(tmp_path: Path) -> None:
     refused("8", "kept", ["cannot be used", "bytes"])
 
 
-def test_a_state_stands_in_the_place_of_a_pose() -> None:
+def test_a_state_replaces_a_pose() -> None:
     """Both at once are refused, as are checkpoints of a search, times after the run, and a time of no run."""
     both = {"type": "transient", "start": "centered", "state": "first"}
     with pytest.raises(gapbeam.CaseError) as caught:

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pytest
 from mpi4py import MPI
 from numpy.polynomial import polynomial
 
+from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import march
 from gapbeam.solver.models.body import finite_elements
@@ -16,7 +18,7 @@ from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model, build_body, build_model, model_of
 from gapbeam.solver.models.reduction.contact_lines import across_lines
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
-from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
+from gapbeam.solver.models.reduction.vibration_modes import Modes, lowest_modes, with_rigid_motions
 from gapbeam.solver.run.verdict import remarks_on_model
 from gapbeam.solver.system.semi_discrete import VALUE
 from tests.shared.models import BEAM, COARSE, GRAVITY, SOLID, beam_case, beam_model, bending_frequencies, seat_of
@@ -61,6 +63,27 @@ def test_modes_are_those_of_scipy() -> None:
     ) == pytest.approx(np.eye(len(modes.squares)), abs=1e-9)
     for frequency in bending_frequencies(model, 3):
         assert np.min(np.abs(modes.frequencies / frequency - 1.0)) < 1e-7
+
+
+@pytest.mark.parametrize("mesh", [{}, SOLID], ids=["2D", "3D"])
+def test_a_rigid_motion_that_the_eigensolver_misses_is_put_back(mesh: dict[str, Any]) -> None:
+    """One direction among the rigid motions is taken out of the modes; nothing is added where nothing is missed."""
+    operators = beam_model({"mesh": mesh}).system.operators
+    assert isinstance(operators, PetscOperators)
+    mass, stiffness = operators.matrices()
+    factor = operators.shifted_solver(mass, stiffness.copy(), 1e5, 1e-9)
+    whole = lowest_modes(mass, stiffness, factor, 1e5, 14)
+    assert with_rigid_motions(whole, operators) is whole
+    rigid = operators.rigid_motions.shape[1]
+    mixed = np.linalg.qr(np.random.default_rng(3).normal(size=(rigid, rigid)))[0][:, 1:]
+    shapes = np.column_stack([whole.shapes[:, :rigid] @ mixed, whole.shapes[:, rigid:]])
+    fewer = Modes(whole.squares[1:], shapes, factor)
+    found = with_rigid_motions(fewer, operators)
+    assert found.shapes.shape == whole.shapes.shape
+    assert np.all(np.diff(found.squares) >= 0.0)
+    for motion in operators.rigid_motions.T:
+        carried = operators.apply_mass(motion)
+        assert np.sum((found.shapes.T @ carried) ** 2) == pytest.approx(motion @ carried, rel=1e-9)
 
 
 def test_all_modes_below_a_frequency_are_found() -> None:

@@ -120,6 +120,11 @@ class PetscOperators:
         self._springs_pattern = PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN
         self._stiffness_diagonal = np.array(self._elastic.getDiagonal().array_r + self._springs.getDiagonal().array_r)
 
+    @property
+    def rigid_motions(self) -> Array:
+        """Motions without strain in closed form, orthonormal, (n, 3) or (n, 6)."""
+        return self._rigid
+
     def matrices(self) -> tuple[PETSc.Mat, PETSc.Mat]:
         """Return M and K, made for the caller. Collective."""
         return self._whole_mass(), self._whole_stiffness()

@@ -30,7 +30,7 @@ from gapbeam.solver.models.reduction.kept_contact import KeptContact
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import Kept, moved, projected
 from gapbeam.solver.models.reduction.rigid_sections import RigidSections
-from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
+from gapbeam.solver.models.reduction.vibration_modes import lowest_modes, with_rigid_motions
 
 RIGID_MODES = {2: 3, 3: 6}
 
@@ -50,6 +50,7 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     count = RIGID_MODES[case.mesh.dimension] + settings.modes
     factor = operators.shifted_factor(shift)
     modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency, operators.has_massless)
+    modes = with_rigid_motions(modes, operators)
     contact = _kept_contact(body, settings)
     acting = acting_rows(case, body.patterns)
     loads = np.stack([modes.factor.solve(row) for row in acting], axis=1) if acting else None

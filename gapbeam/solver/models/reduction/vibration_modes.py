@@ -17,6 +17,7 @@ from slepc4py import SLEPc
 
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
+from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.reduction.lobpcg import lowest_shapes
 from gapbeam.solver.system.operators import Array, Factor
 
@@ -24,6 +25,7 @@ TOLERANCE = 1.0e-12
 SHAPES = 1.0e-7  # error of shapes by iterations, in the energy norm; squares of frequencies are off by its square
 INEXACT = 3.0  # times the tolerance of iterative solves: what is asked of modes found without
 SPACES = 4  # each twice the one before, until all modes converge
+MISSED = 1.0e-6  # of the mass of a rigid motion: more than the tolerance leaves
 MARGIN = 1.3  # more modes than a first count, when all below a frequency are wanted
 
 
@@ -117,6 +119,40 @@ def lowest_modes(
         solver.getEigenvector(int(number), shape)
         shapes[:, column] = shape.array_r
     return Modes(squares[order], shapes, factor)
+
+
+def with_rigid_motions(modes: Modes, operators: PetscOperators) -> Modes:
+    """Return the modes with rigid motions that the eigensolver missed among them; the same modes where it missed none.
+
+    Rigid motions share the frequency 0, and a Krylov space of one vector holds a frequency once but for round-off.
+    What the modes leave of a rigid motion is a missed mode where its Rayleigh quotient lies below the highest mode.
+
+    Args:
+        modes: As found.
+        operators: M and K, whose rigid motions are known in closed form.
+
+    Collective.
+    """
+    found, squares = list[Array](), list[float]()
+    for motion in operators.rigid_motions.T:
+        left = np.array(motion)
+        for shapes in (modes.shapes, *found) * 2:  # once more for the round-off of the first
+            columns = shapes.reshape(len(left), -1)
+            left -= columns @ operators.sum(columns.T @ operators.apply_mass(left))
+        whole, rest = (float(operators.sum(np.array([x @ operators.apply_mass(x)]))[0]) for x in (motion, left))
+        if rest <= MISSED * whole:
+            continue
+        left /= np.sqrt(rest)
+        if float(operators.sum(np.array([left @ operators.apply_stiffness(left)]))[0]) <= modes.squares.max(
+            initial=0.0
+        ):
+            found.append(left)
+    if not found:
+        return modes
+    squares = [float(operators.sum(np.array([x @ operators.apply_stiffness(x)]))[0]) for x in found]
+    order = np.argsort([*squares, *modes.squares], kind="stable")
+    shapes = np.asfortranarray(np.column_stack([*found, modes.shapes])[:, order])
+    return Modes(np.array([*squares, *modes.squares])[order], shapes, modes.factor, modes.left)
 
 
 def _solved(solver: SLEPc.EPS, wanted: int, most: int) -> int:

@@ -5,7 +5,10 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
+import gapbeam
 from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.studies.trials.response import respond
+from tests.shared.command import PROJECT
 
 RANDOM = np.random.default_rng(7)
 
@@ -31,3 +34,18 @@ def test_no_rows_give_none() -> None:
 def test_no_columns_give_none() -> None:
     assert row_product(np.zeros((9, 4)), np.zeros((4, 0))).shape == (9, 0)
     assert np.array_equal(row_product(np.zeros((9, 0)), np.zeros((0, 2))), np.zeros((9, 2)))
+
+
+def test_a_seat_has_the_same_bits_after_a_march() -> None:
+    """Nothing that a march asks of a model changes the order in which its gaps are summed."""
+    changes = {
+        "model": {"type": "beam", "elements": 8},
+        "contact.points": [0.0, 0.05],
+        "contact.stiffness": 2.2e6,
+        "time.end": 0.05,
+    }
+    simulation = gapbeam.model(PROJECT / "cases" / "li2013-2d.toml", changes)
+    before = simulation.seat().state.u
+    model = simulation.model
+    respond(model, simulation.start(simulation.seat()), 100, model.step)
+    assert np.array_equal(simulation.seat().state.u, before)

@@ -5,6 +5,7 @@ from __future__ import annotations
 from gapbeam.solver.case.case import Case, Damping, Gates, Output
 from gapbeam.solver.case.contact_table import Contact, Friction
 from gapbeam.solver.case.time_table import Time
+from gapbeam.solver.case.weak_restraint import axial_restraint
 from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.supports.support_tables import without_play
 
@@ -14,7 +15,9 @@ def body_key(case: Case) -> Case:
 
     Clearance, law, stiffness and damping of the contact, structural damping, all of a load but its place and direction,
     time, analysis, gates and output are cheap to change, as long as the start stays in the bending plane or leaves it.
+    The restraint along the beam is part of the body. Where it follows from loads and play, it is given in the key.
     """
+    axial = axial_restraint(case).value
     return case.model_copy(
         update={
             "title": "",
@@ -26,6 +29,7 @@ def body_key(case: Case) -> Case:
             "time": _time(case.time),
             "analysis": case.analysis.for_body,
             "model": case.model.model_copy(update={"reasons": ()}),
+            "restraint": case.restraint.model_copy(update={"axial": axial}) if axial > 0.0 else case.restraint,
             "gates": Gates(),
             "output": Output(),
         }

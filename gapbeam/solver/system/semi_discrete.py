@@ -70,6 +70,12 @@ class ContactOperator:
     maps_sliding: bool = False
     slip_modes: SlipModes = ALL_SLIDES
 
+    def __post_init__(self) -> None:
+        """Sort the entries of each row, once: what sorts them later would change the last digits of products."""
+        for matrix in (self.gap_matrix, self.force_matrix, self.geometry_matrix, self.tangents):
+            if matrix is not None:
+                matrix.sum_duplicates()
+
     @property
     def symmetric(self) -> bool:
         """Whether H = G."""

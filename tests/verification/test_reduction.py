@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import gc
 from dataclasses import replace
 from typing import Any
 
@@ -10,6 +11,7 @@ import pytest
 from mpi4py import MPI
 from numpy.polynomial import polynomial
 
+from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import march
@@ -63,6 +65,28 @@ def test_modes_are_those_of_scipy() -> None:
     ) == pytest.approx(np.eye(len(modes.squares)), abs=1e-9)
     for frequency in bending_frequencies(model, 3):
         assert np.min(np.abs(modes.frequencies / frequency - 1.0)) < 1e-7
+
+
+@pytest.mark.parametrize("stop", [KeyboardInterrupt(), NotConverged("no digits")], ids=["signal", "error"])
+def test_what_stops_a_solve_of_the_eigensolver_is_what_ends_it(
+    stop: BaseException, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture[str]
+) -> None:
+    """A signal, or an error of the factor, in any solve: no error of PETSc in its place, and no trace."""
+    operators = beam_model().system.operators
+    mass, stiffness = operators.matrices()
+    factor = operators.shifted_solver(mass, stiffness.copy(), 1e5, 1e-9)
+    whole, calls = type(factor).solve, iter(range(100))
+
+    def solve(self: object, right_side: np.ndarray) -> np.ndarray:
+        if next(calls) == 7:
+            raise stop
+        return np.asarray(whole(self, right_side))
+
+    monkeypatch.setattr(type(factor), "solve", solve)
+    with pytest.raises(type(stop)):
+        lowest_modes(mass, stiffness, factor, 1e5, 12)
+    gc.collect()
+    assert "ignored" not in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("mesh", [{}, SOLID], ids=["2D", "3D"])

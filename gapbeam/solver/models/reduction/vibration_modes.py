@@ -29,6 +29,9 @@ MISSED = 1.0e-6  # of the mass of a rigid motion: more than the tolerance leaves
 MARGIN = 1.3  # more modes than a first count, when all below a frequency are wanted
 
 
+_STOPPED: list[SLEPc.EPS] = []  # kept up to the end of the process: PETSc complains when they are destroyed
+
+
 @dataclass(frozen=True)
 class Modes:
     """Vibration modes.
@@ -56,9 +59,14 @@ class _Solve:
 
     def __init__(self, factor: Factor) -> None:
         self._factor = factor
+        self.stopped: BaseException | None = None
 
     def apply(self, _preconditioner: PETSc.PC, x: PETSc.Vec, y: PETSc.Vec) -> None:
-        y.array[:] = self._factor.solve(x.array_r)
+        try:
+            y.array[:] = self._factor.solve(x.array_r)
+        except BaseException as error:  # such as a signal, of which PETSc reports a number only
+            self.stopped = error
+            raise
 
 
 def lowest_modes(
@@ -102,11 +110,12 @@ def lowest_modes(
     linear = transform.getKSP()
     linear.setType("preonly")
     linear.getPC().setType("python")
-    linear.getPC().setPythonContext(_Solve(factor))
+    solve = _Solve(factor)
+    linear.getPC().setPythonContext(solve)
     most = stiffness.getSize()[0]
     wanted = min(max(count, 1), most)
     while True:
-        found = _solved(solver, wanted, most)
+        found = _solved(solver, solve, wanted, most)
         squares = np.array([solver.getEigenvalue(number).real for number in range(found)])
         if below is None or squares.max() > (2.0 * pi * below) ** 2 or wanted == most:
             break
@@ -155,7 +164,7 @@ def with_rigid_motions(modes: Modes, operators: PetscOperators) -> Modes:
     return Modes(np.array([*squares, *modes.squares])[order], shapes, modes.factor, modes.left)
 
 
-def _solved(solver: SLEPc.EPS, wanted: int, most: int) -> int:
+def _solved(solver: SLEPc.EPS, solve: _Solve, wanted: int, most: int) -> int:
     """Solve, in a larger space where modes are left over, and return how many modes were found."""
     solver.setDimensions(nev=wanted, ncv=PETSc.DECIDE, mpd=PETSc.DECIDE)  # not those of an earlier, smaller number
     for _ in range(SPACES):
@@ -163,6 +172,9 @@ def _solved(solver: SLEPc.EPS, wanted: int, most: int) -> int:
         try:
             solver.solve()
         except PETSc.Error as error:
+            if solve.stopped is not None:
+                _STOPPED.append(solver)
+                raise solve.stopped from None
             raise RunError(f"the vibration modes of {most} DOFs could not be found ({error})") from error
         found, space = int(solver.getConverged()), int(solver.getDimensions()[1])
         if found >= wanted:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import ast
 import re
+from functools import cache
 from pathlib import Path
 
 GAPBEAM = Path(__file__).parents[2] / "gapbeam"
@@ -17,6 +18,7 @@ STAR = re.compile(r"\*(?=(?:[^`]*`[^`]*`)*[^`]*\Z)")
 Definition = ast.FunctionDef | ast.ClassDef
 
 
+@cache
 def parsed(module: str) -> ast.Module:
     """Return the source of a module of gapbeam."""
     path = GAPBEAM.joinpath(*module.split(".")[1:])

@@ -134,6 +134,7 @@ def test_files_that_cannot_grow_end_a_run_with_a_message(
     check_survived(tmp_path_factory.mktemp("limited") / "out", no_larger_file(size), whole)
 
 
+@pytest.mark.slow(minutes=0.5)
 @FEW
 @given(size=st.integers(1, 150_000), number=st.sampled_from(NUMBERS))
 @example(size=40_000, number=errno.EDQUOT)

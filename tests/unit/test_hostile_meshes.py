@@ -141,6 +141,7 @@ def good(tmp_path_factory: pytest.TempPathFactory) -> dict[int, MeshText]:
     }
 
 
+@pytest.mark.slow(minutes=0.5)
 @settings(deadline=None, max_examples=60, derandomize=True, suppress_health_check=list(HealthCheck))
 @given(fault=st.sampled_from(FAULTS), layers=st.sampled_from((0, 3)), seed=st.integers(0, 2**20))
 def test_drawn_faults_are_refused_or_change_nothing(

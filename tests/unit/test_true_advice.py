@@ -139,8 +139,10 @@ def test_time_left_leaves_out_the_compilation(
 def test_a_seat_that_is_not_found_has_a_place_and_a_remedy_that_works() -> None:
     """Gravity pulls the beam out of its support: the message says where, and the undeformed start needs no seat."""
     pulled = case("restraint.axial=1e-9", "model.type=reduced", "time.end=0.001", "load.gravity.direction=[1.0, 0.0]")
-    with pytest.raises(NotConverged, match=r"no static seat was found: .*at x = .* m .*\[restraint\]"):
+    with pytest.raises(NotConverged, match=r"no static seat was found: .*at x = .* m ") as refused:
         gapbeam.model(pulled).seat()
+    words = str(refused.value)  # round-off decides whether the spring or the iteration gives out first
+    assert "[restraint]" in words or "restraint.axial" in words
     falling = gapbeam.model(gapbeam.read_case(pulled, {"analysis.start": "undeformed"}))
     assert isinstance(falling.seat_or_failure(), NotConverged)
     assert len(list(falling.march(steps=5))) == 5

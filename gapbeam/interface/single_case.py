@@ -116,7 +116,7 @@ def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
         CaseError: The case has faults.
         UserError: The case has what a scene has no noun for.
     """
-    from gapbeam.solver.models.scene_of_model import scene_of_model
+    from gapbeam.interface.case_scene import scene_of_model
 
     return scene_of_model(model(case, overrides).model)
 

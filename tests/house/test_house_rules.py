@@ -119,8 +119,8 @@ def test_import_arrows() -> None:
 
 # The rooms of solver/ from the bottom up: a module imports from its own room and from rooms below.
 ROOMS = (
-    "wording", "sections", "supports", "system", "loads", "attachments", "contact", "integrators", "case", "scene",
-    "assembly", "memory", "linear_algebra", "models", "seat", "modes", "start", "diagnostics", "march", "beam_theory",
+    "wording", "sections", "supports", "system", "loads", "attachments", "contact", "integrators", "case", "assembly",
+    "memory", "linear_algebra", "models", "scene", "seat", "modes", "start", "diagnostics", "march", "beam_theory",
     "periodic", "run",
 )  # fmt: skip
 

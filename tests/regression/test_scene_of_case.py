@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.models.scene_of_model import scene_of_model
+from gapbeam.interface.case_scene import scene_of_model
 from gapbeam.solver.scene.modal_march import Marcher
 from tests.shared.command import PROJECT
 

@@ -12,6 +12,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from math import isfinite
 
 import numpy as np
 from scipy.sparse import csr_matrix
@@ -32,7 +33,7 @@ class TimoshenkoBeam:
         length: m.
         elements: Number of elements.
         bending: E I, N m^2.
-        shear: kappa G A, N.
+        shear: kappa G A, N; infinite: cross-sections stay normal to the axis.
         mass: rho A, kg/m.
         inertia: rho I, kg m.
     """
@@ -107,7 +108,9 @@ class TimoshenkoBeam:
         w, theta, slope, curvature = self._shapes(0.5 * (1.0 + POINTS))
         factors = 0.5 * length * WEIGHTS[:, None]
         strain = slope - theta
-        stiffness = curvature.T @ (self.bending * factors * curvature) + strain.T @ (self.shear * factors * strain)
+        stiffness = curvature.T @ (self.bending * factors * curvature)
+        if isfinite(self.shear):
+            stiffness = stiffness + strain.T @ (self.shear * factors * strain)
         mass = w.T @ (self.mass * factors * w) + theta.T @ (self.inertia * factors * theta)
         return mass, stiffness
 

@@ -3,24 +3,26 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from functools import cache
 from itertools import pairwise
 from math import inf
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
 from pydantic import TypeAdapter, ValidationError
 
 from gapbeam.solver.case.beam_table import Material
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.models.timoshenko_beam import TimoshenkoBeam, heave_and_pitch_at, of_elements
 from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.structure import LARGE, Structure
 from gapbeam.solver.sections.section_choice import SectionChoice
 from gapbeam.solver.system.operators import Array
 
 ELEMENTS = 40
-"""Elements of a beam by default, at least: the tenth mode is then right to 1e-5."""
+"""Elements of a beam by default, about: the tenth mode is then right to 1e-5."""
+SAME = 1e-9  # of the length: places that are one
 
 
 class CrossSection(NamedTuple):
@@ -114,7 +116,7 @@ def beam(
         model: "beam", or "rigid": deflection and rotation only.
         clamped: Places that neither move nor rotate, m.
         pinned: Places that do not move, m.
-        elements: At least so many; default 40.
+        elements: About so many; default 40.
         modes: Kept modes; default all of them.
         ratio: Damping ratio of each mode.
         name: Of the structure.
@@ -122,7 +124,7 @@ def beam(
     Raises:
         UserError: A place is off the beam, the model is unknown, or a rigid beam is held.
 
-    Source: Friedman and Kosmatka (1993), Comput. Struct. 47, 473, for the matrices.
+    Source: `gapbeam.solver.models.timoshenko_beam`, for the elements.
     """
     where = f"beam {name or '?'}"
     size = float(positive(length, f"{where}: length"))
@@ -142,16 +144,20 @@ def beam(
     if model != "beam":
         raise UserError(f'{where}: found model {model!r}, expected "beam" or "rigid"')
     shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) * section.shear_area
-    x = _nodes(size, [*places.values(), *held], elements or ELEMENTS)
-    M, K = _matrices(x, bending, shear, mass, rotary)
+    uniform = TimoshenkoBeam(size, elements or ELEMENTS, bending, shear, mass, rotary)
+    parts = _parts(uniform, [*places.values(), *held])
+    ends = np.cumsum([0.0, *(part.length for part in parts)])
+    x = np.concatenate([*(end + part.places[:-1] for end, part in zip(ends, parts, strict=False)), [size]])
+    operators = of_elements(parts)
+    M, K = operators.mass, operators.stiffness
     fixed = {2 * _node(x, one) for one in held} | {2 * _node(x, one) + 1 for one in clamped}
     free = np.array([i for i in range(2 * len(x)) if i not in fixed])
     rows = {key: np.eye(2 * len(x))[2 * _node(x, one)][free] for key, one in places.items()}
-    rigid = np.column_stack([np.tile([1.0, 0.0], len(x)), np.column_stack([x, np.ones_like(x)]).ravel()])
+    rigid = heave_and_pitch_at(x).T
+    carried = (M @ rigid[:, 0])[free]
     left = 2 - np.linalg.matrix_rank(rigid[sorted(fixed)]) if fixed else 2
     if left == 1:  # one pin: it rotates about that
         rigid = rigid[:, 1:] - np.outer(rigid[:, 0], [held[0]])
-    carried = (M @ np.tile([1.0, 0.0], len(x)))[free]
     M, K = M[free][:, free], K[free][:, free]
     if len(free) <= LARGE:
         M, K = M.toarray(), K.toarray()
@@ -159,47 +165,16 @@ def beam(
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
 
 
-def _nodes(length: float, places: Sequence[float], elements: int) -> Array:
-    """Return nodes at all places and ends, and between them so that there are enough elements of nearly one length."""
-    stops = np.unique(np.array([0.0, length, *places]))
-    stops = stops[np.concatenate([[True], np.diff(stops) > 1e-9 * length])]
-    stops[-1] = length
-    parts = [np.linspace(a, b, max(1, round(elements * (b - a) / length)) + 1)[:-1] for a, b in pairwise(stops)]
-    return np.concatenate([*parts, [length]])
+def _parts(whole: TimoshenkoBeam, places: Sequence[float]) -> list[TimoshenkoBeam]:
+    """Return the beam in parts that end at all places, with elements of nearly one length."""
+    stops = np.unique(np.array([0.0, whole.length, *places]))
+    stops = stops[np.concatenate([[True], np.diff(stops) > SAME * whole.length])]
+    stops[-1] = whole.length
+    return [
+        replace(whole, length=float(b - a), elements=max(1, round(whole.elements * (b - a) / whole.length)))
+        for a, b in pairwise(stops)
+    ]
 
 
 def _node(x: Array, place: float) -> int:
     return int(np.abs(x - place).argmin())
-
-
-def _matrices(x: Array, bending: float, shear: float, mass: float, rotary: float) -> tuple[Any, Any]:
-    """Return mass and stiffness of all elements, sparse; DOFs are deflection and rotation of each node."""
-    n = 2 * len(x)
-    M, K = sp.lil_matrix((n, n)), sp.lil_matrix((n, n))
-    s, weights = np.polynomial.legendre.leggauss(4)
-    for e, l in enumerate(np.diff(x)):  # noqa: E741
-        f = 12.0 * bending / (shear * l * l)
-        k = bending / (l**3 * (1.0 + f)) * np.array([
-            [12.0, 6.0 * l, -12.0, 6.0 * l],
-            [6.0 * l, (4.0 + f) * l * l, -6.0 * l, (2.0 - f) * l * l],
-            [-12.0, -6.0 * l, 12.0, -6.0 * l],
-            [6.0 * l, (2.0 - f) * l * l, -6.0 * l, (4.0 + f) * l * l],
-        ])  # fmt: skip
-        m = np.zeros((4, 4))
-        for at, weight in zip((s + 1.0) / 2.0, weights / 2.0, strict=True):
-            u, t = _shapes(float(at), float(l), f)
-            m += weight * l * (mass * np.outer(u, u) + rotary * np.outer(t, t))
-        here = slice(2 * e, 2 * e + 4)
-        K[here, here] += k
-        M[here, here] += m
-    return M.tocsr(), K.tocsr()
-
-
-def _shapes(s: float, l: float, f: float) -> tuple[Array, Array]:  # noqa: E741
-    """Return the functions of deflection and of rotation of an element at s in [0, 1], for 12 EI / (G A_s l^2) = f."""
-    u = np.array([
-        1 - 3 * s**2 + 2 * s**3 + f * (1 - s), l * (s - 2 * s**2 + s**3 + f / 2 * (s - s**2)),
-        3 * s**2 - 2 * s**3 + f * s, l * (s**3 - s**2 + f / 2 * (s**2 - s)),
-    ])  # fmt: skip
-    t = np.array([6 * (s**2 - s) / l, 1 - 4 * s + 3 * s**2 + f * (1 - s), 6 * (s - s**2) / l, 3 * s**2 - 2 * s + f * s])
-    return u / (1 + f), t / (1 + f)

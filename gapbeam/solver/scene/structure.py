@@ -9,6 +9,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
+from math import inf
 from typing import Any
 
 import numpy as np
@@ -19,6 +20,7 @@ from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.given_numbers import finite, matrix, positive
+from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 
 LARGE = 600
@@ -121,27 +123,33 @@ class Structure:
 
         Rigid motions that were given are exact, and all other modes are made orthogonal to them.
         """
-        M, K = dense(self.M), dense(self.K)
+        where, M = f"structure {self.name or '?'}", dense(self.M)
         try:
-            squares, X = sl.eigh(K, M)
-        except sl.LinAlgError as error:
+            np.linalg.cholesky(M)
+        except np.linalg.LinAlgError as error:
             raise UserError(
-                f"structure {self.name or '?'}: M is not positive definite ({error}); give every DOF a mass, or leave "
-                "out DOFs without mass by static condensation"
+                f"{where}: M is not positive definite ({error}); give every DOF a mass, or leave out DOFs without "
+                "mass by static condensation"
             ) from None
-        if squares[0] < -NEGATIVE * abs(squares[-1]):
+        try:
+            squares, X = (np.array(one) for one in DenseOperators(M, dense(self.K)).modes)
+            softest, stiffest = float(squares.min()), float(np.abs(squares).max())
+        except sl.LinAlgError:  # a negative direction beyond the lowest elastic one
+            softest, stiffest = -inf, inf
+        if softest < -NEGATIVE * stiffest:
             raise UserError(
-                f"structure {self.name or '?'}: K has a negative direction (square of an angular frequency "
-                f"{squares[0]:.3g} 1/s^2, the largest {squares[-1]:.3g}); expected none: look at how K was exported, "
-                "and give forces that soften as a Feedback"
+                f"{where}: K has a negative direction; expected none: look at how K was exported, and give forces that "
+                "soften as a Feedback"
             )
+        order = np.argsort(squares, kind="stable")
+        squares, X = squares[order], X[:, order]
         if self.rigid is not None:
             R = self.rigid @ np.linalg.inv(np.linalg.cholesky(self.rigid.T @ M @ self.rigid)).T
             count = R.shape[1]
             X[:, :count], squares[:count] = R, 0.0
             for _ in range(3):  # one pass leaves the round-off of the eigensolver
                 X[:, count:] -= R @ (R.T @ M @ X[:, count:])
-        C = np.zeros_like(K) if self.C is None else X.T @ dense(self.C) @ X
+        C = np.zeros_like(M) if self.C is None else X.T @ dense(self.C) @ X
         return squares, C, X
 
     def with_masses(self, masses: Mapping[str, float]) -> Structure:

@@ -13,6 +13,7 @@ from math import pi
 
 import numpy as np
 from petsc4py import PETSc
+from scipy.linalg import eigh
 from slepc4py import SLEPc
 
 from gapbeam.solver.errors import RunError
@@ -142,26 +143,22 @@ def with_rigid_motions(modes: Modes, operators: PetscOperators) -> Modes:
 
     Collective.
     """
-    found, squares = list[Array](), list[float]()
-    for motion in operators.rigid_motions.T:
-        left = np.array(motion)
-        for shapes in (modes.shapes, *found) * 2:  # once more for the round-off of the first
-            columns = shapes.reshape(len(left), -1)
-            left -= columns @ operators.sum(columns.T @ operators.apply_mass(left))
-        whole, rest = (float(operators.sum(np.array([x @ operators.apply_mass(x)]))[0]) for x in (motion, left))
-        if rest <= MISSED * whole:
-            continue
-        left /= np.sqrt(rest)
-        if float(operators.sum(np.array([left @ operators.apply_stiffness(left)]))[0]) <= modes.squares.max(
-            initial=0.0
-        ):
-            found.append(left)
-    if not found:
+    motions = operators.rigid_motions
+    left = motions
+    for _ in range(2):  # the second time takes the round-off of the first
+        left = left - modes.shapes @ operators.sum(modes.shapes.T @ operators.apply_mass(left))
+    whole, rest = (operators.sum(x.T @ operators.apply_mass(x)) for x in (motions, left))
+    shares, directions = eigh(rest, whole)
+    missed = shares > MISSED
+    if not np.any(missed):
         return modes
-    squares = [float(operators.sum(np.array([x @ operators.apply_stiffness(x)]))[0]) for x in found]
-    order = np.argsort([*squares, *modes.squares], kind="stable")
-    shapes = np.asfortranarray(np.column_stack([*found, modes.shapes])[:, order])
-    return Modes(np.array([*squares, *modes.squares])[order], shapes, modes.factor, modes.left)
+    found = left @ (directions[:, missed] / np.sqrt(shares[missed]))
+    found_squares, turned = np.linalg.eigh(operators.sum(found.T @ operators.apply_stiffness(found)))
+    low = found_squares <= modes.squares.max(initial=0.0)
+    squares = np.concatenate([found_squares[low], modes.squares])
+    order = np.argsort(squares, kind="stable")
+    shapes = np.column_stack([found @ turned[:, low], modes.shapes])
+    return Modes(squares[order], np.asfortranarray(shapes[:, order]), modes.factor, modes.left)
 
 
 def _solved(solver: SLEPc.EPS, solve: _Solve, wanted: int, most: int) -> int:

@@ -33,27 +33,48 @@ POLL = 0.05  # s between looks at a process that compiles
 REORDERED = {"reassoc", "contract", "nsz"}  # sums may be reordered for SIMD; infinities and NaN keep their meaning
 
 
+def cache_base() -> Path | None:
+    """Return the folder for all compiled code, which need not be there; None where there is no home."""
+    given, home = os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME")
+    try:
+        return Path(given) if given else (Path(home) if home else Path.home() / ".cache") / "gapbeam" / "compiled"
+    except RuntimeError:
+        return None
+
+
 def cache_folder() -> Path | None:
     """Return the folder for compiled code of these very sources, made if need be; None where none can be written."""
-    given = os.environ.get("NUMBA_CACHE_DIR")
-    home = os.environ.get("XDG_CACHE_HOME")
+    base = cache_base()
+    if base is None:
+        return None
     digest = hashlib.sha256()
     for source in sorted(Path(__file__).parent.rglob("*.py")):
         text = source.read_bytes()
         if MARK in text:
             digest.update(text)
     try:
-        base = Path(given) if given else (Path(home) if home else Path.home() / ".cache") / "gapbeam" / "compiled"
         folder = base / digest.hexdigest()[:16]
         folder.mkdir(parents=True, exist_ok=True)
         with tempfile.TemporaryFile(dir=folder):
             return folder
-    except (OSError, RuntimeError):
+    except OSError:
         return None
 
 
+def report_not_kept(folder: object, error: Exception) -> None:
+    """Say, once a process, that machine code cannot be kept in a folder, and what to look for."""
+    if not _SAID:
+        _SAID.append(str(folder))
+        LOG.warning(
+            "machine code cannot be kept in %s (%s): each run compiles it anew; look for a full disk or a quota, "
+            "or set XDG_CACHE_HOME",
+            folder,
+            getattr(error, "strerror", None) or type(error).__name__,
+        )
+
+
 LOG = logging.getLogger("gapbeam")
-_SAID: list[str] = []  # of what it was said that it cannot be kept: once a process
+_SAID: list[str] = []  # folders of which was said that they keep nothing: the first one of a process
 _FOLDER = cache_folder()
 IN_ORDER: dict[str, Any] = {"fastmath": False, "error_model": "numpy"}  # False is said: else that of the caller holds
 _OPTIONS: dict[str, Any] = {"fastmath": REORDERED, "error_model": "numpy", "_nrt": False}
@@ -192,14 +213,7 @@ class _DispensableCache(FunctionCache):  # type: ignore[misc]  # numba has no ty
         """Remove the index, which leads to code that is not there, and say that this process compiles for itself."""
         with suppress(OSError):
             Path(self._cache_file._index_path).unlink(missing_ok=True)
-        if not _SAID:
-            _SAID.append(self._name)
-            LOG.warning(
-                "machine code cannot be kept in %s (%s): each run compiles it anew; look for a full disk or a quota, "
-                "or set XDG_CACHE_HOME",
-                self.cache_path,
-                getattr(error, "strerror", None) or type(error).__name__,
-            )
+        report_not_kept(self.cache_path, error)
 
 
 def kept(function: Function, options: dict[str, Any]) -> Function:

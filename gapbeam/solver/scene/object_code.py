@@ -12,7 +12,6 @@ import os
 import pickle
 import sys
 from collections.abc import Callable, Iterator
-from contextlib import suppress
 from importlib.metadata import version
 from pathlib import Path
 from types import BuiltinFunctionType, CodeType, FunctionType, ModuleType
@@ -22,14 +21,10 @@ import numba
 import numpy as np
 from numba.core.registry import cpu_target
 
+from gapbeam.solver.jit import cache_base, report_not_kept
+
 counts = {"compiled": 0, "loaded": 0}
 """Touches that this process compiled, and that it found."""
-
-
-def folder() -> Path:
-    """Return the folder of machine code, $NUMBA_CACHE_DIR or else $XDG_CACHE_HOME/gapbeam/compiled, in `touches`."""
-    given, home = os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME")
-    return (Path(given) if given else (Path(home) if home else Path.home() / ".cache") / "gapbeam/compiled") / "touches"
 
 
 def fingerprint(*values: Any) -> str:
@@ -92,9 +87,10 @@ def address(signature: Any, function: Callable[..., Any]) -> int:
     """Return the address of a compiled C function: of this process, of the folder, or compiled now."""
     key = fingerprint(str(signature), function)
     if key not in _kept:
-        file = folder() / key
+        base = cache_base()
+        file = None if base is None else base / "touches" / key
         try:
-            state, symbol = pickle.loads(file.read_bytes())
+            state, symbol = pickle.loads(file.read_bytes() if file else b"")
             cpu_target.target_context.refresh()  # symbols of numba's runtime: without them LLVM ends the process
             library = cpu_target.target_context.codegen().unserialize_library(state)
             counts["loaded"] += 1
@@ -102,10 +98,18 @@ def address(signature: Any, function: Callable[..., Any]) -> int:
             compiled = numba.cfunc(signature, error_model="numpy")(function)
             library, symbol = compiled._library, compiled._wrapper_name
             counts["compiled"] += 1
-            with suppress(OSError):
-                file.parent.mkdir(parents=True, exist_ok=True)
-                part = file.with_suffix(f".{os.getpid()}")
-                part.write_bytes(pickle.dumps((library.serialize_using_object_code(), symbol)))
-                part.replace(file)
+            if file:
+                _keep(file, pickle.dumps((library.serialize_using_object_code(), symbol)))
         _kept[key] = library, library.get_pointer_to_function(symbol)
     return _kept[key][1]
+
+
+def _keep(file: Path, code: bytes) -> None:
+    """Write machine code, whole or not at all."""
+    part = file.with_suffix(f".{os.getpid()}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        part.write_bytes(code)
+        part.replace(file)
+    except OSError as error:
+        report_not_kept(file.parent, error)

@@ -8,6 +8,8 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
+from math import nan
 from typing import Any
 
 import numpy as np
@@ -30,16 +32,19 @@ UP = -1
 """Component of a probe that its point has: across the beam, in the bending plane."""
 
 
-@dataclass(frozen=True)
-class _Wall:
-    """How far a wall has moved outward from one contact point."""
+class _Walls:
+    """How far walls have moved outward from all contact points, computed once a time."""
 
-    opened: Callable[[float], Array]
-    place: int
+    def __init__(self, opened: Callable[[float], Array], size: int) -> None:
+        self._opened, self._size = opened, size
+        self._time = nan
+        self._gaps: Array = np.zeros(size)
 
-    def __call__(self, time: float) -> float:
-        gaps = self.opened(time)
-        return float(gaps[self.place if len(gaps) > 1 else 0])
+    def at(self, place: int, time: float) -> float:
+        """Return it for one contact point, m."""
+        if time != self._time:
+            self._time, self._gaps = time, np.broadcast_to(self._opened(time), self._size)
+        return float(self._gaps[place])
 
 
 @dataclass(frozen=True)
@@ -77,12 +82,13 @@ def scene_of_model(model: Model) -> Scene:
     rows = np.zeros((contact.size, n))
     rows[:, contact.interface.owned] = contact.gap_matrix.toarray()[:, contact.interface.slots]
     laws = _laws(model.law, contact.weights)
+    walls = _Walls(contact.walls.opened, contact.size)
     numbers = np.zeros(len(contact.face_names), dtype=int)
     contacts = []
     for i, face in enumerate(contact.faces):
         name, alone = contact.face_names[face], len(contact.points_of_faces[face]) == 1
         numbers[face] += 1
-        wall = _Wall(contact.walls.opened, i) if contact.walls.motions else None
+        wall = partial(walls.at, i) if contact.walls.motions else None
         where = beam.point(-rows[i], name)
         region = HalfPlane(float(contact.initial_gap[i]))
         label = name if alone else f"{name} {numbers[face]}"
@@ -116,8 +122,6 @@ def _refusals(model: Model) -> Iterator[str]:
         yield "a law that pulls; set contact.adhesive = false"
     if law.augmented is not None:
         yield "augmented multipliers; choose the penalty alone"
-    if any(not callable(getattr(load, "factors", None)) for load in system.loads):
-        yield "a load without a function of time"
 
 
 def _laws(law: ContactLaw, weights: Array) -> list[ForceLaw]:

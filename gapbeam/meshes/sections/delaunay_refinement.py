@@ -39,7 +39,7 @@ class Triangulation:
     triangles: Indices
 
     def halved(self) -> Triangulation:
-        """Return four triangles instead of each."""
+        """Return four triangles for each."""
         edges, numbers = edges_of(self.triangles)
         middles = 0.5 * (self.points[edges[:, 0]] + self.points[edges[:, 1]])
         a, b, c = self.triangles.T

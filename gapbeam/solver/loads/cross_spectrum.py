@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 from itertools import pairwise
-from math import copysign, radians
+from math import radians
 from typing import Annotated
 
 from pydantic import Field
@@ -91,8 +91,9 @@ class CrossSpectrum(Table):
                 _instead_of(wrong[0]),
             )
         if abs(self.delay) > LONGEST_DELAY:
-            delay, longest = apart(self.delay, copysign(LONGEST_DELAY, self.delay))
-            yield Fault((*key, "delay"), f"{delay} s", f"at most {longest.strip(chr(45))} s", "is it in another unit?")
+            delay, longest = apart(abs(self.delay), LONGEST_DELAY)
+            sign = "-" if self.delay < 0.0 else ""
+            yield Fault((*key, "delay"), f"{sign}{delay} s", f"at most {longest} s", "is it in another unit?")
 
     def _row_faults(self, key: Key, given: float | tuple[float, ...], frequencies: Key) -> Iterator[Fault]:
         """Yield several values without frequencies, or for another number of them."""

@@ -168,7 +168,7 @@ def Disc(clearance: Any) -> ConvexRegion:  # noqa: N802
     """Return |r| <= clearance: a round hole around a round body.
 
     Args:
-        clearance: Radial play, m: radius of the hole less that of the body.
+        clearance: Radial play, m: radius of the hole minus radius of the body.
     """
     return ConvexRegion(_DISC, (_numbers(clearance, "Disc: clearance"),), EVERY_WAY)
 

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.condensed_arrays import Linear
 from gapbeam.solver.scene.given_numbers import finite
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.modal_march import BLOCK, Marcher
@@ -81,7 +82,7 @@ def ensemble(
     count = next(iter(lengths.values()))
     scene.with_({path: float(value[0]) for path, value in given.items()})  # all faults now, not in a thread
     blocks = [slice(i, min(i + WIDTH, count)) for i in range(0, count, WIDTH)]
-    job = _Job(scene, given, step, end, start, scheme)
+    job = _Job(scene, given, step, end, start, scheme, scene.condensed(step, scheme))
     with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
         return _joined(list(pool.map(job.block, blocks)))
 
@@ -94,13 +95,14 @@ class _Job:
     end: float
     start: SceneState | None
     scheme: LinearScheme
+    linear: Linear
 
     def block(self, block: slice) -> Members:
         """March one block; where one fails, its members march one by one."""
         count = block.stop - block.start
         index = np.minimum(np.arange(WIDTH) + block.start, block.stop - 1)
         part = self.scene.with_({path: value[index] for path, value in self.values.items()})
-        marcher = Marcher(part, self.step, self._start(index), WIDTH, self.scheme)
+        marcher = Marcher(part, self.step, self._start(index), WIDTH, self.scheme, self.linear)
         steps, first, failed = steps_to(self.end, marcher.t, self.step), marcher.balance, np.zeros(count, dtype=bool)
         try:
             for done in range(0, steps, BLOCK // 4):

@@ -30,6 +30,7 @@ class Marcher:
         start: State at the start; default at rest, undeformed.
         lanes: Members side by side.
         scheme: Of the time integration.
+        linear: The condensed scene for that step and scheme, where it is known.
 
     Raises:
         UserError: The step is not above 0.
@@ -37,12 +38,12 @@ class Marcher:
 
     def __init__(
         self, scene: Scene, step: float, start: SceneState | None = None, lanes: int = 1,
-        scheme: LinearScheme = MIDPOINT,
+        scheme: LinearScheme = MIDPOINT, linear: Linear | None = None,
     ) -> None:  # fmt: skip
         if not (np.isfinite(step) and step > 0.0):
             raise UserError(f"march: found step {step!r} s, expected a time above 0")
         self.scene, self.h, self.lanes, self.scheme = scene, float(step), lanes, scheme
-        self.linear = self.condensed()
+        self.linear = linear or self.condensed()
         self.slabs = scene.slabs(lanes, step, self.linear.delassus, scheme.law)
         state = (start or scene.state()).spread(lanes)
         self.t0, self.count = state.t, 0

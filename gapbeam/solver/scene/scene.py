@@ -95,6 +95,7 @@ class Scene:
         self.start = np.cumsum([0] + [one.size for one in structures])
         self.size = int(self.start[-1])
         self.is_large = any(one.is_large for one in structures)
+        self._rows: dict[StructurePoint, Array] = {}
 
     def __repr__(self) -> str:
         counts = ((len(self.structures), "structures"), (len(self.contacts), "contacts"), (len(self.loads), "loads"))
@@ -204,9 +205,14 @@ class Scene:
         found: list[Array] = [np.zeros((0, self.size))]
         for place in places:
             first, *others = place if isinstance(place, tuple) else (place,)
-            own = self.rows_of(first.structure, first.rows)
-            found.append(own - sum(self.rows_of(one.structure, one.rows) for one in others))
+            found.append(self.rows_at(first) - sum(self.rows_at(one) for one in others))
         return np.vstack(found)
+
+    def rows_at(self, point: StructurePoint) -> Array:
+        """Return the rows of a point, (motions, n), computed once."""
+        if point not in self._rows:
+            self._rows[point] = self.rows_of(point.structure, point.rows)
+        return self._rows[point]
 
     @cached_property
     def contact_rows(self) -> Array:
@@ -306,10 +312,11 @@ class Scene:
     def walls(self, times: Array, lanes: int = 1) -> Array:
         """Return the given motions of the regions, (times, motions, lanes), m."""
         found = np.zeros((len(times), self.motions, lanes))
-        for one, at in zip(self.contacts, self.first, strict=False):
-            if one.wall is not None:
-                for k, t in enumerate(times):
-                    found[k, at : at + one.motions] = np.reshape(one.wall(float(t)), (-1, 1))
+        moving = [(one, at) for one, at in zip(self.contacts, self.first, strict=False) if one.wall is not None]
+        for k, t in enumerate(times if moving else ()):  # walls that move together may compute their motion once a time
+            for one, at in moving:
+                assert one.wall is not None
+                found[k, at : at + one.motions] = np.reshape(one.wall(float(t)), (-1, 1))
         return found
 
     def state(

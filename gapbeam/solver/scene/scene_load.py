@@ -124,7 +124,7 @@ class BaseMotion(Load):
     Args:
         structure: What the frame carries.
         acceleration: Of the frame, m/s^2; as the value of a `Load`.
-        direction: DOFs of the rigid motion with the frame, (DOFs,); default that of the structure's inertia.
+        direction: Motion of all DOFs when the frame moves by 1, (DOFs,); default: the inertia of the structure says.
         name: See `Load`.
         parameters: See `Load`.
     """
@@ -147,7 +147,7 @@ def weight(structure: Structure, gravity: float, direction: ArrayLike | None = N
     Args:
         structure: What weighs.
         gravity: m/s^2.
-        direction: DOFs of that motion; default that of the structure's inertia.
+        direction: Motion of all DOFs when the frame moves by 1, (DOFs,); default: the inertia of the structure says.
         name: See `Load`.
 
     Raises:

@@ -41,7 +41,8 @@ class SceneStep:
 
     def __getitem__(self, key: StructurePoint | str) -> PointMotion:
         """Return the motion of a point."""
-        rows = self.marcher.scene.rows([self.marcher.scene.point(key)])
+        scene = self.marcher.scene
+        rows = scene.rows_at(scene.point(key))
         return PointMotion(plain(rows @ self.marcher.q), plain(rows @ self.marcher.v))
 
     @property

@@ -13,13 +13,14 @@ from math import nan
 from typing import Any
 
 import numpy as np
+from scipy.sparse import csr_matrix
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.damper import NO_DAMPER
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.convex_region import HalfPlane
+from gapbeam.solver.scene.convex_region import Disc, HalfPlane
 from gapbeam.solver.scene.force_law import ForceLaw
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.scene_load import Load
@@ -27,24 +28,35 @@ from gapbeam.solver.scene.shipped_laws import HuntCrossley, KelvinVoigt
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import ContactOperator
 
 UP = -1
 """Component of a probe that its point has: across the beam, in the bending plane."""
 
 
 class _Walls:
-    """How far walls have moved outward from all contact points, computed once a time."""
+    """Motions of the walls at all contact points, computed once a time."""
 
-    def __init__(self, opened: Callable[[float], Array], size: int) -> None:
-        self._opened, self._size = opened, size
-        self._time = nan
-        self._gaps: Array = np.zeros(size)
+    def __init__(self, contact: ContactOperator) -> None:
+        self._contact, self._time = contact, nan
+        self._opened: Array = np.zeros(contact.size)
+        self._places: Array = np.zeros(0)
 
-    def at(self, place: int, time: float) -> float:
-        """Return it for one contact point, m."""
+    def _move(self, time: float) -> None:
         if time != self._time:
-            self._time, self._gaps = time, np.broadcast_to(self._opened(time), self._size)
-        return float(self._gaps[place])
+            walls = self._contact.walls
+            self._time, self._places = time, walls.places(np.array([time]))[0]
+            self._opened = np.broadcast_to(walls.opened(time), self._contact.size)
+
+    def outward(self, point: int, time: float) -> float:
+        """Return how far the wall at a contact point has moved outward, m."""
+        self._move(time)
+        return float(self._opened[point])
+
+    def middle(self, shifts: Array, time: float) -> Array:
+        """Return how far the middle of a hole has moved along y and z, (2,), m; shifts: by each motion, (walls, 2)."""
+        self._move(time)
+        return np.asarray(self._places @ shifts)
 
 
 @dataclass(frozen=True)
@@ -69,7 +81,7 @@ def scene_of_model(model: Model) -> Scene:
     refused = list(_refusals(model))
     if refused:
         raise UserError("no scene of this case: " + "; ".join(refused))
-    system, contact = model.system, model.system.contact
+    system = model.system
     operators = system.operators
     assert isinstance(operators, DenseOperators)
     n = operators.size
@@ -79,22 +91,40 @@ def scene_of_model(model: Model) -> Scene:
     unit = np.eye(n)
     points = {name: probe.evaluate(unit, operators)[:, UP] for name, probe in model.probes.items()}
     beam = Structure(operators.mass, operators.stiffness, damping, points, name="beam")
-    rows = np.zeros((contact.size, n))
-    rows[:, contact.interface.owned] = contact.gap_matrix.toarray()[:, contact.interface.slots]
-    laws = _laws(model.law, contact.weights)
-    walls = _Walls(contact.walls.opened, contact.size)
-    numbers = np.zeros(len(contact.face_names), dtype=int)
-    contacts = []
+    contacts = list(_contacts(model, beam))
+    loads = [Load(beam, one.pattern, _Factor(one.factors), name=one.name) for one in system.loads]
+    return Scene(beam, contacts=contacts, loads=loads)
+
+
+def _contacts(model: Model, beam: Structure) -> Iterator[Contact]:
+    """Yield the contact of each point: with a half plane, or of each station in a round hole: with a disc."""
+    contact, circles = model.system.contact, model.system.contact.turning
+    laws, walls = _laws(model.law, contact.weights), _Walls(contact)
+    rows = _of_all(contact, contact.gap_matrix, beam.size)
+    numbers, stations = np.zeros(len(contact.face_names), dtype=int), {}
+    if circles is not None:
+        planes = _of_all(contact, circles.plane, beam.size)
+        stations = {int(point): k for k, point in enumerate(circles.points)}
     for i, face in enumerate(contact.faces):
         name, alone = contact.face_names[face], len(contact.points_of_faces[face]) == 1
         numbers[face] += 1
-        wall = partial(walls.at, i) if contact.walls.motions else None
-        where = beam.point(-rows[i], name)
-        region = HalfPlane(float(contact.initial_gap[i]))
         label = name if alone else f"{name} {numbers[face]}"
-        contacts.append(Contact(where, region, laws[i], wall=wall, name=label))
-    loads = [Load(beam, one.pattern, _Factor(one.factors), name=one.name) for one in system.loads]
-    return Scene(beam, contacts=contacts, loads=loads)
+        moves, k = bool(contact.walls.motions), stations.get(i)
+        if circles is None or k is None:
+            wall = partial(walls.outward, i) if moves else None
+            region, where = HalfPlane(float(contact.initial_gap[i])), beam.point(-rows[i], name)
+            yield Contact(where, region, laws[i], wall=wall, name=label)
+            continue
+        moved = partial(walls.middle, circles.shifts[:, k, :2]) if moves and len(circles.shifts) else None
+        region, where = Disc(float(circles.clearances[k])), beam.point(planes[2 * k : 2 * k + 2], name)
+        yield Contact(where, region, laws[i], offset=-circles.middles[k], wall=moved, name=label)
+
+
+def _of_all(contact: ContactOperator, matrix: csr_matrix, size: int) -> Array:
+    """Return rows of interface values as rows of all DOFs, (rows, size)."""
+    found = np.zeros((matrix.shape[0], size))
+    found[:, contact.interface.owned] = matrix.toarray()[:, contact.interface.slots]
+    return found
 
 
 def _refusals(model: Model) -> Iterator[str]:
@@ -104,8 +134,8 @@ def _refusals(model: Model) -> Iterator[str]:
         yield 'a full model has its mesh; choose [model] type = "reduced", "beam" or "rigid"'
     elif system.contact_is_massless:
         yield "contact points without mass move by the contact alone; leave out the redistribution of mass"
-    if contact.turning is not None:
-        yield 'supports met as circles; give them contact = "points"'
+    if contact.turning is not None and np.any(contact.turning.shifts[:, :, 2]):
+        yield 'holes met as circles whose clearance changes in time; give them contact = "points"'
     if not contact.symmetric:
         yield 'Nitsche\'s method; choose [contact] formulation = "penalty"'
     if contact.rubbed is not None:

@@ -13,12 +13,23 @@ from tests.shared.command import PROJECT
 CASES = PROJECT / "cases"
 STEPS = 200
 BEAM = {"model": {"type": "beam"}, "mesh.dimension": 2}
+CIRCLE = {"type": "hole", "contact": "circle"}
+HOLES: dict[str, object] = {"support.left.region": CIRCLE, "support.right.region": CIRCLE}
+SHAKER = {"type": "harmonic_force", "name": "shaker", "point": 0.5, "amplitude": 30.0, "frequency": 25.0}
+MOVED = [
+    {"type": "gravity"},
+    SHAKER | {"direction": [0.0, 1.0, 0.3]},
+    {"type": "support_motion", "support": "left", "amplitude": 1e-4, "frequency": 40.0, "direction": [0.0, 0.6, 0.8]},
+]
 CHOICES: dict[str, tuple[str, dict[str, object]]] = {
     "reduced": ("stability.toml", {"model": {"type": "reduced"}}),
     "beam": ("stability.toml", BEAM),
     "rigid": ("stability.toml", {"model": {"type": "rigid"}}),
     "two supports on springs": ("sprung-stops.toml", {}),
     "a record": ("recorded.toml", {}),
+    "round holes, rigid": ("tube-holes.toml", {"model": {"type": "rigid"}} | HOLES),
+    "round holes, rigid sections": ("tube-holes.toml", {"model": {"type": "reduced", "sections": "rigid"}} | HOLES),
+    "a moved hole": ("tube-holes.toml", {"model": {"type": "rigid"}, "load": MOVED} | HOLES),
 }
 
 

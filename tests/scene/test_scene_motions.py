@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from math import gamma, pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -202,6 +203,35 @@ def test_a_mass_on_a_point_moves_as_a_heavier_structure() -> None:
     scene = gb.Scene(one)
     found = gb.history(scene, 1e-4, 2.0, scene.state(velocity={one: 1.0}))
     assert np.abs(found.displacement["at"] - np.sin(3.0 * found.t) / 3.0).max() < 1e-6
+
+
+def test_point_masses_of_a_scene_move_weigh_and_are_shaken_as_those_of_a_structure() -> None:
+    """A clamped beam with a tip mass: one motion by two ways, and the sag of Timoshenko's closed form."""
+    made = gb.section("rectangle", thickness=0.01, width=0.02), gb.material(2e11, 7850.0)
+    beam = gb.beam(0.5, *made, {"tip": 0.5, "middle": 0.25}, clamped=[0.0], elements=6, name="beam")
+    heavy = beam.with_masses({"tip": 0.4})
+
+    def found(structure: gb.Structure, masses: list[Any]) -> Any:
+        loads = [gb.weight(structure, -9.81), gb.BaseMotion(structure, lambda t: 5.0 * np.sin(80.0 * t))]
+        stop = gb.Contact(structure["tip"], gb.HalfPlane(1e-4), gb.KelvinVoigt(stiffness=1e6), name="stop")
+        scene = gb.Scene(structure, contacts=[stop], loads=loads, masses=masses)
+        return gb.history(scene, 1e-4, 0.1, gb.seat(scene)).displacement["tip"]
+
+    by_scene, by_structure = found(beam, [(beam["tip"], 0.3), (beam["tip"], 0.1)]), found(heavy, [])
+    assert np.abs(by_scene - by_structure).max() < 1e-12
+    sags = []
+    for kg in (0.0, 0.4):
+        scene = gb.Scene(beam, loads=[gb.weight(beam, -9.81)], masses=[(beam["tip"], kg)])
+        sags.append(float((scene.rows([beam["tip"]]) @ gb.seat(scene).q)[0, 0]))
+    section, _ = made
+    soft = 0.5**3 / (3.0 * 2e11 * section.second_moment) + 0.5 * 2.6 / (2e11 * section.shear_area)
+    assert sags[0] - sags[1] == pytest.approx(0.4 * 9.81 * soft, rel=1e-9)
+
+
+@pytest.mark.parametrize("entry", [0.3, ("tip", 0.3), (gb.mass(1.0)["at"], 0.3)])
+def test_masses_that_are_at_no_point_of_the_scene_are_refused(entry: Any) -> None:
+    with pytest.raises(gb.UserError, match="mass"):
+        gb.Scene(gb.mass(1.0), masses=[entry])
 
 
 def test_steps_and_histories_agree_bit_for_bit() -> None:

@@ -140,9 +140,12 @@ def beam(
             raise UserError(f"{where}: a rigid beam has neither supports nor modes; hold it by contacts or joints")
         about = np.array([[mass * size, 0.0], [0.0, mass * size**3 / 12.0 + rotary * size]])
         rows = {key: np.array([[1.0, x - 0.5 * size]]) for key, x in places.items()}
-        return Structure(about, np.zeros((2, 2)), None, rows, np.eye(2), name, [mass * size, 0.0])
+        return Structure(about, np.zeros((2, 2)), None, rows, np.eye(2), name, frame=[1.0, 0.0])
     if model != "beam":
-        raise UserError(f'{where}: found model {model!r}, expected "beam" or "rigid"')
+        raise UserError(
+            f'{where}: found model {model!r}, expected "beam" or "rigid"; a reduced model of a mesh comes from a case: '
+            "gapbeam.scene(case)"
+        )
     shear = material.young_modulus / (2.0 * (1.0 + material.poisson_ratio)) * section.shear_area
     uniform = TimoshenkoBeam(size, elements or ELEMENTS, bending, shear, mass, rotary)
     parts = _parts(uniform, [*places.values(), *held])
@@ -154,14 +157,15 @@ def beam(
     free = np.array([i for i in range(2 * len(x)) if i not in fixed])
     rows = {key: np.eye(2 * len(x))[2 * _node(x, one)][free] for key, one in places.items()}
     rigid = heave_and_pitch_at(x).T
-    carried = (M @ rigid[:, 0])[free]
+    along = rigid[:, 0]
+    carried = (M @ along)[free]
     left = 2 - np.linalg.matrix_rank(rigid[sorted(fixed)]) if fixed else 2
     if left == 1:  # one pin: it rotates about that
         rigid = rigid[:, 1:] - np.outer(rigid[:, 0], [held[0]])
     M, K = M[free][:, free], K[free][:, free]
     if len(free) <= LARGE:
         M, K = M.toarray(), K.toarray()
-    whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried)
+    whole = Structure(M, K, None, rows, rigid[free] if left else None, name, carried, along[free])
     return whole if modes is None and not ratio else whole.reduced(modes or len(free), ratio)
 
 

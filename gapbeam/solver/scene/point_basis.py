@@ -53,7 +53,7 @@ def reduced_at_points(structure: Structure, modes: int, points: Iterable[str] | 
     rigid = None if structure.rigid is None else Q.T @ operators.apply_mass(structure.rigid)
     inertia = None if structure.inertia is None else Q.T @ structure.inertia
     stiffness = np.diag(basis.squares)
-    return Structure(np.eye(len(stiffness)), stiffness, C, carried, rigid, structure.name, inertia)
+    return Structure(np.eye(len(stiffness)), stiffness, C, carried, rigid, structure.name, inertia, structure.frame)
 
 
 def _shift(structure: Structure, operators: SparseOperators) -> float:

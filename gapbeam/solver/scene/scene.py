@@ -64,6 +64,7 @@ class Scene:
         loads: What drives them.
         feedbacks: Linear forces that follow the motion.
         joints: Springs and dampers between points.
+        masses: Point masses, (point, kg) each: they move with all motions of the point, and weigh.
 
     Raises:
         UserError: A point belongs to another structure, or a name is not unique.
@@ -76,10 +77,11 @@ class Scene:
         loads: Sequence[Load] = (),
         feedbacks: Sequence[Feedback] = (),
         joints: Sequence[Feedback] = (),
+        masses: Sequence[tuple[StructurePoint, float]] = (),
     ) -> None:
         if not structures:
             raise UserError("scene: expected one structure or more")
-        self.structures = structures
+        self.given = structures
         self.contacts, self.loads, self.feedbacks = list(contacts), list(loads), [*feedbacks, *joints]
         for kind, expected, entries in (
             ("structure", Structure, structures), ("contact", Contact, self.contacts), ("load", Load, self.loads),
@@ -90,6 +92,7 @@ class Scene:
                     raise UserError(f"scene: found {entry!r} as a {kind}, expected {expected.__name__}")
         self.first = np.cumsum([0] + [one.motions for one in self.contacts])
         self.motions = int(self.first[-1])
+        self.structures = self._loaded(masses)
         self._check_names()
         self._check_points()
         self.start = np.cumsum([0] + [one.size for one in structures])
@@ -101,6 +104,29 @@ class Scene:
         counts = ((len(self.structures), "structures"), (len(self.contacts), "contacts"), (len(self.loads), "loads"))
         return f"<scene of {', '.join(f'{count} {what}' for count, what in counts)}, {self.size} DOFs>"
 
+    def _loaded(self, masses: Sequence[tuple[StructurePoint, float]]) -> tuple[Structure, ...]:
+        """Return the structures with their point masses."""
+        found = list(self.given)
+        for entry in masses:
+            if not (isinstance(entry, tuple) and len(entry) == 2 and isinstance(entry[0], StructurePoint)):
+                raise UserError(f'scene: found {entry!r} as a mass, expected (point, kg), such as (beam["tip"], 0.3)')
+            point, kg = entry
+            place = self.place_of(point.structure, f"mass at {point.name or '?'}")
+            found[place] = found[place].with_masses({point: kg})
+        return tuple(found)
+
+    def place_of(self, structure: Structure, what: str) -> int:
+        """Return the number of a structure of the scene.
+
+        Raises:
+            UserError: It is not of the scene; `what` says what is there.
+        """
+        for group in (self.given, self.structures) if hasattr(self, "structures") else (self.given,):
+            for place, one in enumerate(group):
+                if one is structure:
+                    return place
+        raise UserError(f"scene: {what} is at structure {structure.name or '?'}, which is not of this scene; add it")
+
     def _check_names(self) -> None:
         named = [one.name for group in (self.contacts, self.loads, self.feedbacks) for one in group if one.name]  # type: ignore[attr-defined]
         named += [one.name for one in self.structures if one.name]
@@ -109,7 +135,7 @@ class Scene:
             raise UserError(
                 f"scene: the name {twice[0]!r} is given twice; structures, contacts, loads and feedback share names"
             )
-        if len(set(map(id, self.structures))) < len(self.structures):
+        if len(set(map(id, self.given))) < len(self.given):
             raise UserError("scene: a structure is given twice; make two")
 
     def _check_points(self) -> None:
@@ -117,11 +143,7 @@ class Scene:
         used += [(one, p.structure) for one in self.feedbacks for p in one.points]
         used += [(one, one.structure) for one in self.loads]
         for one, structure in used:
-            if not any(structure is body for body in self.structures):
-                what = f"{type(one).__name__.lower()} {getattr(one, 'name', '') or '(without a name)'}"
-                raise UserError(
-                    f"scene: {what} is at structure {structure.name or '?'}, which is not of this scene; add it"
-                )
+            self.place_of(structure, f"{type(one).__name__.lower()} {getattr(one, 'name', '') or '(without a name)'}")
 
     def with_(self, changes: Mapping[str, Any]) -> Scene:
         """Return the scene with other values.
@@ -194,7 +216,7 @@ class Scene:
 
     def rows_of(self, structure: Structure, rows: Array) -> Array:
         """Return rows of a structure's DOFs as rows of the scene's coordinates."""
-        place = next(i for i, one in enumerate(self.structures) if one is structure)
+        place = self.place_of(structure, "a point")
         found = np.zeros((len(rows), self.size))
         across = rows if self.is_large else rows @ self.structures[place].modes[2]
         found[:, self.start[place] : self.start[place + 1]] = across
@@ -240,7 +262,10 @@ class Scene:
     @cached_property
     def load_columns(self) -> Array:
         """Patterns of the loads, (n, loads); one of zeros if there are none."""
-        columns = [self.rows_of(one.structure, one.pattern[None])[0] for one in self.loads]
+        places = (self.place_of(one.structure, f"load {one.name or '?'}") for one in self.loads)
+        patterns = [one.pattern_on(self.structures[place]) for one, place in zip(self.loads, places, strict=False)]
+        pairs = zip(self.loads, patterns, strict=True)
+        columns = [self.rows_of(one.structure, pattern[None])[0] for one, pattern in pairs]
         return np.column_stack(columns or [np.zeros(self.size)])
 
     def condensed(self, h: float, scheme: LinearScheme) -> Linear:
@@ -327,9 +352,7 @@ class Scene:
         q, v = np.zeros(self.size), np.zeros(self.size)
         for target, given in ((q, displacement or {}), (v, velocity or {})):
             for structure, value in given.items():
-                place = next((i for i, one in enumerate(self.structures) if one is structure), None)
-                if place is None:
-                    raise UserError(f"state: {structure!r} is not of this scene")
+                place = self.place_of(structure, "the state")
                 u = np.broadcast_to(np.asarray(value, dtype=float), (structure.size,))
                 body = self.structures[place]
                 own = u if self.is_large else body.modes[2].T @ (dense(body.M) @ u)

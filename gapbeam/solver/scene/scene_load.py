@@ -50,6 +50,11 @@ class Load:
         elif not callable(value):
             finite(value, f"load {name or '?'}: value")
 
+    def pattern_on(self, structure: Structure) -> Array:
+        """Return the pattern on the structure with the point masses of a scene, (DOFs,): the same but for inertia."""
+        del structure
+        return self.pattern
+
     def table(self, times: Array, lanes: int = 1) -> Array:
         """Return the values at some times, (times, lanes).
 
@@ -118,7 +123,29 @@ class Force(Load):
         super().__init__(point.structure, along @ point.rows, value, name, **parameters)
 
 
-class BaseMotion(Load):
+class _InertiaLoad(Load):
+    """A load on the inertia M r of the motion r with the frame, times a sign."""
+
+    sign = 1.0
+    kind = "weight"
+
+    def __init__(
+        self,
+        structure: Structure,
+        value: Value,
+        direction: ArrayLike | None = None,
+        name: str = "",
+        **parameters: Any,
+    ) -> None:
+        self.direction, self._where = direction, f"{self.kind} {name or '?'}"
+        pattern = self.sign * _inertia(structure, direction, self._where)
+        super().__init__(structure, pattern, value, name, **parameters)
+
+    def pattern_on(self, structure: Structure) -> Array:
+        return self.sign * _inertia(structure, self.direction, self._where)
+
+
+class BaseMotion(_InertiaLoad):
     """A motion of the frame; displacements of the structure are then relative to the frame.
 
     Args:
@@ -129,6 +156,9 @@ class BaseMotion(Load):
         parameters: See `Load`.
     """
 
+    sign = -1.0
+    kind = "base motion"
+
     def __init__(
         self,
         structure: Structure,
@@ -137,8 +167,7 @@ class BaseMotion(Load):
         name: str = "",
         **parameters: Any,
     ) -> None:
-        where = f"base motion {name or '?'}"
-        super().__init__(structure, -_inertia(structure, direction, where), acceleration, name, **parameters)
+        super().__init__(structure, acceleration, direction, name, **parameters)
 
 
 def weight(structure: Structure, gravity: float, direction: ArrayLike | None = None, name: str = "") -> Load:
@@ -153,7 +182,7 @@ def weight(structure: Structure, gravity: float, direction: ArrayLike | None = N
     Raises:
         UserError: Neither the structure nor the call has a direction.
     """
-    return Load(structure, _inertia(structure, direction, f"weight {name or '?'}"), gravity, name)
+    return _InertiaLoad(structure, gravity, direction, name)
 
 
 def _inertia(structure: Structure, direction: ArrayLike | None, where: str) -> Array:

@@ -15,7 +15,6 @@ from typing import Any
 import numpy as np
 import scipy.linalg as sl
 import scipy.sparse as sp
-import scipy.sparse.linalg as sla
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
@@ -60,7 +59,8 @@ class Structure:
             kept to round-off.
         name: Of the structure, for messages and for points of the same name.
         inertia: Mass that meets a motion of the frame, M r for the motion r of all DOFs with the frame, (DOFs,), kg:
-            what weight and base motions act on.
+            what weight and base motions act on. Default M @ frame.
+        frame: Motion r of all DOFs when the frame moves by 1, (DOFs,), or motions of the points then, by name.
 
     Raises:
         UserError: Shapes do not fit, an entry is not finite, M is not positive definite, M or K is not symmetric, or a
@@ -76,6 +76,7 @@ class Structure:
         rigid: ArrayLike | None = None,
         name: str = "",
         inertia: ArrayLike | None = None,
+        frame: ArrayLike | Mapping[str, Array] | None = None,
     ) -> None:
         where = f"structure {name or '(without a name)'}"
         self.name = name
@@ -93,10 +94,17 @@ class Structure:
                     f"symmetric matrix: complete an exported triangle as A + A.T - diag(A)"
                 )
         self.rigid = None if rigid is None else self._rigid(rigid, where)
+        self.points = {key: StructurePoint(self, self._rows(value, key), key) for key, value in (points or {}).items()}
+        self.frame: dict[str, Array] = dict(frame) if isinstance(frame, Mapping) else {}
+        if frame is not None and not isinstance(frame, Mapping):
+            along = finite(frame, f"{where}: frame")
+            if along.shape != (self.size,):
+                raise UserError(f"{where}: found frame of shape {along.shape}, expected ({self.size},)")
+            inertia = self.M @ along if inertia is None else inertia
+            self.frame = {key: point.rows @ along for key, point in self.points.items()}
         self.inertia = None if inertia is None else finite(inertia, f"{where}: inertia")
         if self.inertia is not None and self.inertia.shape != (self.size,):
             raise UserError(f"{where}: found inertia of shape {self.inertia.shape}, expected ({self.size},)")
-        self.points = {key: StructurePoint(self, self._rows(value, key), key) for key, value in (points or {}).items()}
 
     def __getitem__(self, name: str) -> StructurePoint:
         """Return a point by its name."""
@@ -152,22 +160,26 @@ class Structure:
         C = np.zeros_like(M) if self.C is None else X.T @ dense(self.C) @ X
         return squares, C, X
 
-    def with_masses(self, masses: Mapping[str, float]) -> Structure:
-        """Return the structure with more mass at its points, kg by name: M + sum m b^T b, in all motions of the point.
+    def with_masses(self, masses: Mapping[str, float] | Mapping[StructurePoint, float]) -> Structure:
+        """Return the structure with more mass at its points, kg by point or name: M + sum m b^T b, in all motions.
 
         Raises:
-            UserError: A point is unknown, or a mass is below 0.
+            UserError: A point is unknown, a mass is below 0, or nothing says how the point moves with the frame.
         """
-        M, inertia = self.M, self.inertia
-        with_frame: Any = None if inertia is None else sla.spsolve(sp.csc_matrix(M), inertia)
-        for name, value in masses.items():
-            kg = float(positive(value, f"structure {self.name or '?'}: mass at {name}", zero=True))
-            rows = self[name].rows
+        M, inertia, where = self.M, self.inertia, f"structure {self.name or '?'}"
+        for key, value in masses.items():
+            point = key if isinstance(key, StructurePoint) else self[key]
+            kg, rows = float(positive(value, f"{where}: mass at {point.name or '?'}", zero=True)), point.rows
             M = M + kg * (sp.csr_matrix(rows).T @ sp.csr_matrix(rows) if sp.issparse(M) else rows.T @ rows)
             if inertia is not None:
-                inertia = inertia + kg * rows.T @ (rows @ with_frame)
+                if point.name not in self.frame:
+                    raise UserError(
+                        f"{where}: a mass at {point.name or 'a point without a name'} weighs, but nothing says how the "
+                        "point moves with the frame; make the structure with `frame`, and name the point there"
+                    )
+                inertia = inertia + kg * rows.T @ self.frame[point.name]
         points = {name: point.rows for name, point in self.points.items()}
-        return Structure(M, self.K, self.C, points, self.rigid, self.name, inertia)
+        return Structure(M, self.K, self.C, points, self.rigid, self.name, inertia, self.frame)
 
     def reduced(self, count: int, ratio: float = 0.0) -> Structure:
         """Return the structure in its first modes.
@@ -197,6 +209,7 @@ class Structure:
             np.eye(count)[:, :still] if still else None,
             self.name,
             None if self.inertia is None else X.T @ self.inertia,
+            self.frame,
         )
 
     def _rows(self, value: ArrayLike, name: str) -> Array:
@@ -296,5 +309,6 @@ def mass(
         {"at": unit, **points},
         None if stiffness else unit,
         name,
-        [value] if motions == 1 else None,
+        None,
+        [1.0] if motions == 1 else None,
     )

@@ -76,11 +76,12 @@ def read_structure(
         raise UserError(f"structure {name or '?'}: all DOFs are clamped")
     rows = {key: _rows(key, given, places, fixed)[:, free] for key, given in (points or {}).items()}
     motions = None if nodes is None or dofs is None else _rigid(labels, _places(Path(nodes)), meter)
-    inertia = None
+    inertia = along = None
     if frame is not None:
         if dofs is None:
             raise UserError(f"structure {name or '?'}: `frame` needs the directions of the DOFs: give `dofs`")
-        inertia = np.asarray(M @ _along(labels, frame))[free]
+        along = np.asarray(_along(labels, frame))
+        inertia, along = np.asarray(M @ along)[free], along[free]
     K, M = (A[free][:, free] for A in (K, M))
     C = None if C is None else C[free][:, free]
     if motions is not None:
@@ -88,7 +89,7 @@ def read_structure(
         strain, most = abs(K @ motions).max(axis=0), abs(K).max() * np.abs(motions).max(axis=0)
         motions = motions[:, strain <= SYMMETRY * np.where(most > 0.0, most, 1.0)]
         motions = motions[:, np.abs(motions).max(axis=0) > 0.0]
-    return Structure(M, K, C, rows, motions if motions is not None and motions.size else None, name, inertia)
+    return Structure(M, K, C, rows, motions if motions is not None and motions.size else None, name, inertia, along)
 
 
 def _in_si(A: Any, energy: float, lengths: Array) -> Any:

@@ -49,7 +49,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.feedback import Feedback, Joint, memory
     from gapbeam.solver.scene.force_law import law
     from gapbeam.solver.scene.lane_ensemble import ensemble
-    from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, newmark, theta
+    from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
     from gapbeam.solver.scene.periodic_orbit import periodic
     from gapbeam.solver.scene.point_basis import reduced_at_points
     from gapbeam.solver.scene.scene import Scene
@@ -74,7 +74,7 @@ _MODULES = {
     "solver.scene.feedback": ("Feedback", "Joint", "memory"),
     "solver.scene.force_law": ("law",),
     "solver.scene.lane_ensemble": ("ensemble",),
-    "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "newmark", "theta"),
+    "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
     "solver.scene.periodic_orbit": ("periodic",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
     "solver.scene.point_basis": ("reduced_at_points",),
@@ -146,6 +146,7 @@ __all__ = [
     "mass",
     "material",
     "memory",
+    "midpoint",
     "model",
     "modes",
     "newmark",

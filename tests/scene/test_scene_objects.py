@@ -212,9 +212,9 @@ def refusals() -> dict[str, tuple[object, str]]:
         "no mass": (lambda: gb.Structure(np.zeros((2, 2)), np.eye(2)).modes, "M is not positive definite"),
         "nan": (lambda: gb.Structure([[float("nan")]], [[1.0]]), "expected finite numbers"),
         "negative": (lambda: gb.Structure(np.eye(2), np.diag([1.0, -1.0])).modes, "K has a negative direction"),
-        "member offset": (
-            lambda: gb.ensemble(scene, {"stop.offset": [0.0, 1e-4]}, step=1e-3, end=1.0),
-            "all members share offset",
+        "member sliding": (
+            lambda: scene.with_({"stop.sliding": [0.0, 1e-4]}),
+            "0 in some members and above 0 in others",
         ),
         "member nan": (
             lambda: gb.ensemble(scene, {"stop.clearance": [1.0, float("nan")]}, step=1e-3, end=1.0),

@@ -31,6 +31,7 @@ class Linear(NamedTuple):
         fed_back: (outputs, m): feedback force of a unit contact force.
         states: (states, states + 2 inputs): new states of (z, y, v).
         watch: (watched, n).
+        root: (n,): root of the modal mass of a scheme with exact frequencies; else ones.
         scheme: (4, 3): inertia, drag, velocity, acceleration.
     """
 
@@ -48,6 +49,7 @@ class Linear(NamedTuple):
     fed_back: Array
     states: Array
     watch: Array
+    root: Array
     scheme: Array
 
 
@@ -61,6 +63,7 @@ class Slabs(NamedTuple):
         motions: (slabs,) 1 or 2.
         motion: (contacts,) first motion of each contact, in the order of the slabs.
         work: (slabs, ROWS, WIDTH // L, L).
+        spent: (contacts, L), in the same order: energy lost in each contact so far, by its law and by friction.
         rough: Whether there is friction: then there is no step potential.
     """
 
@@ -70,6 +73,7 @@ class Slabs(NamedTuple):
     motions: Any
     motion: Any
     work: Array
+    spent: Array
     rough: bool
 
 

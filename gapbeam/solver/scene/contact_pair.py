@@ -11,10 +11,11 @@ import numpy as np
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.convex_region import ConvexRegion
 from gapbeam.solver.scene.force_law import ForceLaw
-from gapbeam.solver.scene.given_numbers import positive
+from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.law_check import check_law
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, touch
+from gapbeam.solver.system.operators import Array
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,7 +32,8 @@ class Contact:
         friction: Coefficient, for contacts of two motions.
         sliding: Speed at which friction reaches 0.71 of its limit, m/s; 0: Coulomb's own law, which sticks without
             creep.
-        offset: Place at rest, m; a number, or one for each motion.
+        offset: Place at rest, m; a number, or one for each motion. Members of an ensemble: (members,) for one motion,
+            (members, motions) for two.
         wall: Given motion of the region, a function of time, m; a number, or one for each motion.
         name: For results and paths; unique in a scene.
 
@@ -43,7 +45,7 @@ class Contact:
     region: ConvexRegion
     law: ForceLaw
     friction: Any = 0.0
-    sliding: float = 0.0
+    sliding: Any = 0.0
     offset: Any = 0.0
     wall: Callable[[float], Any] | None = None
     name: str = ""
@@ -64,7 +66,14 @@ class Contact:
                 f"{self.region.kind.name} {self.region.motions}; expected the same number"
             )
         positive(self.friction, f"{where}: friction", zero=True)
-        positive(self.sliding, f"{where}: sliding", zero=True)
+        slow = positive(self.sliding, f"{where}: sliding", zero=True)
+        if np.any(slow > 0.0) and not np.all(slow > 0.0):
+            raise UserError(
+                f"{where}: sliding speeds are 0 in some members and above 0 in others; expected one of both"
+            )
+        rest = finite(self.offset, f"{where}: offset")
+        if rest.ndim > 2 or (rest.ndim and self.motions > 1 and rest.shape[-1] != self.motions):
+            raise UserError(f"{where}: found an offset of shape {rest.shape}, expected a number or {self.motions}")
         if self.motions == 1 and self.is_rough:
             raise UserError(f"{where}: friction needs points of two motions: normal and slip")
         if VALUES + len(self.region.values) + len(self.law.values) > ROWS:
@@ -89,13 +98,21 @@ class Contact:
         """Whether there is friction in any member."""
         return bool(np.any(np.asarray(self.friction) > 0.0))
 
+    @property
+    def place_at_rest(self) -> Array:
+        """The offset, (motions, members), or (motions, 1)."""
+        rest = np.asarray(self.offset, dtype=float)
+        if self.motions == 1:
+            return rest.reshape(1, -1)
+        return np.broadcast_to(rest, (self.motions,))[:, None] if rest.ndim < 2 else rest.T
+
     def values(self, stick: float) -> list[Any]:
         """Return rows VALUES - 2, ... of the workspace; stick: the stiffness of friction that sticks, N/m."""
-        return [self.friction, self.sliding or stick, *self.region.values, *self.law.values]
+        return [self.friction, self.sliding if np.any(self.sliding) else stick, *self.region.values, *self.law.values]
 
     def compiled(self, level: float = 0.0, rough: bool = True) -> int:
         """Return the address of the touch for forces at that level of a step (0: the mean over it)."""
-        exact, damped = self.sliding == 0.0, self.law.is_damped
+        exact, damped = not np.any(self.sliding), self.law.is_damped
         return touch(self.region.kind, self.law.kind, self.motions, rough and self.is_rough, exact, damped, level)
 
     def replaced(self, name: str, value: Any) -> Contact:

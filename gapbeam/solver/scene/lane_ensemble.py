@@ -5,68 +5,68 @@ from __future__ import annotations
 import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from threading import Lock
 from typing import Any
 
 import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene.condensed_arrays import Linear
-from gapbeam.solver.scene.given_numbers import finite
+from gapbeam.solver.scene.ensemble_folder import SAMPLES, EnsembleFolder, ensemble_key
+from gapbeam.solver.scene.ensemble_members import Members, joined, untrusted
+from gapbeam.solver.scene.given_numbers import finite, positive
+from gapbeam.solver.scene.lane_features import FeaturePlan, LaneFeatures
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.modal_march import BLOCK, Marcher
-from gapbeam.solver.scene.scene import Scene, SceneState
-from gapbeam.solver.scene.scene_march import steps_to
+from gapbeam.solver.scene.scene import FACTOR, Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
 
-
-@dataclass(frozen=True, eq=False)
-class Members:
-    """Results of an ensemble; the last axis is the member, and values of a member that failed are NaN.
-
-    Attributes:
-        q: Coordinates at the end, (n, members).
-        v: Velocities at the end.
-        z: States of the feedback at the end.
-        peak: By point, the largest displacement in absolute value, (members,), or (motions, members), m.
-        rms: By point, the root of the mean square of the displacement, m.
-        energy: As of `step.energy`, by name, (members,), J.
-        balance: Energy that the scheme made or lost, (members,), J.
-        failed: Members whose contact forces did not converge in some step.
-    """
-
-    q: Array
-    v: Array
-    z: Array
-    peak: dict[str, Array]
-    rms: dict[str, Array]
-    energy: dict[str, Array]
-    balance: Array
-    failed: Any
+FEW = 6
+"""Members of a block up to which each marches alone: a block of 64 lanes costs as much as some six single marches."""
 
 
 def ensemble(
-    scene: Scene, values: Mapping[str, Any] | None = None, *, step: float, end: float, start: SceneState | None = None,
-    members: int | None = None, threads: int | None = None, scheme: LinearScheme = MIDPOINT,
+    scene: Scene, values: Mapping[str, Any] | None = None, *, step: Any, end: Any, start: SceneState | None = None,
+    members: int | None = None, threads: int | None = None, scheme: LinearScheme = MIDPOINT, settle: Any = None,
+    period: Any = None, harmonics: int | None = None, strobes: int = 0, every: int = 0,
+    output: str | Path | None = None,
 ) -> Members:  # fmt: skip
-    """March many members of a scene at once.
+    """March many members of a scene at once, and return their features.
+
+    Members of one step march 64 side by side; those that have a step (or a damping) of their own march alone, which
+    costs some five times more each.
 
     Args:
         scene: What all members share.
-        values: What they differ in: arrays (members,) by path, as in `scene.with_`.
-        step: s.
-        end: s.
+        values: What they differ in: arrays (members,) by path, as in `scene.with_`; an offset of two motions:
+            (members, 2).
+        step: s; a number, or one for each member, such as the period of its load over a number of steps.
+        end: s; likewise; all members take as many steps.
         start: One state for all, or lanes of one for each member.
         members: How many, where neither values nor start say so.
         threads: Blocks of 64 members side by side; default the processors of this process.
         scheme: Of the time integration.
+        settle: Time from which features count, s; default the start.
+        period: Of the load, s: a whole number of steps.
+        harmonics: Amplitudes of so many harmonics of the period, and of the mean; over whole periods.
+        strobes: States at the ends of the last so many periods.
+        every: Steps from one place of kept histories to the next; 0 keeps none.
+        output: A folder for finished blocks. A call with the same folder continues there, to the same bits.
 
     Raises:
-        UserError: A path names nothing, lengths differ, or a structure is too large for ensembles.
+        UserError: A path names nothing, lengths differ, times are no whole number of steps, the folder has another
+            ensemble, or a structure is too large for ensembles.
+        NotWritten: The folder takes no block.
     """
     given = {path: np.atleast_1d(finite(value, path)) for path, value in (values or {}).items()}
     lengths = {path: len(value) for path, value in given.items()}
+    times = {"step": step, "end": end, "settle": settle, "period": period}
+    clock = {name: finite(value, f"ensemble: {name}") for name, value in times.items() if value is not None}
+    lengths |= {name: len(value) for name, value in clock.items() if value.ndim == 1}
     if start is not None and start.q.shape[1] > 1:
         lengths["start"] = start.q.shape[1]
     if members is not None:
@@ -74,71 +74,190 @@ def ensemble(
     if len(set(lengths.values())) != 1 or min(lengths.values()) < 1:
         found = ", ".join(f"{name}: {count}" for name, count in lengths.items()) or "none"
         raise UserError(f"ensemble: expected one length for all values (members); found {found}")
-    alike = sorted(path for path in given if path.endswith((".offset", ".sliding")))
-    if alike:
-        raise UserError(f"ensemble: {', '.join(alike)}: all members share offset and sliding speed")
     if scene.is_large:
         raise UserError("ensemble: a structure has too many DOFs; reduce it: structure.reduced(modes)")
     count = next(iter(lengths.values()))
-    scene.with_({path: float(value[0]) for path, value in given.items()})  # all faults now, not in a thread
-    blocks = [slice(i, min(i + WIDTH, count)) for i in range(0, count, WIDTH)]
-    job = _Job(scene, given, step, end, start, scheme, scene.condensed(step, scheme))
-    with ThreadPoolExecutor(threads or len(os.sched_getaffinity(0))) as pool:
-        return _joined(list(pool.map(job.block, blocks)))
+    state = start or scene.state()
+    steps = {name: np.broadcast_to(value, (count,)) for name, value in clock.items()}
+    plan = _planned(steps, state.t, harmonics, strobes, every)
+    scene.with_({path: value[0] for path, value in given.items()})  # all faults now, not in a thread
+    factors = sorted(path for path in given if path.endswith(f".{FACTOR}"))
+    job = _Job(scene, given, steps["step"], plan, state, scheme, factors)
+    folder = None
+    if output is not None:
+        when = state.t + float(steps["step"].max()) * plan.steps * np.linspace(0.0, 1.0, SAMPLES)
+        whole = scene.with_({path: value for path, value in given.items() if path not in factors})
+        key = ensemble_key(whole, given, count, state, when, scheme, plan, steps["step"].tolist())
+        folder = EnsembleFolder(Path(output), key)
+    return job.run(folder, threads or len(os.sched_getaffinity(0)))
+
+
+def _planned(times: dict[str, Array], t0: float, harmonics: int | None, strobes: int, every: int) -> FeaturePlan:
+    """Return all times as numbers of steps, the same for all members."""
+    h = positive(times["step"], "ensemble: step")
+
+    def steps(name: str, span: Array, least: int) -> int:
+        found = np.round(span / h)
+        if found.min() < least or found.max() != found.min():
+            raise UserError(
+                f"ensemble: {name} is {found.min():.0f} to {found.max():.0f} steps after the start; expected one "
+                f"number for all members, from {least} on"
+            )
+        return int(found[0])
+
+    end, settle = steps("end", times["end"] - t0, 1), 0
+    if "settle" in times:
+        settle = steps("settle", times["settle"] - t0, 0)
+    if settle >= end:
+        raise UserError(f"ensemble: features count from step {settle} on, but the march has {end} steps")
+    period = 0
+    if "period" in times:
+        period = steps("period", times["period"], 1)
+        if not np.all(np.abs(times["period"] / h - period) <= 1e-6 * period):
+            raise UserError("ensemble: the period is no whole number of steps; take step = period / n")
+    if min(strobes, every, harmonics or 0) < 0:
+        raise UserError("ensemble: strobes, harmonics and every are numbers from 0 on")
+    if (harmonics is not None or strobes) and not period:
+        raise UserError("ensemble: harmonics and strobes need the period of the load: period=...")
+    if harmonics is not None and ((end - settle) % period or 2 * harmonics >= period):
+        raise UserError(
+            f"ensemble: features count over {end - settle} steps, of {period} each period, with {harmonics} harmonics; "
+            "expected whole periods, and more than two steps for each harmonic"
+        )
+    if strobes * period > end - settle:
+        raise UserError(
+            f"ensemble: {strobes} strobes need {strobes * period} steps after settling; found {end - settle}"
+        )
+    return FeaturePlan(end, settle, period, -1 if harmonics is None else harmonics, strobes, every)
 
 
 @dataclass(frozen=True, eq=False)
 class _Job:
     scene: Scene
     values: dict[str, Array]
-    step: float
-    end: float
-    start: SceneState | None
+    step: Array
+    plan: FeaturePlan
+    start: SceneState
     scheme: LinearScheme
-    linear: Linear
+    factors: list[str]
 
-    def block(self, block: slice) -> Members:
-        """March one block; where one fails, its members march one by one."""
-        count = block.stop - block.start
-        index = np.minimum(np.arange(WIDTH) + block.start, block.stop - 1)
-        part = self.scene.with_({path: value[index] for path, value in self.values.items()})
-        marcher = Marcher(part, self.step, self._start(index), WIDTH, self.scheme, self.linear)
-        steps, first, failed = steps_to(self.end, marcher.t, self.step), marcher.balance, np.zeros(count, dtype=bool)
+    @cached_property
+    def groups(self) -> list[Any]:
+        """Members of one step and damping, 64 to a block."""
+        keys = np.column_stack([self.step, *(self.values[path] for path in self.factors)])
+        _, which = np.unique(keys, axis=0, return_inverse=True)
+        blocks = []
+        for group in range(which.max() + 1):
+            some = np.flatnonzero(which.ravel() == group)
+            blocks += [some[i : i + WIDTH] for i in range(0, len(some), WIDTH)]
+        return blocks
+
+    def run(self, folder: EnsembleFolder | None, threads: int) -> Members:
+        """March all blocks that are not in the folder, side by side."""
+        linears: dict[Any, Linear] = {}
+        lock = Lock()
+
+        def condensed(index: Any) -> Linear:
+            key = (self.step[index[0]], *(self.values[path][index[0]] for path in self.factors))
+            with lock:
+                if key not in linears:
+                    if len(linears) > 64:  # members with a step of their own: memory stays bounded
+                        linears.clear()
+                    part = self.scene.with_({path: float(self.values[path][index[0]]) for path in self.factors})
+                    linears[key] = part.condensed(float(self.step[index[0]]), self.scheme)
+                return linears[key]
+
+        def one(number: int) -> Members:
+            found = folder.block(number, self.scene) if folder else None
+            if found is None:
+                index = self.groups[number]
+                found = self.block(index, condensed(index))
+                if folder:
+                    folder.keep(number, found)
+            return found
+
+        for lanes in {1 if len(group) <= FEW else WIDTH for group in self.groups}:
+            index = np.full(lanes, self.groups[0][0])  # compiles in this thread: numba's typing is not for several
+            part = self.scene.with_(self._values(index))
+            h, start = float(self.step[index[0]]), self._start(index)
+            Marcher(part, h, start, lanes, self.scheme, condensed(index)).advance(0)
+        with ThreadPoolExecutor(threads) as pool:
+            tasks = [pool.submit(one, number) for number in range(len(self.groups))]
+            try:
+                parts = [task.result() for task in tasks]
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+        return joined(parts, np.argsort(np.concatenate(self.groups), kind="stable"))
+
+    def block(self, members: Any, linear: Linear) -> Members:
+        """March one block; where one member fails, or they are few, they march one by one."""
+        count, plan = len(members), self.plan
+        if 1 < count <= FEW:
+            return self._apart(members, linear)
+        lanes = WIDTH if count > 1 else 1
+        index = members[np.minimum(np.arange(lanes), count - 1)]
+        h, part = float(self.step[index[0]]), self.scene.with_(self._values(index))
+        marcher = Marcher(part, h, self._start(index), lanes, self.scheme, linear)
+        first, features = np.array(marcher.balance, ndmin=1), LaneFeatures(part, plan, lanes, h, marcher.t)
+        failed, done = np.zeros(count, dtype=bool), 0
+        features.begin(marcher.F)
         try:
-            for done in range(0, steps, BLOCK // 4):
-                marcher.advance(min(BLOCK // 4, steps - done))
+            with np.errstate(all="ignore"):  # a member that fails is found by its step
+                for steps in plan.blocks(BLOCK // 4):
+                    seen, felt = marcher.advance(steps, record=done >= plan.settle)
+                    done += steps
+                    if done > plan.settle:
+                        features.add(seen, felt)
+                    elif done == plan.settle:
+                        features.begin(marcher.F)
+                        marcher.peaks[:], marcher.slabs.spent[:] = 0.0, 0.0
+                    if done > plan.steps - plan.strobes * plan.period:
+                        features.strobe(marcher.q, marcher.v)
         except NotConverged:
             if count > 1:
-                return _joined([self.block(slice(i, i + 1)) for i in range(block.start, block.stop)])
+                return self._apart(members, linear)
             failed[:] = True
+        return self._found(marcher, features, failed, first)
+
+    def _apart(self, members: Any, linear: Linear) -> Members:
+        parts = [self.block(members[i : i + 1], linear) for i in range(len(members))]
+        return joined(parts, np.arange(len(members)))
+
+    def _found(self, marcher: Marcher, features: LaneFeatures, failed: Any, first: Array) -> Members:
+        plan, count = self.plan, len(failed)
         cut = np.where(failed, np.nan, 0.0)
-        peak, rms, at = {}, {}, 0
+        peak, rms, at = dict[str, Array](), dict[str, Array](), 0
         for name, point in self.scene.point_names.items():
-            rows = marcher.peaks[at : at + len(point.rows)]
+            rows = marcher.peaks[at : at + len(point.rows), :, :count] + cut
             at += len(point.rows)
-            large, square = rows[:, 0, :count] + cut, rows[:, 1, :count] + cut
-            peak[name] = large[0] if len(rows) == 1 else large
-            rms[name] = np.sqrt((square[0] if len(rows) == 1 else square) / steps)
-        energy = {name: value[..., :count] + cut for name, value in marcher.energy.items()}
+            peak[name] = rows[0, 0] if len(rows) == 1 else rows[:, 0]
+            rms[name] = np.sqrt((rows[0, 1] if len(rows) == 1 else rows[:, 1]) / (plan.steps - plan.settle))
+        energy = {name: np.array(value, ndmin=1)[:count] + cut for name, value in marcher.energy.items()}
+        balance = (np.array(marcher.balance, ndmin=1) - first)[:count] + cut
         q, v, z = (one[:, :count] + cut for one in (marcher.q, marcher.v, marcher.z))
-        return Members(q, v, z, peak, rms, energy, (marcher.balance - first)[..., :count] + cut, failed)
+        strobes = np.array(features.states).reshape(len(features.states), 2 * len(q), marcher.lanes)[..., :count]
+        if len(strobes) < plan.strobes:
+            strobes = np.full((plan.strobes, 2 * len(q), count), np.nan)
+        keeps = self.scheme.level == 0.5 and self.scheme.law == 0.0 and not self.scheme.is_accelerated
+        return Members(
+            q=q, v=v, z=z, span=np.full(count, marcher.h * (plan.steps - plan.settle)), peak=peak, rms=rms,
+            **features.contact_features(marcher.slabs, cut), **features.point_features(cut), energy=energy,
+            balance=balance, strobes=strobes, failed=failed,
+            untrusted=untrusted(energy, balance, first[:count], keeps),
+        )  # fmt: skip
+
+    def _values(self, index: Any) -> dict[str, Any]:
+        """Return the values of these members; one member: numbers, so that its march is that of a scene of its own."""
+        if len(index) == 1:
+            return {path: value[index[0]] for path, value in self.values.items()}
+        return {path: value[index] for path, value in self.values.items() if path not in self.factors}
 
     def _start(self, index: Any) -> SceneState:
-        state = self.start or self.scene.state()
+        state = self.start
 
         def pick(a: Array) -> Array:
             return a[:, index] if a.shape[1] > 1 else np.repeat(a, len(index), axis=1)
 
         a = None if state.a is None else pick(state.a)
         return SceneState(state.t, pick(state.q), pick(state.v), pick(state.z), pick(state.F), a)
-
-
-def _joined(parts: list[Members]) -> Members:
-    """Return blocks one after the other."""
-
-    def along(values: list[Any]) -> Any:
-        if isinstance(values[0], dict):
-            return {name: along([one[name] for one in values]) for name in values[0]}
-        return np.concatenate(values, axis=-1)
-
-    return Members(**{one.name: along([getattr(part, one.name) for part in parts]) for one in fields(Members)})

@@ -15,12 +15,14 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.condensed_arrays import Linear, Slabs
 from gapbeam.solver.scene.contact_pair import Contact
 from gapbeam.solver.scene.feedback import Feedback, Place, joined
-from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.given_numbers import positive
+from gapbeam.solver.scene.linear_scheme import LinearScheme, exact_modes
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
 from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, WIDTH
 from gapbeam.solver.system.operators import Array
 
+FACTOR = "damping_factor"
 STICKING = 1e9
 """Stiffness of friction that sticks over the stiffness that a step itself gives the motion."""
 
@@ -97,6 +99,7 @@ class Scene:
         self._check_points()
         self.start = np.cumsum([0] + [one.size for one in structures])
         self.size = int(self.start[-1])
+        self.damping_factors = np.ones(len(self.structures))
         self.is_large = any(one.is_large for one in structures)
         self._rows: dict[StructurePoint, Array] = {}
 
@@ -150,15 +153,20 @@ class Scene:
 
         Args:
             changes: By path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction"; a load's
-                "shaker.value", or one of its parameters. A star stands for any letters: "gland *.stiffness" are all
-                contacts of that face. Arrays are for `ensemble`.
+                "shaker.value", or one of its parameters; "beam.damping_factor": the damping matrix of a structure times
+                a number. A star stands for any letters: "gland *.stiffness" are all contacts of that face. Arrays are
+                for `ensemble`.
 
         Raises:
             UserError: Nothing has that name, or it has no such value; all faults at once.
         """
-        contacts, loads, faults = list(self.contacts), list(self.loads), []
+        contacts, loads, faults, factors = list(self.contacts), list(self.loads), [], self.damping_factors.copy()
         for path, value in changes.items():
             name, _, key = path.partition(".")
+            bodies = [i for i, one in enumerate(self.structures) if one.name and fnmatchcase(one.name, name)]
+            if bodies and key == FACTOR:
+                factors[bodies] = positive(value, path, zero=True)
+                continue
             groups: tuple[list[Any], ...] = (contacts, loads)
             found = [
                 (group, i)
@@ -168,7 +176,8 @@ class Scene:
             ]
             if not found or not key:
                 names = ", ".join(one.name for group in groups for one in group if one.name) or "none"
-                faults.append(f"{path!r}: expected name.value with the name of a contact or a load: {names}")
+                owners = "".join(f", {one.name}.{FACTOR}" for one in self.structures if one.name)
+                faults.append(f"{path!r}: expected name.value with the name of a contact or a load: {names}{owners}")
                 continue
             try:
                 for group, place in found:
@@ -177,7 +186,11 @@ class Scene:
                 faults.append(f"{path!r}: {fault}")
         if faults:
             raise UserError("\n".join(faults))
-        return self.with_parts(contacts, loads)
+        other = self.with_parts(contacts, loads)
+        if not np.array_equal(factors, self.damping_factors):
+            other.damping_factors = factors
+            other.__dict__.pop("damping", None)
+        return other
 
     def with_parts(self, contacts: list[Contact], loads: list[Load]) -> Scene:
         """Return the scene with other contacts and loads at the same points; its structures stay as they are."""
@@ -243,9 +256,10 @@ class Scene:
 
     @cached_property
     def offsets(self) -> Array:
-        """Places of the contacts at rest, (motions,)."""
-        parts = [np.broadcast_to(np.asarray(one.offset, dtype=float), (one.motions,)) for one in self.contacts]
-        return np.concatenate([np.zeros(0), *parts])
+        """Places of the contacts at rest, (motions, members), or (motions, 1) where all members share them."""
+        parts = [one.place_at_rest for one in self.contacts]
+        lanes = max((part.shape[1] for part in parts), default=1)
+        return np.vstack([np.zeros((0, lanes)), *(np.broadcast_to(part, (len(part), lanes)) for part in parts)])
 
     @cached_property
     def squares(self) -> Array:
@@ -255,7 +269,8 @@ class Scene:
     @cached_property
     def damping(self) -> Array:
         """Modal damping: (1, n) where it is diagonal, else (n, n)."""
-        C = sl.block_diag(*(one.modes[1] for one in self.structures))
+        pairs = zip(self.structures, self.damping_factors, strict=True)
+        C = sl.block_diag(*(factor * one.modes[1] for one, factor in pairs))
         off = np.abs(C - np.diag(np.diag(C))).max(initial=0.0)
         return np.diag(C)[None].copy() if off <= 1e-12 * np.abs(C).max(initial=0.0) else C
 
@@ -270,16 +285,20 @@ class Scene:
 
     def condensed(self, h: float, scheme: LinearScheme) -> Linear:
         """Return the arrays of the scene, in its modes, for a step of h."""
-        w, C, i0, d0 = self.squares, self.damping, scheme.inertia[0] / h, scheme.drag[0]
+        w, C, i0, d0 = self.squares, self.damping, scheme.inertia[0] / h * np.ones(self.size), scheme.drag[0]
+        root: Array = np.ones(self.size)
+        if scheme.exact:
+            mass, drag = exact_modes(w, C[0] if len(C) == 1 else np.zeros(len(w)), h)
+            i0, root, C = i0 * mass, np.sqrt(mass), drag[None] if len(C) == 1 else C
         if len(C) == 1:
             weight, inverse = np.asarray(1 / (i0 + d0 * C[0] + scheme.level * h * w), dtype=float), np.zeros((0, 0))
-            return self.linear(h, scheme, weight, inverse, w, C, lambda R: weight[:, None] * R)
+            return self.linear(h, scheme, weight, inverse, w, C, root, lambda R: weight[:, None] * R)
         whole = np.asarray(np.linalg.inv(np.diag(i0 + scheme.level * h * w) + d0 * C), dtype=float)
-        return self.linear(h, scheme, np.ones(len(w)), whole, w, C, lambda R: whole @ R)
+        return self.linear(h, scheme, np.ones(len(w)), whole, w, C, root, lambda R: whole @ R)
 
     def linear(
         self, h: float, scheme: LinearScheme, weight: Array, inverse: Array, squares: Array, damping: Array,
-        solve: Callable[[Array], Array],
+        root: Array, solve: Callable[[Array], Array],
     ) -> Linear:  # fmt: skip
         """Eliminate feedback and contact, given what solves with the effective operator."""
         B, patterns, m = self.contact_rows, self.load_columns.T, self.motions
@@ -294,7 +313,7 @@ class Scene:
         watch = self.rows(self.point_names.values())
         arrays = (
             weight, inverse, squares, damping, ports, X.T, patterns, whole[:m].T, whole[m:], G[:, m:], loop @ force,
-            back, states, watch, numbers,
+            back, states, watch, root, numbers,
         )  # fmt: skip
         return Linear(*(np.ascontiguousarray(one, dtype=float) for one in arrays))
 
@@ -331,7 +350,8 @@ class Scene:
         starts = np.cumsum([0] + [len(some) for _, some in parts])
         return Slabs(
             integers([key[0] for key, _ in parts]), places, integers(starts), integers([key[1] for key, _ in parts]),
-            self.first[integers(order)].astype(np.int64), work, rough and any(one.is_rough for one in self.contacts),
+            self.first[integers(order)].astype(np.int64), work,
+            np.zeros((len(order), lanes)), rough and any(one.is_rough for one in self.contacts),
         )  # fmt: skip
 
     def walls(self, times: Array, lanes: int = 1) -> Array:
@@ -366,5 +386,5 @@ class Scene:
 
     def places(self, q: Array, t: float) -> Array:
         """Return where the contact points are relative to their regions, (motions, lanes), m."""
-        found: Array = self.contact_rows @ q + self.offsets[:, None] - self.walls(np.array([t]))[0]
+        found: Array = self.contact_rows @ q + self.offsets - self.walls(np.array([t]))[0]
         return found

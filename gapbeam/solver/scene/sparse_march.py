@@ -8,6 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 import scipy.sparse.linalg as sla
 
+from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.condensed_arrays import Linear
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.modal_march import TOLERANCE, Marcher
@@ -26,6 +27,8 @@ class SparseMarcher(Marcher):
     def condensed(self) -> Linear:
         """Return the arrays of the scene for the step; factors the effective operator."""
         scene, h, scheme = self.scene, self.h, self.scheme
+        if scheme.exact:
+            raise UserError("march: exact frequencies are for modes; reduce the structure: structure.reduced(modes)")
 
         def block(name: str) -> Any:
             parts = (getattr(one, name) for one in scene.structures)
@@ -44,7 +47,7 @@ class SparseMarcher(Marcher):
             return np.column_stack(found) if found else np.zeros(right.shape)
 
         none = np.zeros(0)
-        return scene.linear(h, scheme, none, none[None], none, none[None], solve)
+        return scene.linear(h, scheme, none, none[None], none, none[None], none, solve)
 
     def without_inertia(self, force: Array) -> Array:
         """Return M^-1 (force - C v - K q)."""

@@ -44,7 +44,9 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
     clear(ledger[STORED:])
     for s in range(len(slabs.address)):
         for c in range(slabs.start[s + 1] - slabs.start[s]):
+            spent = slabs.spent[slabs.start[s] + c]
             for lane in range(L):
+                spent[lane] += slabs.work[s, 11, c, lane] + slabs.work[s, 12, c, lane]
                 ledger[STORED, lane] += slabs.work[s, 10, c, lane]
                 ledger[LAW, lane] += slabs.work[s, 11, c, lane]
                 ledger[RUBBED, lane] += slabs.work[s, 12, c, lane]
@@ -97,7 +99,7 @@ def march(
     )
     n, m, no, nf, nw = len(squares), len(linear.delassus), len(linear.fed), len(patterns), len(linear.watch)
     accelerated, diagonal, total = len(acc) > 0, damping.shape[0] == 1, 0
-    r, weight, drive = space.r, linear.weight, speed if diagonal else space.r
+    r, weight, root, drive = space.r, linear.weight, linear.root, speed if diagonal else space.r
     cv, ca, d0, d1, d2 = -scheme[0, 1] / h, -scheme[0, 2], scheme[1, 0], scheme[1, 1], scheme[1, 2] * h
     e0, e1, e2, g0, g1, g2 = (
         scheme[2, 0],
@@ -128,7 +130,7 @@ def march(
             for i in range(n):
                 for lane in range(L):
                     drive[i, lane] = weight[i] * (
-                        cv * v[i, lane] - squares[i] * q[i, lane] + patterns[0, i] * loads[k, 0, lane]
+                        cv * root[i] * v[i, lane] - squares[i] * q[i, lane] + patterns[0, i] * loads[k, 0, lane]
                     )
         for j in range(1, nf):
             for i in range(n):
@@ -166,7 +168,7 @@ def march(
                 for lane in range(L):
                     w = speed[i, lane]
                     q[i, lane] += h * w
-                    v[i, lane] = e0 * w + e1 * v[i, lane]
+                    v[i, lane] = e0 * root[i] * w + e1 * v[i, lane]
                     if L == 1:
                         r[i, lane] = d0 * w * w
                     else:  # one reading of the modes less

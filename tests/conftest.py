@@ -23,6 +23,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 def pytest_configure(config: pytest.Config) -> None:
     config.stash[BEGAN] = time.monotonic()
     os.environ["GAPBEAM_ERRORS"] = "none"  # the tests of error estimates ask for them
+    os.environ["GAPBEAM_KEEP"] = "none"  # a basis that an earlier test kept would hide what this one changes
     signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell that starts tests beside itself ignores Ctrl-C
 
 

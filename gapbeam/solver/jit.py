@@ -33,13 +33,19 @@ POLL = 0.05  # s between looks at a process that compiles
 REORDERED = {"reassoc", "contract", "nsz"}  # sums may be reordered for SIMD; infinities and NaN keep their meaning
 
 
-def cache_base() -> Path | None:
-    """Return the folder for all compiled code, which need not be there; None where there is no home."""
-    given, home = os.environ.get("NUMBA_CACHE_DIR"), os.environ.get("XDG_CACHE_HOME")
+def cache_home() -> Path | None:
+    """Return the folder for all that outlives a process, which need not be there; None where there is no home."""
+    home = os.environ.get("XDG_CACHE_HOME")
     try:
-        return Path(given) if given else (Path(home) if home else Path.home() / ".cache") / "gapbeam" / "compiled"
+        return (Path(home) if home else Path.home() / ".cache") / "gapbeam"
     except RuntimeError:
         return None
+
+
+def cache_base() -> Path | None:
+    """Return the folder for all compiled code, which need not be there; None where there is no home."""
+    given, home = os.environ.get("NUMBA_CACHE_DIR"), cache_home()
+    return Path(given) if given else None if home is None else home / "compiled"
 
 
 def cache_folder() -> Path | None:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -49,6 +50,11 @@ class DeformableSections:
         """Those of the mesh, or fewer across the width."""
         case, across = self.body.case, self.settings.points_across
         return gathered_points(case, self.body.contact, is_symmetric(case), across, self.body.meshed.facet_length)
+
+    @property
+    def inputs(self) -> tuple[Any, ...]:
+        """The pressures whose shapes are kept, where they are, and which points can touch."""
+        return (self._pressures, self.body.contact.positions, self._touching)
 
     def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:
         """Return modes and contact shapes, (n, k), and the largest `Modes.left`. Collective."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.reduction.modal_basis import Basis
@@ -37,6 +37,10 @@ class KeptContact(Protocol):
     @property
     def points(self) -> ContactOperator:
         """The contact points that are marched, on the DOFs of the mesh."""
+
+    @property
+    def inputs(self) -> tuple[Any, ...]:
+        """What its vectors and what they neglect follow from beside the contact rows of the mesh."""
 
     def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:
         """Return modes and shapes, (n, k), and the largest `Modes.left`. Collective.

@@ -26,6 +26,7 @@ from gapbeam.solver.models.reduction.basis_report import BasisReport
 from gapbeam.solver.models.reduction.deformable_sections import DeformableSections
 from gapbeam.solver.models.reduction.held_motions import held
 from gapbeam.solver.models.reduction.holds import FloatingBody
+from gapbeam.solver.models.reduction.kept_basis import FoundBasis, images, kept_or_found
 from gapbeam.solver.models.reduction.kept_contact import KeptContact
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.projection import Kept, moved, projected
@@ -47,32 +48,45 @@ def reduced_body(body: Body, settings: ReducedModel) -> Body:
     case, operators = body.case, body.operators
     assert isinstance(operators, PetscOperators)
     shift = (2.0 * pi * overhang_frequency(case)) ** 2
-    count = RIGID_MODES[case.mesh.dimension] + settings.modes
-    factor = operators.shifted_factor(shift)
-    modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency, operators.has_massless)
-    modes = with_rigid_motions(modes, operators)
     contact = _kept_contact(body, settings)
     acting = acting_rows(case, body.patterns)
-    loads = np.stack([modes.factor.solve(row) for row in acting], axis=1) if acting else None
-    vectors, left = contact.vectors(operators, modes, shift)
-    floating = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
+
+    def find() -> FoundBasis:
+        count = RIGID_MODES[case.mesh.dimension] + settings.modes
+        factor = operators.shifted_factor(shift)
+        modes = lowest_modes(*operators.products(), factor, shift, count, settings.frequency, operators.has_massless)
+        modes = with_rigid_motions(modes, operators)
+        loads = np.stack([modes.factor.solve(row) for row in acting], axis=1) if acting else None
+        vectors, left = contact.vectors(operators, modes, shift)
+        floating = modal_basis(operators, np.concatenate([vectors, *([] if loads is None else [loads])], axis=1), shift)
+        highest = float(modes.frequencies.max(initial=0.0))
+        return FoundBasis(
+            floating, len(modes.squares), highest, left, contact.neglected(operators, modes, floating, shift)
+        )
+
+    points = body.contact
+    solver = (operators.solver.iterative, operators.solver.basis_tolerance)
+    given = (settings.model_dump_json(), case.mesh.dimension, shift, solver, operators.has_massless)
+    rows = (points.gap_matrix, points.weights, points.faces, points.interface.owned, points.interface.slots)
+    inputs = (*given, *rows, *acting, *contact.inputs, *images(operators))
+    found = kept_or_found(body.meshed.tagged.mesh.comm, inputs, find)
+    floating = found.floating
     basis = held(body, floating, shift)
     kept: Kept = np.ones(len(basis.squares), dtype=bool)
     if is_symmetric(case):
         kept = moved(body, contact.points, basis)
-    neglected = contact.neglected(operators, modes, floating, shift)
     report = BasisReport(
-        modes=len(modes.squares),
-        highest_mode=float(modes.frequencies.max(initial=0.0)),
+        modes=found.modes,
+        highest_mode=found.highest_mode,
         contact_shapes=contact.count,
         load_shapes=len(acting),
         size=int(np.sum(kept)),
         left_out=int(np.sum(~kept)),
         highest=float(np.sqrt(basis.squares[kept].max()) / (2.0 * pi)),
-        neglected=neglected.local,
-        neglected_smooth=neglected.smooth,
-        modes_left=left,
-        section_flexibility=neglected.section,
+        neglected=found.neglected.local,
+        neglected_smooth=found.neglected.smooth,
+        modes_left=found.left,
+        section_flexibility=found.neglected.section,
     )
     basis = basis.kept(kept)
     return replace(

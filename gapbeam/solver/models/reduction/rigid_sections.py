@@ -64,6 +64,11 @@ class RigidSections:
         """The points around the stations."""
         return on_rigid_sections(self.body.contact, self.body.meshed.space, self.rings)
 
+    @property
+    def inputs(self) -> tuple[Any, ...]:
+        """The forces on the sections, and the pressures that measure what rigid sections leave out."""
+        return (csr_matrix(self.rings.fits), _lobes(self.body.contact))
+
     def vectors(self, operators: PetscOperators, modes: Modes, shift: float) -> tuple[Array, float]:  # noqa: ARG002
         """Return modes and the responses to forces on the sections, (n, k), and `Modes.left`. Collective."""
         responses = modes.factor.solve_columns(self.rings.interface, csr_matrix(self.rings.fits.T))

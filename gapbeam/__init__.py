@@ -56,7 +56,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.scene_load import BaseMotion, Force, Load, weight
     from gapbeam.solver.scene.scene_march import history, march
     from gapbeam.solver.scene.scene_seat import NoSeat, seat
-    from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, HuntCrossley, KelvinVoigt
+    from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
     from gapbeam.solver.scene.structure import Structure, from_modes, mass
     from gapbeam.solver.scene.structure_files import read_structure
 
@@ -69,7 +69,7 @@ _MODULES = {
     "interface.case_studies": ("Workers", "identify", "life", "stability", "sweep", "tradeoff"),
     "interface.shown_results": ("compare", "export", "open_results", "plot", "render", "report"),
     "solver.scene.beam_structure": ("CrossSection", "beam", "material", "section"),
-    "solver.scene.shipped_laws": ("Adhesive", "Cubic", "HuntCrossley", "KelvinVoigt"),
+    "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
     "solver.scene.contact_pair": ("Contact",),
     "solver.scene.feedback": ("Feedback", "Joint", "memory"),
     "solver.scene.force_law": ("law",),
@@ -98,6 +98,7 @@ __all__ = [
     "CrossSection",
     "Cubic",
     "Disc",
+    "ElastoGap",
     "EnergyCreated",
     "EnergyLost",
     "Feedback",

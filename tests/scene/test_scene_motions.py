@@ -8,6 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.linalg import expm
+from scipy.optimize import brentq
 
 import gapbeam as gb
 from gapbeam.solver.scene.modal_march import Marcher
@@ -185,6 +187,36 @@ def test_a_sparse_structure_moves_as_its_modes_do() -> None:
         ends.append(found)
     assert np.abs(ends[0].displacement["end"] - ends[1].displacement["end"]).max() < 1e-10
     assert np.abs(ends[0].force["stop"]).max() > 1.0
+
+
+@pytest.mark.parametrize("ratio", [0.05, 0.3, 0.9])
+def test_a_damper_that_its_spring_limits_rebounds_as_its_three_phases(ratio: float) -> None:
+    """A force -(k x + min(max(c x', -k x), k x)): 2 k x at first, then k x + c x', then none.
+
+    The first phase is sin(sqrt(2 k / m) t), the second an exponential of the damped oscillator.
+    """
+    m, k, speed = 2.0, 1.8e6, 0.7
+    c = 2.0 * ratio * sqrt(k * m)
+    w = sqrt(2.0 * k / m)
+    first = np.arctan(c * w / k)
+    state = np.array([speed / w * np.sin(first), speed * np.cos(first)])
+    damped = np.array([[0.0, 1.0], [-k / m, -c / m]])
+
+    def force(t: float) -> float:
+        return float(np.array([k, c]) @ expm(damped * t) @ state)
+
+    end = brentq(force, 0.0, pi / sqrt(k / m))
+    rebound = float((expm(damped * end) @ state)[1])
+    one = gb.mass(m)
+    stop = gb.Contact(one["at"], gb.HalfPlane(1e-3), gb.ElastoGap(stiffness=k, damping=c), name="stop")
+    scene = gb.Scene(one, contacts=[stop])
+    errors = []
+    for step in (2e-5, 1e-5, 5e-6):
+        found = gb.history(scene, step, 0.01, scene.state(velocity={one: speed}))
+        errors.append(abs(float(found.last.state.v[0, 0]) / sqrt(m) - rebound))
+        assert found.force["stop"].max() <= 0.0
+    assert errors[-1] < 2e-4 * speed
+    assert errors[2] < 0.7 * errors[0]
 
 
 def test_a_stiff_joint_makes_one_of_two_masses() -> None:

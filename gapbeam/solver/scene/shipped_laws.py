@@ -21,6 +21,19 @@ def KelvinVoigt(x, stiffness, damping=0.0):  # type: ignore[no-untyped-def]  # n
     return stiffness * x
 
 
+@law(
+    potential=lambda x, stiffness, damping: 0.5 * stiffness * x * x,  # noqa: ARG005
+    mean=lambda a, b, stiffness, damping: (0.5 * stiffness * (a + b), 0.5 * stiffness),  # noqa: ARG005
+    damper=lambda force, share, rate, stiffness, damping: min(max(damping * share * rate, -force), force),  # noqa: ARG005
+)
+def ElastoGap(x, stiffness, damping):  # type: ignore[no-untyped-def]  # noqa: ARG001, N802
+    """Return stiffness x + damping x', the damper no larger than the spring: no jump at touch, no pull.
+
+    Source: Modelica.Mechanics.Translational.Components.ElastoGap, Modelica Standard Library 4.0, with n = 1.
+    """
+    return stiffness * x
+
+
 def _cubic_mean(a, b, stiffness, scale):  # type: ignore[no-untyped-def]
     c = 0.25 / (scale * scale)
     return stiffness * (a + b) * (0.5 + c * (a * a + b * b)), stiffness * (0.5 + c * (a * a + 2 * a * b + 3 * b * b))

@@ -127,6 +127,7 @@ def check_survived(folder: Path, first: Callable[[], None], whole: Path) -> None
 @given(size=st.integers(0, 200_000))
 @example(size=0)
 @example(size=20_000)
+@pytest.mark.slow(minutes=0.3)
 def test_files_that_cannot_grow_end_a_run_with_a_message(
     size: int, whole: Path, tmp_path_factory: pytest.TempPathFactory
 ) -> None:

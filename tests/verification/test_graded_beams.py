@@ -162,6 +162,7 @@ def test_a_basis_of_many_elements_is_the_whole_system(
 
 
 @alone
+@pytest.mark.slow(minutes=0.2)
 def test_the_seat_on_stations_is_that_on_the_points_of_the_mesh() -> None:
     """A heavy tube on its plates: what each plate carries, with 1 to 8 stations and with all points of the mesh."""
     carried = []

@@ -105,6 +105,7 @@ def energy_error(name, cells, degree):
     return float(np.sqrt(e @ (stiffness @ e) / (u @ (stiffness @ u))))
 
 
+@pytest.mark.slow(minutes=0.2)
 def test_the_hump_touches_part_of_the_base() -> None:
     """Between a fifth and four fifths of the base carry; the gland carries everywhere."""
     finest, _ = reference(1)

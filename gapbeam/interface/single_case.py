@@ -2,11 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import replace
+from collections.abc import Collection, Mapping
+from dataclasses import fields, replace
 from itertools import pairwise
 from os import PathLike
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gapbeam.interface.case_source import (
     CaseSource,
@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 def run(
-    case: CaseSource,
+    case: CaseSource | Scene,
     overrides: Overrides = (),
     output: str | PathLike[str] | None = None,
     overwrite: bool = False,
@@ -39,19 +39,24 @@ def run(
     relative_error: float | None = None,
     of: str | None = None,
     at_most: float | None = None,
+    **march: Any,
 ) -> Outcome:
-    """Run a case into a results folder.
+    """Run a case, or march a scene, into a results folder.
 
     Args:
-        case: Path of a case file, its text, a dict of its tables, or a case.
+        case: Path of a case file, its text, a dict of its tables, or a case; or a scene.
         overrides: Keys to replace, such as {"support.clearance": 0.1e-3} or ["support.clearance=0.1e-3"].
-        output: Results folder; by default results/<name of the case file>.
+        output: Results folder; by default results/<name of the case file>, or results/scene.
         overwrite: Replace the results of an earlier run.
         resume: Continue from its last checkpoint; from the start where it has none yet.
         relative_error: Of a statistic of a run under random loads: the run goes on after `time.end` until the 95 %
             interval of the figure is +- this part of it.
         of: That figure, such as "probe.tip.rms".
         at_most: Longest time that is marched, s; None: 10 times `time.end`.
+        march: For a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;
+            `every`, steps from one record to the next; `scheme`; `gates`, as the table [gates] of case files;
+            `observers`, functions of the step after each record, which may set loads; `period` of the forcing, s;
+            `title`.
 
     Returns:
         The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
@@ -61,10 +66,18 @@ def run(
         CaseError: The case has faults; all of them are in the message.
         MeshError: The mesh file does not fit the case.
         OutOfMemory: The limit of addresses of this process is too low to begin with.
-        UserError: The folder holds results, or those of another case, or a point lies outside the mesh.
+        UserError: The folder holds results, or those of another case, or a point lies outside the mesh; or an argument
+            is not for a case, or not for a scene.
 
     Collective.
     """
+    from gapbeam.solver.scene.scene import Scene
+
+    given = {"relative_error": relative_error, "of": of, "at_most": at_most, "overrides": overrides or None}
+    if isinstance(case, Scene):
+        return _run_of_scene(case, output, overwrite, resume, given, march)
+    if march:
+        _refuse(march, 'a case, whose step and end are keys: overrides={"time.end": 0.2}')
     comm = _ranks()
     from gapbeam.interface.longer_run import case_and_rule
     from gapbeam.solver.run.run_case import run_case
@@ -76,6 +89,37 @@ def run(
     outcome = run_case(read, folder, comm, overwrite, resume, rule)
     outcome = with_errors(read, outcome, comm) if wanted else outcome
     return replace(outcome, body=None)  # its memory goes
+
+
+def _run_of_scene(
+    scene: Scene, output: str | PathLike[str] | None, overwrite: bool, resume: bool, others: Mapping[str, Any],
+    march: dict[str, Any],
+) -> Outcome:  # fmt: skip
+    """Run a scene; arguments that are for cases are refused."""
+    from gapbeam.solver.errors import UserError
+    from gapbeam.solver.run.scene_run import SceneRun, run_scene
+
+    _refuse([name for name, value in others.items() if value is not None], "a scene: see `scene.with_`")
+    known = [one.name for one in fields(SceneRun) if one.name != "scene"]
+    _refuse([name for name in march if name not in known], f"a scene; its arguments: {', '.join(known)}")
+    lacking = [name for name in ("step", "end") if name not in march]
+    if lacking:
+        raise UserError(f"run: a scene needs {' and '.join(f'`{name}=`' for name in lacking)}, s")
+    if resume:
+        raise UserError("run: found resume=True; a run of a scene keeps no checkpoints: march it again")
+    return run_scene(SceneRun(scene, **march), folder_from(output, "scene"), overwrite)
+
+
+def _refuse(names: Collection[str], what: str) -> None:
+    """Refuse arguments of `run`.
+
+    Raises:
+        UserError: There are any.
+    """
+    if names:
+        from gapbeam.solver.errors import UserError
+
+        raise UserError(f"run: found {', '.join(f'`{name}=`' for name in names)} for {what}")
 
 
 def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = None) -> Simulation:

@@ -5,22 +5,27 @@ from __future__ import annotations
 import platform
 from importlib import metadata
 
-import dolfinx
 import numpy as np
-import petsc4py
-from mpi4py import MPI
 
 
 def versions() -> dict[str, str]:
     """Return the versions of everything that results depend on."""
-    own = {"gapbeam": _installed("gapbeam"), "python": platform.python_version()}
-    return own | {
+    import dolfinx
+    import petsc4py
+    from mpi4py import MPI
+
+    return python_versions() | {
         "dolfinx": dolfinx.__version__,
         "petsc4py": petsc4py.__version__,
-        "numpy": np.__version__,
         "gmsh": _installed("gmsh"),
         "mpi": MPI.Get_library_version().split("\n")[0].split(",")[0].strip("\x00 "),
     }
+
+
+def python_versions() -> dict[str, str]:
+    """Return the versions of what results of scenes depend on, which need no DOLFINx."""
+    own = {"gapbeam": _installed("gapbeam"), "python": platform.python_version()}
+    return own | {"numpy": np.__version__, "numba": _installed("numba")}
 
 
 def _installed(name: str) -> str:

@@ -20,9 +20,11 @@ IN_A_ROW = 4
 
 def moves_in_space(history: xr.Dataset) -> bool:
     """Return whether a probe moves out of the bending plane."""
-    if "displacement" not in history or history.sizes.get("component", 0) < 3 or not history.sizes.get("probe", 0):
+    if "displacement" not in history or not history.sizes.get("probe", 0):
         return False
-    lateral, vertical = (np.ptp(history["displacement"].values[..., axis], axis=0) for axis in (1, 2))
+    if "z" not in history["component"].values:
+        return False
+    lateral, vertical = (np.ptp(history["displacement"].sel(component=axis).values, axis=0) for axis in "yz")
     return bool(np.any(lateral > ASIDE * vertical.max(initial=0.0)) and np.all(np.isfinite(lateral)))
 
 

@@ -105,11 +105,13 @@ class Results:
 
     @cached_property
     def case(self) -> dict[str, Any]:
-        """The case as run, with every default.
+        """The case as run, with every default; empty for the run of a scene, which has none.
 
         Raises:
             ResultsError: `case.toml` is missing or cannot be read.
         """
+        if self.summary.get("scene"):
+            return {}
         path = self.folder / CASE_FILE
         try:
             text = self.case_text

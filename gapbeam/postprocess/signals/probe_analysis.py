@@ -158,7 +158,11 @@ def analyze(results: Results, options: Options | None = None, history: xr.Datase
     if displacement.time.size < 2:
         notes.append("one record only: no motion to analyze")
         return Analysis(probe, component, frequency, warnings=tuple(notes))
-    acceleration = probe_signal(history, f"acceleration_{options.acceleration}", probe, component)
+    quantity = f"acceleration_{options.acceleration}"
+    if quantity not in history and "acceleration_relative" in history:
+        quantity = "acceleration_relative"
+        notes.append("accelerations are relative to the frame: nothing says how all points move with it")
+    acceleration = probe_signal(history, quantity, probe, component)
     found, section = None, None
     if frequency is not None:
         try:

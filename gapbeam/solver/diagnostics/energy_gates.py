@@ -12,6 +12,7 @@ Source: the default limits are those that CalculiX documents for contact.
 from __future__ import annotations
 
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -19,7 +20,7 @@ from gapbeam.solver.case.case import Case, Gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.face_updates import CLOSED, OPEN, UNKNOWN, Watched, after_look, breaks_gates
 from gapbeam.solver.diagnostics.ledger_update import relative_growth
-from gapbeam.solver.errors import EnergyCreated, NotFinite
+from gapbeam.solver.errors import EnergyCreated, EnergyLost, NotFinite
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
@@ -47,7 +48,7 @@ class EnergyGates:
 
     Attributes:
         limits: The gates of the case.
-        contact: To distinguish the faces.
+        contact: To distinguish the faces; None: `look` is called with each.
         impacts: Impacts that ended so far.
         largest_growth: Largest relative algorithmic growth in one impact.
         largest_loss: Largest relative algorithmic loss in one impact.
@@ -58,7 +59,7 @@ class EnergyGates:
     """
 
     limits: Gates
-    contact: ContactOperator
+    contact: ContactOperator | None
     impacts: int = 0
     largest_growth: float = 0.0
     largest_loss: float = 0.0
@@ -109,6 +110,43 @@ class EnergyGates:
         """Return what the scheme took in the whole run relative to the energy exchanged; 0 where round-off hides it."""
         return max(relative_growth(ledger.algorithmic, ledger.exchanged, ledger.round_off), 0.0)
 
+    def judge(self, scheme: str, ledger: Ledger) -> None:
+        """Pass a march that reached its end, or raise.
+
+        Args:
+            scheme: Its name.
+            ledger: At the end.
+
+        Raises:
+            EnergyCreated: More energy was created over the run than the gate of an impact allows.
+        """
+        if self.failed(ledger) and not self.limits.accept_energy_growth:
+            raise EnergyCreated(
+                f"the scheme {scheme} created {ledger.created:.3g} J, "
+                f"{self.growth(ledger):.2%} of the energy exchanged (allowed: {self.limits.impact_growth:.2%}): "
+                f"the results are not to be trusted. {self.remedy}; gates.accept_energy_growth = true accepts it"
+            )
+
+    def judge_loss(self, scheme: str, ledger: Ledger, otherwise: str = "") -> None:
+        """Pass a march whose scheme took little energy, or raise.
+
+        Args:
+            scheme: Its name.
+            ledger: At the end.
+            otherwise: What helps beside a smaller step.
+
+        Raises:
+            EnergyLost: The scheme took more of the energy than the gates allow.
+        """
+        share = self.loss(ledger)
+        if share > self.limits.total_loss and not self.limits.accept_energy_loss:
+            raise EnergyLost(
+                f"the scheme {scheme} took {ledger.algorithmic:.3g} J, {share:.1%} of the energy "
+                f"exchanged (allowed: {self.limits.total_loss:.1%}); damping and contact took {ledger.lost:.3g} J: "
+                f"the results are not to be trusted. Try a smaller time.step{otherwise}; "
+                "gates.total_loss allows more, gates.accept_energy_loss = true accepts it"
+            )
+
     def watched(self, face: int) -> Watched:
         """Return a face as it was last seen."""
         seen = UNKNOWN if face not in self.open_faces else OPEN if self.open_faces[face] else CLOSED
@@ -125,11 +163,49 @@ class EnergyGates:
 
     def _watch_impacts(self, pressure: Array, ledger: Ledger) -> None:
         created, energy = ledger.created, ledger.kinetic + ledger.strain
+        assert self.contact is not None
         for face, closed in enumerate(self.contact.faces_with(pressure > 0.0)):
-            seen, ended, growth = after_look(self.watched(face), bool(closed), created, energy, ledger.round_off)
-            self.keep(face, seen)
-            if ended:
-                self.impacts += 1
-                self.largest_growth = max(self.largest_growth, growth)
-                self.largest_loss = max(self.largest_loss, -growth)
-                self.violations += breaks_gates(growth, self.limits.impact_growth, self.limits.impact_loss)
+            self.look(face, bool(closed), created, energy, ledger.round_off)
+
+    def look(self, face: int, closed: bool, created: float, energy: float, round_off: float) -> None:
+        """Take in a face after a step; see `after_look`."""
+        seen, ended, growth = after_look(self.watched(face), closed, created, energy, round_off)
+        self.keep(face, seen)
+        if ended:
+            self.impacts += 1
+            self.largest_growth = max(self.largest_growth, growth)
+            self.largest_loss = max(self.largest_loss, -growth)
+            self.violations += breaks_gates(growth, self.limits.impact_growth, self.limits.impact_loss)
+
+
+def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
+    """Return the ledger at the end and what the gates saw."""
+    exchanged = ledger.exchanged
+    return {
+        "kinetic": ledger.kinetic,
+        "strain": ledger.strain,
+        "contact": ledger.contact,
+        "load_work": [float(x) for x in ledger.load_work],
+        "structural_dissipation": ledger.structural,
+        "contact_dissipation": ledger.contact_loss,
+        "friction_dissipation": ledger.friction_loss,
+        "algorithmic_dissipation": ledger.algorithmic,
+        "residual": ledger.residual,
+        "exchanged": exchanged,
+        "round_off": ledger.round_off,
+        "absolute_work": ledger.absolute_work,
+        "relative_residual": ledger.residual / exchanged if exchanged > 0.0 else 0.0,
+        "created": ledger.created,
+        "relative_growth": gates.growth(ledger),
+    }
+
+
+def describe_gates(gates: EnergyGates) -> dict[str, Any]:
+    """Return what the impact gates saw."""
+    return {
+        "impacts": gates.impacts,
+        "violations": gates.violations,
+        "largest_growth": gates.largest_growth,
+        "largest_loss": gates.largest_loss,
+        "limits": gates.limits.model_dump(),
+    }

@@ -126,6 +126,13 @@ class Ledger:
         return created_energy(self.energies, float(self.load_work.sum()))
 
 
+def balance_words(ledger: Ledger) -> str:
+    """Return how well the energy balance closes."""
+    if abs(ledger.residual) <= ledger.round_off or ledger.exchanged == 0.0:
+        return "energy accounted for to round-off"
+    return f"energy residual {abs(ledger.residual) / ledger.exchanged:.1e} of the energy exchanged"
+
+
 def open_ledger(system: SemiDiscreteSystem, law: ContactLaw, state: State) -> Ledger:
     """Return the ledger at the start of a run. Collective."""
     return replace(_measured(system, law, state), round_off=round_off(system, law, state))

@@ -26,12 +26,13 @@ def impact_figures(impacts: Impacts, layout: Layout, seconds: float) -> dict[str
     lists, found = iter(impacts.ended), dict[str, Any]()
     for support in layout.supports:
         mine = [next(lists) for _ in support.faces]
-        faces = {face.name: _figures([one], seconds) for face, one in zip(support.faces, mine, strict=True)}
-        found[support.name] = _figures(mine, seconds) | {"faces": faces}
+        faces = {face.name: figures_of_lists([one], seconds) for face, one in zip(support.faces, mine, strict=True)}
+        found[support.name] = figures_of_lists(mine, seconds) | {"faces": faces}
     return found
 
 
-def _figures(lists: Sequence[ImpactList], seconds: float) -> dict[str, Any]:
+def figures_of_lists(lists: Sequence[ImpactList], seconds: float) -> dict[str, Any]:
+    """Return count, rate and distributions of the impacts of some lists together, over a span of time, s."""
     count = sum(one.count for one in lists)
     every = [one.every for one in lists]
     rows = np.concatenate([np.repeat(one.rows, one.every // min(every), axis=0) for one in lists])

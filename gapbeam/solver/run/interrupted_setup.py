@@ -15,10 +15,9 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import Interrupted, NotWritten, UserError
 from gapbeam.solver.record_table import SUMMARY_FILE
-from gapbeam.solver.run.output import run_summary as summaries
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.folder_lock import locked
-from gapbeam.solver.run.output.results_folder import check_folder, prepare_folder
+from gapbeam.solver.run.output.results_folder import check_folder, prepare_folder, write_summary
 
 LOG = logging.getLogger("gapbeam")
 
@@ -75,4 +74,4 @@ def left_behind(
 def _write(folder: Path, summary: dict[str, Any]) -> None:
     prepare_folder(folder)
     with written(folder / SUMMARY_FILE):
-        summaries.write_summary(folder, summary)
+        write_summary(folder, summary)

@@ -10,11 +10,12 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from enum import IntEnum
 from types import FrameType, TracebackType
-from typing import Any
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING, Any
 
 from gapbeam.solver.errors import Interrupted
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 PATIENCE = 2.0  # s that a step, or a library that has lost the error, may go on after a signal
 MARCH = "gapbeam.solver.march.python.march"  # its frames are those of a step
@@ -216,4 +217,8 @@ class Interruption:
         if signals.heard == Wish.NONE and signals.deadline is not None and self._comm.rank == 0:
             signals.heard = Wish.WALL_TIME if time.perf_counter() >= signals.deadline else Wish.NONE
         mine = max(own, signals.heard)
-        return mine if self._comm.size == 1 else Wish(self._comm.allreduce(int(mine), op=MPI.MAX))
+        if self._comm.size == 1:
+            return mine
+        from mpi4py import MPI
+
+        return Wish(self._comm.allreduce(int(mine), op=MPI.MAX))

@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from gapbeam.solver.models.body import Body
+if TYPE_CHECKING:
+    from gapbeam.solver.models.body import Body
 
 
 @dataclass(frozen=True, repr=False)

@@ -20,6 +20,7 @@ from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.case.record_checksums import with_checksums
+from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
@@ -42,12 +43,18 @@ from gapbeam.solver.run.output.atomic_files import disk_reported, written
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.folder_lock import locked
 from gapbeam.solver.run.output.log_file import log_file
-from gapbeam.solver.run.output.results_folder import AS_RUN, check_folder, prepare_folder, write_beside
+from gapbeam.solver.run.output.results_folder import (
+    AS_RUN,
+    check_folder,
+    prepare_folder,
+    write_beside,
+    write_summary,
+)
 from gapbeam.solver.run.periodic_search import search
 from gapbeam.solver.run.rank_threads import crowded, threads_a_rank
 from gapbeam.solver.run.run_consumers import RunConsumers, steps_between
 from gapbeam.solver.run.stop_rule import StopRule, refuse_not_met, statistics_words
-from gapbeam.solver.run.verdict import balance_words, judge_curve, judge_run, remarks_on_model
+from gapbeam.solver.run.verdict import judge_curve, judge_run, remarks_on_model
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.system.semi_discrete import State
 
@@ -150,7 +157,7 @@ def _run_case(
                 summary["message"] = f"{type(error).__name__}: {error}"
                 if comm.rank == 0:
                     with suppress(OSError):
-                        summaries.write_summary(folder, summary)
+                        write_summary(folder, summary)
                 raise
             summary["wall_time"]["total"] = time.perf_counter() - signals.started
             summary["memory"] = {"peak_per_rank": summaries.peak_memory(comm)}
@@ -163,7 +170,7 @@ def _write_opening(model: Model, folder: Path, comm: MPI.Comm, summary: dict[str
     def write() -> None:
         with written(folder / CASE_FILE):
             write_beside(folder / CASE_FILE, _case_text(model.case, summary["versions"]))
-            summaries.write_summary(folder, summary)
+            write_summary(folder, summary)
 
     on_rank_zero(comm, write)
 
@@ -173,7 +180,7 @@ def _close(folder: Path, comm: MPI.Comm, summary: dict[str, Any], model: Model) 
 
     def write() -> None:
         with written(folder / SUMMARY_FILE):
-            summaries.write_summary(folder, summary)
+            write_summary(folder, summary)
             if summary["status"] == "completed":
                 remove_unasked(folder, model)
 

@@ -230,7 +230,7 @@ class RunConsumers:
         except NotWritten:
             self._history.abandon()
             raise
-        write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts)
+        write_impacts(self._folder, self.model.system.contact.face_names, self.accounts.impacts.ended)
         statistics = self.recorder.statistics
         rates = statistics.work_rates() if isinstance(statistics, PointStatistics) else ()
         write_wear(self._folder, self.accounts.sliding, self.accounts.time, face_wear(self.model.case), rates)

@@ -18,13 +18,13 @@ from gapbeam.solver.diagnostics.assumptions.assumption import (
 )
 from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
 from gapbeam.solver.diagnostics.contact_peaks import Peaks
-from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates, describe_energy, describe_gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, energy_bias
 from gapbeam.solver.diagnostics.step_counts import Tally
-from gapbeam.solver.errors import EnergyCreated, EnergyLost, RangeNotCovered
+from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
 from gapbeam.solver.models.bending_stiffness import bending_remarks
@@ -34,7 +34,6 @@ from gapbeam.solver.models.time_step import frequency_of_interest
 from gapbeam.solver.periodic.continuation import LARGEST_NUMBER
 from gapbeam.solver.run.assumptions.frequency_findings import of_frequencies
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose, of_restraint
-from gapbeam.solver.run.output.run_summary import describe_energy, describe_gates
 from gapbeam.solver.run.statistic_doubts import noise_remarks
 from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.system.operators import Array
@@ -92,13 +91,6 @@ def contact_words(model: Model, peaks: Peaks) -> str:
     size = "interference" if clearance < 0.0 else "clearance"
     share = f", {deepest / abs(clearance):.2%} of the {size}" if clearance != 0.0 else ""
     return f"largest contact force of a step: {forces}; largest penetration {deepest:.3g} m{share}"
-
-
-def balance_words(ledger: Ledger) -> str:
-    """Return how well the energy balance closes."""
-    if abs(ledger.residual) <= ledger.round_off or ledger.exchanged == 0.0:
-        return "energy accounted for to round-off"
-    return f"energy residual {abs(ledger.residual) / ledger.exchanged:.1e} of the energy exchanged"
 
 
 def assumptions(
@@ -173,12 +165,7 @@ def judge(model: Model, ledger: Ledger, gates: EnergyGates) -> None:
     Raises:
         EnergyCreated: More energy was created over the run than the gate of an impact allows.
     """
-    if gates.failed(ledger) and not model.case.gates.accept_energy_growth:
-        raise EnergyCreated(
-            f"the scheme {model.case.time.scheme.type} created {ledger.created:.3g} J, "
-            f"{gates.growth(ledger):.2%} of the energy exchanged (allowed: {gates.limits.impact_growth:.2%}): "
-            f"the results are not to be trusted. {gates.remedy}; gates.accept_energy_growth = true accepts it"
-        )
+    gates.judge(model.case.time.scheme.type, ledger)
 
 
 def judge_curve(curve: Mapping[str, Any] | None) -> None:
@@ -214,15 +201,7 @@ def judge_run(model: Model, accounts: Accounts, findings: Sequence[Finding]) -> 
         AssumptionBroken: A limit beyond which the figures mean nothing is passed.
     """
     judge(model, accounts.ledger, accounts.gates)
-    ledger, gates = accounts.ledger, accounts.gates
-    share = gates.loss(ledger)
-    if share > gates.limits.total_loss and not gates.limits.accept_energy_loss:
-        raise EnergyLost(
-            f"the scheme {model.case.time.scheme.type} took {ledger.algorithmic:.3g} J, {share:.1%} of the energy "
-            f"exchanged (allowed: {gates.limits.total_loss:.1%}); damping and contact took {ledger.lost:.3g} J: "
-            f"the results are not to be trusted. Try a smaller time.step{_conserving(model.case)}; "
-            "gates.total_loss allows more, gates.accept_energy_loss = true accepts it"
-        )
+    accounts.gates.judge_loss(model.case.time.scheme.type, accounts.ledger, _conserving(model.case))
     let_pass(findings)
 
 

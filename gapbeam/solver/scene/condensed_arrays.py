@@ -112,6 +112,31 @@ class Space(NamedTuple):
     lost: Array
 
 
+class StepRecords(NamedTuple):
+    """What a march leaves of each step; arrays without steps are not kept.
+
+    Attributes:
+        seen: Displacements of the watched motions, (steps or 0, watched, lanes), m.
+        felt: Contact forces, the mean over the step, (steps or 0, motions, lanes), N.
+        speeds: Velocities of the watched motions, likewise, m/s.
+        places: Where contacts are relative to their regions, (steps or 0, motions, lanes), m.
+        energies: The ledger, then kinetic and strain energy, (steps or 0, 9, lanes), J.
+    """
+
+    seen: Array
+    felt: Array
+    speeds: Array
+    places: Array
+    energies: Array
+
+
+def step_records(steps: int, watched: int, motions: int, lanes: int, kept: bool, with_energies: bool) -> StepRecords:
+    """Return room for the records of a block of steps: motions and forces, and speeds, places and energies."""
+    some, all_ = steps * (kept or with_energies), steps * with_energies
+    sizes = (some, watched), (some, motions), (all_, watched), (all_, motions), (all_, 9)
+    return StepRecords(*(np.zeros((*size, lanes)) for size in sizes))
+
+
 def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
     """Return the work arrays of a condensed scene."""
     n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.fed), len(linear.watch)

@@ -15,8 +15,10 @@ from __future__ import annotations
 import inspect
 from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
+import numba
 import numpy as np
 from numpy.typing import ArrayLike
 
@@ -66,6 +68,17 @@ class ConvexRegion:
     normals: Array
     motions: int = 2
 
+    def penetration(self, places: Array) -> tuple[Array, Array]:
+        """Return penetrations, negative inside, and outward normals at places (n, motions): (n,), m, and (n, motions).
+
+        Of several faces the one that is nearest, or deepest, counts. The values are those of one member.
+        """
+        depth, normals = np.empty(len(places)), np.zeros((len(places), 2))
+        flat = np.zeros((len(places), 2))
+        flat[:, : self.motions] = places
+        _deepest(self.kind)(flat, np.array([float(one) for one in self.values]), depth, normals)
+        return depth, normals[:, : self.motions]
+
     def grown(self, by: Any) -> ConvexRegion:
         """Return the region with its faces moved outward, m: by a number, or by one for each member of an ensemble.
 
@@ -90,6 +103,23 @@ class ConvexRegion:
             raise UserError(f"region {self.kind.name} has no {name!r}; its values: {', '.join(self.kind.names)}")
         place, new = self.kind.names.index(name), _numbers(value, f"region {self.kind.name}: {name}")
         return replace(self, values=(*self.values[:place], new, *self.values[place + 1 :]))
+
+
+@lru_cache
+def _deepest(kind: RegionKind) -> Any:
+    """Return compiled deepest(places, values, depth, normals) of a kind of region."""
+    face, faces = kind.face, kind.faces
+
+    @numba.njit(error_model="numpy")  # type: ignore[untyped-decorator]
+    def deepest(places, values, depth, normals):  # type: ignore[no-untyped-def]
+        for i in range(len(places)):
+            x, y = places[i]
+            for k in range(faces):
+                _, reach, _, _, _, nx, ny, _, _, _, _ = face(k, x, y, x, y, values)
+                if k == 0 or reach > depth[i]:
+                    depth[i], normals[i, 0], normals[i, 1] = reach, nx, ny
+
+    return deepest
 
 
 @inlined

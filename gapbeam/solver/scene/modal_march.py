@@ -8,7 +8,7 @@ import numpy as np
 
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene import force_solve
-from gapbeam.solver.scene.condensed_arrays import Linear, rest, rooms
+from gapbeam.solver.scene.condensed_arrays import Linear, StepRecords, rest, rooms, step_records
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -54,6 +54,7 @@ class Marcher:
         if scheme.is_accelerated:
             self.a = np.ascontiguousarray(state.a) if state.a is not None else self.accelerations()
         self.ledger, self.peaks, self.passes = np.zeros((7, lanes)), np.zeros((len(self.linear.watch), 2, lanes)), 0
+        self.kept = step_records(0, len(self.linear.watch), scene.motions, lanes, False, False)
         self.ledger[STORED] = rest(self.slabs, self.y)[2]
 
     def condensed(self) -> Linear:
@@ -92,32 +93,38 @@ class Marcher:
             loads[:, j] = load.table(times[:-1] + self.scheme.level * self.h, self.lanes)
         return times, loads, self.scene.walls(times, self.lanes)
 
-    def advance(self, steps: int, record: bool = False) -> tuple[Array, Array]:
+    def advance(self, steps: int, record: bool = False, energies: bool = False) -> StepRecords:
         """March so many steps.
 
-        Returns:
-            Displacements of the points (steps, rows, lanes) and contact forces (steps, motions, lanes) of each step, if
-            they are recorded.
+        Args:
+            steps: How many.
+            record: Whether to record displacements and contact forces of each step.
+            energies: Whether to record speeds, places and energies, too.
 
         Raises:
             NotConverged: The contact forces of a step did not converge;
-                the state is that at the start of this step.
+                the state is that at the start of this step, and `kept` has the records before it.
         """
         times, loads, walls = self.tables(steps)
-        kept = steps * record
-        seen = np.zeros((kept, len(self.linear.watch), self.lanes))
-        felt = np.zeros((kept, self.scene.motions, self.lanes))
-        peaks = self.peaks.reshape(-1, self.lanes)
-        done = kernels(self.lanes)["march"](
-            self.linear, self.slabs, self.h, steps, self.q, self.v, self.a, self.y, self.F, self.z, self.inputs, loads,
-            walls, self.ledger, peaks, seen, felt, self.space, self.room, TOLERANCE,
-        )  # fmt: skip
+        self.kept = step_records(steps, len(self.linear.watch), self.scene.motions, self.lanes, record, energies)
+        done = self.march(steps, loads, walls)
         if done < 0:
             self.count -= done + 1
+            self.kept = StepRecords(*(one[: -done - 1] for one in self.kept))
             self.fail(self.count + 1, float(times[-done]))
         self.passes += done
         self.count += steps
-        return seen, felt
+        return self.kept
+
+    def march(self, steps: int, loads: Array, walls: Array) -> int:
+        """March so many steps into `kept`; return passes, or minus the number of the step that failed."""
+        peaks = self.peaks.reshape(-1, self.lanes)
+        return int(
+            kernels(self.lanes)["march"](
+                self.linear, self.slabs, self.h, steps, self.q, self.v, self.a, self.y, self.F, self.z, self.inputs,
+                loads, walls, self.ledger, peaks, self.kept, self.space, self.room, TOLERANCE,
+            )
+        )  # fmt: skip
 
     def fail(self, step: int, time: float) -> None:
         """Raise NotConverged for a step."""

@@ -54,12 +54,10 @@ class SparseMarcher(Marcher):
         found: Array = sla.splu(sp.csc_matrix(self.M)).solve(force - self.C @ self.v - self.K @ self.q)
         return found
 
-    def advance(self, steps: int, record: bool = False) -> tuple[Array, Array]:
-        """March so many steps; see `Marcher.advance`."""
-        A, h, meet = self.linear, self.h, kernels(1)["meet"]
+    def march(self, steps: int, loads: Array, walls: Array) -> int:
+        """March so many steps into `kept`; see `Marcher.march`."""
+        A, h, meet, kept, total = self.linear, self.h, kernels(1)["meet"], self.kept, 0
         (i0, d, e, g), space = A.scheme, self.space
-        times, loads, walls = self.tables(steps)
-        seen, felt = np.zeros((steps * record, len(A.watch), 1)), np.zeros((steps * record, self.scene.motions, 1))
         a: Array = self.a if len(self.a) else np.zeros_like(self.v)
         for k in range(steps):
             lag = d[1] * self.v + d[2] * h * a
@@ -71,16 +69,19 @@ class SparseMarcher(Marcher):
                 TOLERANCE,
             )  # fmt: skip
             if passes < 0:
-                self.fail(self.count + 1, float(times[k + 1]))
+                return -(k + 1)
             w += A.answers.T @ np.vstack([self.F, space.phi])
             self.ledger[DAMPED] += h * (w.T @ (self.C @ (d[0] * w + lag)))[0]
             self.q += h * w
             self.v[:], a = e[0] * w + e[1] * self.v + e[2] * h * a, (g[0] * w + g[1] * self.v) / h + g[2] * a
-            self.passes, self.count = self.passes + passes, self.count + 1
-            if record:
-                seen[k], felt[k] = A.watch @ self.q, self.F
+            total += passes
+            if len(kept.seen):
+                kept.seen[k], kept.felt[k] = A.watch @ self.q, self.F
+            if len(kept.energies):
+                kept.speeds[k], kept.places[k] = A.watch @ self.v, self.y
+                kept.energies[k] = np.vstack([self.ledger, *self.inertia()])
         self.a = a if len(self.a) else self.a
-        return seen, felt
+        return total
 
     def inertia(self) -> tuple[Array, Array]:
         """Return kinetic and strain energy, (1,), J."""

@@ -10,7 +10,7 @@ from __future__ import annotations
 from gapbeam.solver.scene.force_solve import solve
 from gapbeam.solver.scene.lane_code import L, add, clear, copy, lanewise, spread
 
-DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED = range(7)
+DAMPED, LAW, RUBBED, LOADED, FED, WALLED, STORED, KINETIC, STRAIN = range(9)
 
 
 @lanewise
@@ -72,13 +72,12 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
 
 @lanewise
 def march(
-    linear, slabs, h, steps, q, v, acc, y, F, z, yin, loads, walls, ledger, peaks, seen, felt, space, room, tolerance
+    linear, slabs, h, steps, q, v, acc, y, F, z, yin, loads, walls, ledger, peaks, records, space, room, tolerance
 ):
     """March all lanes in place. Return Newton passes, or minus the number of the step that failed.
 
     Motions are (modes or rows, L); acc has no rows where the scheme needs none. loads (steps, loads, L), walls (steps +
-    1, m, L). peaks (2 watched, L): largest, sum of squares. seen (steps or 0, watched, L), felt (steps or 0, m, L):
-    histories.
+    1, m, L). peaks (2 watched, L): largest, sum of squares. records: see `StepRecords`.
     """
     inverse, squares, damping, patterns, answers, scheme = (
         linear.inverse,
@@ -193,10 +192,22 @@ def march(
                     x = place[j, lane]
                     peaks[2 * j, lane] = max(peaks[2 * j, lane], abs(x))
                     peaks[2 * j + 1, lane] += x * x
-        if len(seen):
+        if len(records.seen):
             for lane in range(L):
                 for j in range(nw):
-                    seen[k, j, lane] = place[j, lane]
+                    records.seen[k, j, lane] = place[j, lane]
                 for j in range(m):
-                    felt[k, j, lane] = F[j, lane]
+                    records.felt[k, j, lane] = F[j, lane]
+        if len(records.energies):
+            copy(y, records.places[k])
+            clear(records.speeds[k])
+            add(linear.watch, v, records.speeds[k], 1.0)
+            for lane in range(L):
+                kinetic = strain = 0.0
+                for i in range(n):
+                    kinetic += 0.5 * v[i, lane] * v[i, lane]
+                    strain += 0.5 * squares[i] * q[i, lane] * q[i, lane]
+                for j in range(7):
+                    records.energies[k, j, lane] = ledger[j, lane]
+                records.energies[k, 7, lane], records.energies[k, 8, lane] = kinetic, strain
     return total

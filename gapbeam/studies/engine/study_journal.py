@@ -9,7 +9,7 @@ from typing import Any
 
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.output.results_folder import finite
 from gapbeam.studies.study_folder import study_written
 
 REMEDY = "delete it, and the study begins anew"

@@ -34,7 +34,7 @@ from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
-from gapbeam.solver.run.output.run_summary import write_summary
+from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of

@@ -14,7 +14,7 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import OutOfMemory, RunError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.output.results_folder import finite
 from gapbeam.studies.identification.identification_problem import Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
 from gapbeam.studies.identification.measured_figures import (

@@ -13,8 +13,7 @@ from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.value_words import toml_value
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.identification.conclusion import Conclusion
 from gapbeam.studies.identification.evaluations import LOG_FILE
 from gapbeam.studies.identification.identifiability import combination_words

@@ -14,8 +14,7 @@ from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.modes.contact_modes import SEATED, held_modes
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.modes.mode_tables import as_data
 from gapbeam.studies.modes.theory_comparison import OVERHANG, ModesComparison, beams_of, compare_modes

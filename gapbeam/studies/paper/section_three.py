@@ -10,8 +10,7 @@ import numpy as np
 
 from gapbeam.postprocess.report.blocks import Block, Compared, ComparisonBlock, ReportSection, Verdict, Words
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.paper.adams_plan import (
     COMMAND,
     ELASTIC,

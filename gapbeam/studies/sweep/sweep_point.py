@@ -26,8 +26,7 @@ from gapbeam.solver.faults import CaseError
 from gapbeam.solver.loads.forcing import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.run.stop_rule import has_statistics
 from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
 from gapbeam.studies.study_folder import study_written

@@ -15,8 +15,7 @@ from gapbeam.postprocess.report.sections.sweep_section import ENSEMBLES_FILE
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE
 from gapbeam.postprocess.study_figures.response_census import Branch, SweepPoint
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.run.output.run_summary import finite
+from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.studies.sweep.seed_ensembles import Ensemble, ensembles_of
 
 PLAIN = ("direction", "start", "verdict", "response", "period", "repeats_within", "transient", "windows")

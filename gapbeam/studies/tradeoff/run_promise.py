@@ -11,7 +11,7 @@ from mpi4py import MPI
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.run.outcome import Outcome
-from gapbeam.solver.run.output.run_summary import write_summary
+from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.studies.tradeoff.level_errors import group_of
 from gapbeam.studies.tradeoff.promise import percent
 from gapbeam.studies.tradeoff.run_tradeoff import NOT_PROMISED

@@ -13,7 +13,6 @@ _WORDS = {
     "axial_stress": ("gauge", "largest axial stress at {}"),
     "von_mises_stress": ("gauge", "largest von Mises stress at {}"),
 }
-_ACROSS = {2: "y", 3: "yz"}
 
 
 def peak_rows(history: xr.Dataset) -> list[Row]:
@@ -32,7 +31,7 @@ def peak_rows(history: xr.Dataset) -> list[Row]:
         ("acceleration_from_supports", "moved_probe", "largest acceleration of {} from its supports"),
     ):
         if record in history and history.sizes.get(dimension, 0):
-            across = history[record].sel(component=list(_ACROSS[history.sizes["component"]]))
+            across = history[record].sel(component=[axis for axis in history["component"].values if axis != "x"])
             sizes = np.sqrt((across**2).sum("component"))
             rows += _largest(sizes, dimension, words, str(history[record].attrs.get("units", "m")))
     for record, (dimension, words) in _WORDS.items():

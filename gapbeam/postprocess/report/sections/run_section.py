@@ -27,6 +27,7 @@ from gapbeam.postprocess.report.sections.peak_rows import peak_rows
 from gapbeam.postprocess.report.sections.points_section import points_section
 from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
 from gapbeam.postprocess.report.sections.scene_section import scene_of
+from gapbeam.postprocess.report.sections.scene_table import scene_table
 from gapbeam.postprocess.report.sections.spectra_section import spectra_section
 from gapbeam.postprocess.report.sections.statistics_section import statistics_section
 from gapbeam.postprocess.report.sections.still_scene import still_scene_of
@@ -53,6 +54,7 @@ NO_SCENE = (
     "There is no scene, since the run left fewer than three fields of the motion and no case with a beam to draw. A "
     "run in time with `output.fields_interval` well below `time.end` writes fields."
 )
+NO_GEOMETRY = "The run is one of a scene whose structures have no geometry: there is nothing to draw but its records."
 PICTURE_WORDS = {
     "largest_contact_force": "The beam in its support at the field with the largest contact force.",
     "largest_displacement": "The beam in its support at the field with the largest displacement of the free end.",
@@ -84,13 +86,18 @@ def run_report(results: Results, command: str) -> Report:
     if curve.is_file():
         sections.append(curve_section(read_object(curve, ("key", "unit", "points")), command))
     margins, cost = limits_section(results), computation_section(results)
-    ends = (random_loads_section(results.summary), margins, _pictures(results.folder), case_section(results), cost)
+    ends = (
+        random_loads_section(results.summary), margins, _pictures(results.folder), case_section(results),
+        scene_table(results.summary), cost,
+    )  # fmt: skip
     sections += [section for section in ends if section is not None]
     return Report(results.title, f"Run in `{results.folder}`", sections, meta_of(results, command))
 
 
 def _scene(results: Results, command: str) -> list[Block]:
     """Return the moving scene, a still one without fields; what stands in its way is said in its place."""
+    if results.summary.get("scene"):
+        return [Words(NO_GEOMETRY)]
     try:
         scene = scene_of(results, command) or still_scene_of(results, command)
     except (ResultsError, SignalError) as fault:

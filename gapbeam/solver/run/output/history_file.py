@@ -7,7 +7,7 @@ checkpoint costs what is new, and whatever happens to the run, the records up to
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from contextlib import suppress
 from pathlib import Path
 
@@ -35,13 +35,18 @@ class HistoryWriter:
         folder: Results folder.
         labels: Names along each labeled dimension: probe, component, face, load.
         kept: Records there to keep and go on after; None: make a new history. Files change with the first record.
+        variables: Names of the variables that are recorded; None: all of `records.HISTORY`.
 
     Raises:
         UserError: The records to go on after cannot be read, or are fewer.
     """
 
-    def __init__(self, folder: Path, labels: dict[str, tuple[str, ...]], kept: int | None = None) -> None:
+    def __init__(
+        self, folder: Path, labels: dict[str, tuple[str, ...]], kept: int | None = None,
+        variables: Collection[str] | None = None,
+    ) -> None:  # fmt: skip
         self._folder, self._labels = folder, labels
+        self._shapes = _shapes(labels, variables)
         self._rows: list[dict[str, Array]] = []
         self._waiting = 0
         self._length, self._begun = kept or 0, False
@@ -51,7 +56,7 @@ class HistoryWriter:
         self._sink: Sink
         self._target = folder / HISTORY_FILE
         if kept is not None:
-            _check_there(folder, kept, labels)
+            _check_there(folder, kept, self._shapes)
 
     @property
     def records(self) -> int:
@@ -160,7 +165,7 @@ class HistoryWriter:
     def _open_new(self) -> h5py.File:
         self._sink = Sink(part_of(self._target), new=True)
         self._file = h5py.File(self._sink, "w")
-        self._columns = _create(self._file, self._labels)
+        self._columns = _create(self._file, self._labels, self._shapes)
         return self._file
 
     def _put(self, file: h5py.File, path: Path) -> None:
@@ -180,7 +185,9 @@ def along_time(file: h5py.File) -> dict[str, h5py.Dataset]:
     return {name: data for name, data in file.items() if name == "time" or has_time(data)}
 
 
-def _create(file: h5py.File, labels: dict[str, tuple[str, ...]]) -> dict[str, h5py.Dataset]:
+def _create(
+    file: h5py.File, labels: dict[str, tuple[str, ...]], shapes: Mapping[str, Shape]
+) -> dict[str, h5py.Dataset]:
     """Make all datasets of a file; return those along time, by name."""
     file.attrs["format"] = FORMAT_VERSION
     time = file.create_dataset("time", (0,), "f8", maxshape=(None,), chunks=(BLOCK,))
@@ -191,7 +198,7 @@ def _create(file: h5py.File, labels: dict[str, tuple[str, ...]]) -> dict[str, h5
         if names:
             scales[dimension] = file.create_dataset(dimension, data=list(names), dtype=h5py.string_dtype())
             scales[dimension].make_scale(dimension)
-    shapes, columns = _shapes(labels), {"time": time}
+    columns = {"time": time}
     for record in HISTORY:
         if record.name not in shapes:
             continue
@@ -204,15 +211,17 @@ def _create(file: h5py.File, labels: dict[str, tuple[str, ...]]) -> dict[str, h5
     return columns
 
 
-def _shapes(labels: dict[str, tuple[str, ...]]) -> dict[str, Shape]:
+def _shapes(labels: dict[str, tuple[str, ...]], variables: Collection[str] | None) -> dict[str, Shape]:
     """Return the shape of every variable along time, by name; those without entries are left out."""
     shapes: dict[str, Shape] = {
-        record.name: (None, *(len(labels[dimension]) for dimension in record.dims[1:])) for record in HISTORY
+        record.name: (None, *(len(labels.get(dimension, ())) for dimension in record.dims[1:]))
+        for record in HISTORY
+        if variables is None or record.name in variables
     }
     return {"time": (None,)} | {name: shape for name, shape in shapes.items() if 0 not in shape}
 
 
-def _check_there(folder: Path, kept: int, labels: dict[str, tuple[str, ...]]) -> None:
+def _check_there(folder: Path, kept: int, shapes: Mapping[str, Shape]) -> None:
     """Refuse to go on after records that are not there, or are of another form."""
     pieces = history_pieces(folder)
     ends = [first for first, _ in pieces[1:]] + [kept]
@@ -223,7 +232,7 @@ def _check_there(folder: Path, kept: int, labels: dict[str, tuple[str, ...]]) ->
             continue
         try:
             with h5py.File(path, "r") as stored:
-                refuse_other_data(stored, _shapes(labels), along_time=True)
+                refuse_other_data(stored, shapes, along_time=True)
                 there = min(len(data) for data in along_time(stored).values())
                 times = np.concatenate([[last], stored["time"][: min(there, wanted)]])
                 if not np.all(np.diff(times) > 0.0) or not np.all(np.isfinite(times[1:])):

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from pathlib import Path
 
-from gapbeam.solver.diagnostics.impacts import Impacts
+from gapbeam.solver.diagnostics.impact_list import ImpactList
 from gapbeam.solver.record_table import IMPACT_COLUMNS, IMPACTS_FILE
 from gapbeam.solver.run.output.atomic_files import written
 from gapbeam.solver.run.output.results_folder import write_beside
@@ -13,14 +13,14 @@ from gapbeam.solver.run.output.results_folder import write_beside
 HEAD = ",".join(["face", *(f"{name} ({unit})" if unit else name for name, unit in IMPACT_COLUMNS.items())])
 
 
-def write_impacts(folder: Path, faces: Sequence[str], impacts: Impacts) -> None:
+def write_impacts(folder: Path, faces: Sequence[str], impacts: Sequence[ImpactList]) -> None:
     """Write the impacts that were kept of each face, with how many each of them stands for.
 
     Raises:
         NotWritten: It could not be written.
     """
     lines = [HEAD]
-    for face, kept in zip(faces, impacts.ended, strict=True):
+    for face, kept in zip(faces, impacts, strict=True):
         lines += [f"{face},{','.join(map(repr, row))},{kept.every}" for row in kept.rows.tolist()]
     path = folder / IMPACTS_FILE
     with written(path):

@@ -6,10 +6,12 @@ import logging
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-
-from mpi4py import MPI
+from typing import TYPE_CHECKING
 
 from gapbeam.solver.record_table import LOG_FILE
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 LOG = logging.getLogger("gapbeam")
 
@@ -22,9 +24,9 @@ class _Quiet(logging.FileHandler):
 
 
 @contextmanager
-def log_file(folder: Path, comm: MPI.Comm) -> Iterator[None]:
-    """Send the log of rank 0 to run.log as well; not collective."""
-    if comm.rank != 0:
+def log_file(folder: Path, comm: MPI.Comm | None = None) -> Iterator[None]:
+    """Send the log of rank 0, or of a process without MPI, to run.log as well; not collective."""
+    if comm is not None and comm.rank != 0:
         yield
         return
     handler = _Quiet(folder / LOG_FILE, delay=True, encoding="utf-8")

@@ -12,10 +12,10 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
+from gapbeam.solver.diagnostics.energy_gates import describe_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.record_table import PROGRESS_FILE
-from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.solver.run.output.run_summary import describe_energy, finite
+from gapbeam.solver.run.output.results_folder import finite, write_beside
 
 INTERVAL = 2.0  # s of wall time between two of them
 

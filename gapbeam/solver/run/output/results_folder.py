@@ -2,10 +2,15 @@
 
 from __future__ import annotations
 
+import json
+import math
 import os
 from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
+from typing import Any
+
+import numpy as np
 
 from gapbeam.solver import record_table as records
 from gapbeam.solver.errors import UserError
@@ -136,3 +141,22 @@ def write_beside(path: Path, text: str) -> None:
     with os.fdopen(new_file(part), "w", encoding="utf-8") as file:
         file.write(text)
     part.replace(path)
+
+
+def write_summary(folder: Path, summary: dict[str, Any]) -> None:
+    """Write summary.json; numbers that are not finite become null."""
+    text = json.dumps(finite(summary | {"format": records.FORMAT_VERSION}), indent=2, allow_nan=False)
+    write_beside(folder / records.SUMMARY_FILE, text + "\n")
+
+
+def finite(value: Any) -> Any:
+    """Return a value as JSON can hold it: numbers that are not finite are null."""
+    if isinstance(value, dict):
+        return {key: finite(entry) for key, entry in value.items()}
+    if isinstance(value, list | tuple):
+        return [finite(entry) for entry in value]
+    if isinstance(value, float | np.floating):
+        return float(value) if math.isfinite(value) else None
+    if isinstance(value, np.integer):
+        return int(value)
+    return value

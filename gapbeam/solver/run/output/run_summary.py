@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-import json
-import math
 import resource
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,13 +13,9 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.case.placed_support import own_law
 from gapbeam.solver.case.smoothing_window import smoothing_window
-from gapbeam.solver.diagnostics.energy_gates import EnergyGates
-from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.loads.support_walls import face_motions
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.record_table import FORMAT_VERSION, SUMMARY_FILE
-from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.solver.seat.static_seat import Seat
 from gapbeam.solver.supports.body_motions import body_motions
 from gapbeam.solver.supports.support import Face
@@ -122,58 +115,6 @@ def describe_seat(seat: Seat, model: Model) -> dict[str, Any]:
     }
 
 
-def describe_energy(ledger: Ledger, gates: EnergyGates) -> dict[str, Any]:
-    """Return the ledger at the end and what the gates saw."""
-    exchanged = ledger.exchanged
-    return {
-        "kinetic": ledger.kinetic,
-        "strain": ledger.strain,
-        "contact": ledger.contact,
-        "load_work": [float(x) for x in ledger.load_work],
-        "structural_dissipation": ledger.structural,
-        "contact_dissipation": ledger.contact_loss,
-        "friction_dissipation": ledger.friction_loss,
-        "algorithmic_dissipation": ledger.algorithmic,
-        "residual": ledger.residual,
-        "exchanged": exchanged,
-        "round_off": ledger.round_off,
-        "absolute_work": ledger.absolute_work,
-        "relative_residual": ledger.residual / exchanged if exchanged > 0.0 else 0.0,
-        "created": ledger.created,
-        "relative_growth": gates.growth(ledger),
-    }
-
-
-def describe_gates(gates: EnergyGates) -> dict[str, Any]:
-    """Return what the impact gates saw."""
-    return {
-        "impacts": gates.impacts,
-        "violations": gates.violations,
-        "largest_growth": gates.largest_growth,
-        "largest_loss": gates.largest_loss,
-        "limits": gates.limits.model_dump(),
-    }
-
-
 def peak_memory(comm: MPI.Comm) -> list[int]:
     """Return the largest resident memory of every rank, bytes. Collective."""
     return list(comm.allgather(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024))
-
-
-def write_summary(folder: Path, summary: dict[str, Any]) -> None:
-    """Write summary.json; numbers that are not finite become null."""
-    text = json.dumps(finite(summary | {"format": FORMAT_VERSION}), indent=2, allow_nan=False)
-    write_beside(folder / SUMMARY_FILE, text + "\n")
-
-
-def finite(value: Any) -> Any:
-    """Return a value as JSON can hold it: numbers that are not finite are null."""
-    if isinstance(value, dict):
-        return {key: finite(entry) for key, entry in value.items()}
-    if isinstance(value, list | tuple):
-        return [finite(entry) for entry in value]
-    if isinstance(value, float | np.floating):
-        return float(value) if math.isfinite(value) else None
-    if isinstance(value, np.integer):
-        return int(value)
-    return value

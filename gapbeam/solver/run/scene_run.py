@@ -1,0 +1,300 @@
+"""One run of a scene: march, gates, records, verdict; its folder is read as those of cases are."""
+
+from __future__ import annotations
+
+import logging
+import resource
+import time
+from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from pydantic import ValidationError
+
+from gapbeam.meshes.versions.installed_versions import python_versions
+from gapbeam.solver.case.gates_table import Gates
+from gapbeam.solver.diagnostics.energy_ledger import balance_words
+from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
+from gapbeam.solver.record_table import SUMMARY_FILE
+from gapbeam.solver.run.interruption import Signals, Wish
+from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.output.atomic_files import disk_reported, written
+from gapbeam.solver.run.output.folder_lock import locked
+from gapbeam.solver.run.output.history_file import HistoryWriter
+from gapbeam.solver.run.output.impact_file import write_impacts
+from gapbeam.solver.run.output.log_file import log_file
+from gapbeam.solver.run.output.results_folder import check_folder, prepare_folder, write_summary
+from gapbeam.solver.run.scene_accounts import SceneAccounts, contacts_of, promises_balance
+from gapbeam.solver.run.scene_records import SceneRecords
+from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of
+from gapbeam.solver.scene.condensed_arrays import StepRecords
+from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
+from gapbeam.solver.scene.modal_march import BLOCK, Marcher
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_march import SceneStep, marcher_of, steps_to
+
+LOG = logging.getLogger("gapbeam")
+Observer = Callable[[SceneStep], Any]
+
+
+@dataclass(frozen=True)
+class SceneRun:
+    """What a run of a scene is asked for.
+
+    Attributes:
+        scene: What moves.
+        step: s.
+        end: Time of the last step, s.
+        start: State at the start; None: at rest, undeformed.
+        every: Steps from one record to the next.
+        scheme: Of the time integration.
+        gates: As the table [gates] of case files.
+        observers: Called after every record.
+        period: Of the forcing, s; None: it has none.
+        title: Of the results.
+    """
+
+    scene: Scene
+    step: float
+    end: float
+    start: SceneState | None = None
+    every: int = 1
+    scheme: LinearScheme = MIDPOINT
+    gates: Mapping[str, Any] = field(default_factory=dict)
+    observers: Sequence[Observer] = ()
+    period: float | None = None
+    title: str = ""
+
+    @property
+    def limits(self) -> Gates:
+        """The gates.
+
+        Raises:
+            UserError: An entry is unknown or out of range.
+        """
+        try:
+            return Gates.model_validate(dict(self.gates))
+        except ValidationError as error:
+            one = error.errors()[0]
+            where = ".".join(map(str, one["loc"]))
+            raise UserError(
+                f"run: gates: {where}: {one['msg']}; expected entries of the table [gates] of case files"
+            ) from None
+
+    def check(self) -> None:
+        """Refuse arguments out of range.
+
+        Raises:
+            UserError: There are such.
+        """
+        if self.every < 1:
+            raise UserError(f"run: found every = {self.every}, expected 1 or more")
+        if self.period is not None and not (np.isfinite(self.period) and self.period > 0.0):
+            raise UserError(f"run: found period {self.period!r} s, expected a time above 0, or None")
+        for one in self.observers:
+            if not callable(one):
+                raise UserError(f"run: found the observer {one!r}, expected a function of the step")
+
+
+def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False) -> Outcome:
+    """March a scene into a results folder.
+
+    Args:
+        asked: What to run.
+        folder: Where results go.
+        overwrite: Replace the results of an earlier run.
+
+    Returns:
+        The outcome; its exit status is not zero when the run created energy, did not converge or was interrupted, and
+        what was computed up to then is on disk.
+
+    Raises:
+        UserError: An argument is out of range, or the folder holds results or cannot be written.
+    """
+    asked.check()
+    limits = asked.limits
+    check_folder(folder, overwrite, overwrite)
+    with Signals(None) as signals:
+        marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
+        steps = steps_to(asked.end, marcher.t, marcher.h)
+        with locked(folder):
+            prepare_folder(folder)
+            with log_file(folder):
+                summary = _opening(asked, folder, marcher)
+                march = _March(asked, folder, marcher, steps, limits, signals)
+                try:
+                    with disk_reported(folder):
+                        write_summary(folder, summary)
+                        signals.march_begins()
+                        march.to_the_end()
+                    march.judge()
+                    summary |= {"status": "completed", "exit_status": 0}
+                    summary["message"] = f"{marcher.count} steps, {march.balance_words}"
+                    LOG.info("%s", summary["message"])
+                except RunError as error:
+                    summary |= {"status": error.run_status, "exit_status": error.exit_status, "reason": error.reason}
+                    summary["message"] = str(error)
+                    LOG.error("%s", error)
+                except BaseException as error:
+                    summary |= {"status": "failed", "exit_status": 1, "reason": RunError.reason}
+                    summary["message"] = f"{type(error).__name__}: {error}"
+                    with suppress(OSError):
+                        write_summary(folder, summary)
+                    raise
+                march.describe(summary)
+                summary["wall_time"]["total"] = time.perf_counter() - signals.started
+                _close(folder, summary)
+    return Outcome(folder, summary["exit_status"], summary["message"], summary)
+
+
+def _opening(asked: SceneRun, folder: Path, marcher: Marcher) -> dict[str, Any]:
+    window = asked.period if asked.period is not None else asked.end - marcher.t
+    share = min(0.05 * window, asked.end - marcher.t)
+    return {
+        "title": asked.title or folder.name,
+        "status": "running",
+        "exit_status": None,
+        "reason": None,
+        "message": "",
+        "warnings": [],
+        "versions": python_versions(),
+        "forcing": {"frequency": None if asked.period is None else 1.0 / asked.period, "period": asked.period},
+        "smoothing": {"window": share, "reason": f"0.05 of the {'run' if asked.period is None else 'forcing period'}"},
+        "model": {"type": "scene", "dofs": asked.scene.size, "contact_points": len(asked.scene.contacts),
+                  "supports": []},
+        "scene": describe_scene(asked.scene, marcher.h, asked.end, asked.scheme),
+        "defaults": [],
+        "wall_time": {},
+        "resumed": [],
+    }  # fmt: skip
+
+
+def _close(folder: Path, summary: dict[str, Any]) -> None:
+    summary["memory"] = {"peak_per_rank": [resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024]}
+    try:
+        with written(folder / SUMMARY_FILE):
+            write_summary(folder, summary)
+    except NotWritten as error:
+        LOG.error("%s", error)
+        if summary["exit_status"] == 0:
+            summary |= {"status": "failed", "exit_status": error.exit_status, "message": str(error)}
+
+
+class _March:
+    """A march that is recorded, counted and judged, block by block."""
+
+    def __init__(
+        self, asked: SceneRun, folder: Path, marcher: Marcher, steps: int, limits: Gates, signals: Signals
+    ) -> None:
+        self.asked, self.folder, self.marcher, self.steps, self.signals = asked, folder, marcher, steps, signals
+        remedy = "Try a smaller step or a softer stiffness"
+        if not promises_balance(asked.scheme):
+            remedy = "Try the default scheme, which creates none, a smaller step or a softer stiffness"
+        self.accounts = SceneAccounts(marcher, limits, remedy)
+        self.records = SceneRecords(marcher, asked.every)
+        self.writer = HistoryWriter(folder, self.records.labels, None, self.records.variables)
+        self.seconds = 0.0
+
+    @property
+    def scheme(self) -> str:
+        """Name of the scheme, for messages."""
+        return "midpoint" if promises_balance(self.asked.scheme) else "that was given"
+
+    @property
+    def balance_words(self) -> str:
+        """How well the energy balance closes, or what the scheme took."""
+        if self.accounts.balanced:
+            return balance_words(self.accounts.ledger)
+        taken = self.accounts.ledger.algorithmic
+        return (
+            f"a scheme that promises no energy balance: it {'took' if taken >= 0.0 else 'created'} {abs(taken):.3g} J"
+        )
+
+    def to_the_end(self) -> None:
+        """March, record and watch.
+
+        Raises:
+            RunError: A gate is passed, a step did not converge, the disk is full, or the user asked to stop.
+        """
+        marcher, every, clock = self.marcher, self.asked.every, time.perf_counter()
+        block = every if self.asked.observers else max(every, BLOCK // every * every)
+        try:
+            if marcher.count == 0:
+                self.writer.append(self.records.first(marcher, self.accounts))
+            while marcher.count < self.steps:
+                self._advance(min(block, self.steps - marcher.count))
+                for observer in self.asked.observers:
+                    observer(SceneStep(marcher))
+                self._listen()
+            self.writer.close()
+        except NotWritten:
+            self.writer.abandon()
+            raise
+        except BaseException:
+            self.writer.close()
+            raise
+        finally:
+            self.seconds += time.perf_counter() - clock
+            with suppress(NotWritten):
+                write_impacts(self.folder, self.records.labels["face"], self.accounts.impacts)
+
+    def _listen(self) -> None:
+        heard = self.signals.heard
+        if heard != Wish.NONE:
+            raise Interrupted(f"{heard.words} at t = {self.marcher.t:.6g} s", heard.exit_status)
+
+    def _advance(self, steps: int) -> None:
+        """March a block, and take in all steps before one that failed."""
+        marcher, before, failure = self.marcher, self.marcher.count, None
+        try:
+            kept = marcher.advance(steps, energies=True)
+        except NotConverged as error:
+            kept, failure = marcher.kept, error
+        whole = len(kept.energies)
+        finite = np.isfinite(kept.energies).all(axis=(1, 2)) & np.isfinite(kept.seen).all(axis=(1, 2))
+        finite &= np.isfinite(kept.felt).all(axis=(1, 2))
+        count = whole if finite.all() else int(np.argmin(finite))
+        kept = StepRecords(*(one[:count] for one in kept))
+        times = marcher.t0 + (before + 1 + np.arange(count)) * marcher.h
+        accounts, scene = self.accounts, self.asked.scene
+        contacts = contacts_of(scene, kept.places[:, :, 0], kept.felt[:, :, 0])
+        energies = accounts.energies(kept, kept.felt[:, :, 0])
+        sums = accounts.take(times, marcher.h, contacts, energies)
+        last = failure is not None or count < whole or before + count == self.steps
+        rows = self.records.rows(before, times, kept, contacts, energies, sums, last)
+        if rows is not None:
+            self.writer.append(rows)
+        if count < whole:
+            accounts.gates.let_pass(marcher.t0 + (before + count + 1) * marcher.h, False, accounts.ledger)
+        accounts.pass_gates(times, energies)
+        if failure is not None:
+            raise failure
+
+    def judge(self) -> None:
+        """Pass a march that reached its end, or raise.
+
+        Raises:
+            EnergyCreated: More energy was created over the run than the gate of an impact allows.
+            EnergyLost: The scheme took more of the energy than the gates allow.
+        """
+        accounts = self.accounts
+        accounts.gates.judge(self.scheme, accounts.ledger)
+        accounts.gates.judge_loss(self.scheme, accounts.ledger, ", or the default scheme, which takes none")
+
+    def describe(self, summary: dict[str, Any]) -> None:
+        """Add figures, findings and remarks to the summary, and log them."""
+        marcher, accounts = self.marcher, self.accounts
+        names = self.records.labels["face"]
+        summary |= figures_of(accounts, names, marcher.count * marcher.h)
+        findings = findings_of(accounts)
+        summary["assumptions"] = [one.as_data() for one in findings]
+        remarks = remarks_of(accounts, findings)
+        summary["warnings"] += remarks
+        passes = marcher.passes / marcher.count if marcher.count else 0.0
+        summary["convergence"] = {"steps": marcher.count, "iterations_mean": passes}
+        summary["wall_time"] |= {"march": self.seconds, "per_step": self.seconds / max(marcher.count, 1)}
+        for remark in remarks:
+            LOG.warning("%s", remark)

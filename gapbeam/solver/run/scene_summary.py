@@ -1,0 +1,112 @@
+"""What the summary of a run of a scene says: the scene, its figures, assumptions and remarks."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding, limited
+from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
+from gapbeam.solver.diagnostics.impact_figures import figures_of_lists
+from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
+from gapbeam.solver.run.scene_accounts import SceneAccounts, promises_balance
+from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.scene import Scene
+
+
+def describe_scene(scene: Scene, step: float, end: float, scheme: LinearScheme) -> dict[str, Any]:
+    """Return structures, contacts and loads of a scene with their values, the step, and the numbers of the scheme."""
+    contacts = [
+        {
+            "name": one.name,
+            "between": [f"{point.structure.name or '?'}.{point.name or '?'}" for point in one.points],
+            "region": one.region.kind.name,
+            "law": one.law.kind.name,
+            "values": _plain(dict(zip(one.law.kind.names, one.law.values, strict=True))),
+            "clearance": _plain(_clearance(one.region)),
+            "friction": _plain(one.friction),
+            "moves": one.wall is not None,
+        }
+        for one in scene.contacts
+    ]
+    return {
+        "structures": [
+            {"name": one.name, "dofs": one.size, "points": list(one.points)} for one in scene.structures
+        ],
+        "contacts": contacts,
+        "loads": [{"name": one.name, "type": getattr(one, "kind", type(one).__name__.lower())} for one in scene.loads],
+        "feedbacks": len(scene.feedbacks),
+        "step": step,
+        "end": end,
+        "scheme": scheme._asdict(),
+        "keeps_energy": promises_balance(scheme),
+        "geometry": False,
+    }  # fmt: skip
+
+
+def _clearance(region: Any) -> Any:
+    names = region.kind.names
+    return region.values[names.index("clearance")] if "clearance" in names else None
+
+
+def _plain(value: Any) -> Any:
+    """Return values as JSON holds them."""
+    if isinstance(value, dict):
+        return {key: _plain(one) for key, one in value.items()}
+    return np.asarray(value).tolist() if value is not None else None
+
+
+def figures_of(accounts: SceneAccounts, names: Sequence[str], seconds: float) -> dict[str, Any]:
+    """Return what the summary reports of energy, gates and contact.
+
+    Args:
+        accounts: Of the march.
+        names: Of the contacts.
+        seconds: Span of the march, s.
+    """
+
+    def by_contact(values: Any) -> dict[str, float]:
+        return {name: float(value) for name, value in zip(names, values, strict=True)}
+
+    found = {
+        "energy": describe_energy(accounts.ledger, accounts.gates),
+        "gates": describe_gates(accounts.gates),
+        "penetration": {"largest": float(accounts.depth.max(initial=0.0)), "relative_to_clearance": None},
+        "peak_contact_force": by_contact(accounts.force),
+        "contact_episodes": accounts.episodes,
+        "impacts": {
+            name: figures_of_lists([one], seconds) for name, one in zip(names, accounts.impacts, strict=True)
+        },
+    }  # fmt: skip
+    if any(one.is_rough for one in accounts.scene.contacts):
+        found["friction"] = {"peak_force": by_contact(accounts.friction)}
+    return found
+
+
+def findings_of(accounts: SceneAccounts) -> list[Finding]:
+    """Return how close a run came to the limits of the assumptions of a scene."""
+    seen = accounts.episodes
+    detail = f"{seen['short_episodes']} of {seen['episodes']} contacts"
+    found = [Finding(RESOLVED, seen["share_of_impulse_in_short_episodes"], detail=detail)] if seen["episodes"] else []
+    return limited(found, accounts.gates.limits)
+
+
+def remarks_of(accounts: SceneAccounts, findings: Sequence[Finding]) -> list[str]:
+    """Return what a user has to know before using the figures, one sentence each."""
+    found = [one.remark for one in findings if one.verdict == WARNING]
+    gates, ledger = accounts.gates, accounts.ledger
+    if not accounts.balanced:
+        found.append(
+            "the scheme promises no energy balance: energy that is missing counts as its dissipation, so that the "
+            "balance proves nothing; compare with the default scheme"
+        )
+    if gates.violations:
+        found.append(
+            f"{gates.violations} of {gates.impacts} impacts changed the energy by more than the gates allow (largest "
+            f"growth {gates.largest_growth:.2%}, largest loss {gates.largest_loss:.2%}): try a smaller step"
+        )
+    if gates.failed(ledger) and gates.limits.accept_energy_growth:
+        found.append(f"energy growth of {gates.growth(ledger):.2%} accepted by gates.accept_energy_growth")
+    return found

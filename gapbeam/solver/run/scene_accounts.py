@@ -160,7 +160,8 @@ class SceneAccounts:
         return Ledger(
             float(energies.kinetic[k]), float(energies.strain[k]), float(energies.contact[k]), self.ledger.start,
             energies.work[k].copy(), float(energies.structural[k]), float(energies.law[k]),
-            float(energies.algorithmic[k]),            exchanged, exchanged - absolute, absolute, float(energies.round_off[k]), gain, float(energies.friction[k]),
+            float(energies.algorithmic[k]), exchanged, exchanged - absolute, absolute, float(energies.round_off[k]),
+            gain, float(energies.friction[k]),
         )  # fmt: skip
 
     def pass_gates(self, times: Array, energies: EnergyBlock) -> None:

@@ -205,7 +205,7 @@ class _Job:
         try:
             with np.errstate(all="ignore"):  # a member that fails is found by its step
                 for steps in plan.blocks(BLOCK // 4):
-                    seen, felt = marcher.advance(steps, record=done >= plan.settle)
+                    seen, felt, *_ = marcher.advance(steps, record=done >= plan.settle)
                     done += steps
                     if done > plan.settle:
                         features.add(seen, felt)

@@ -5,6 +5,7 @@ from __future__ import annotations
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from math import pi, sqrt
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from scipy.integrate import quad
 
 import gapbeam as gb
 from gapbeam.solver.scene import object_code
+from gapbeam.solver.scene.law_check import check_law
 from gapbeam.solver.scene.modal_march import Marcher
 from gapbeam.solver.scene.object_code import address
 from gapbeam.solver.scene.touch_kernel import SIGNATURE
@@ -66,8 +68,40 @@ def test_a_potential_that_is_no_integral_of_its_spring_is_refused(share: float) 
         return stiffness * x
 
     one = gb.mass(1.0)
-    with pytest.raises(gb.UserError, match=r"law Wrong: .*slope of"):
+    with pytest.raises(gb.UserError, match=r"law Wrong: .*integral of"):
         gb.Contact(one["at"], gb.HalfPlane(0.0), Wrong(stiffness=1e3))
+
+
+def power(n: float) -> tuple[Callable[[float, float], float], Callable[[float, float], float]]:
+    """Return k x^n and its integral."""
+    return lambda x, k: k * x**n, lambda x, k: k * x ** (n + 1) / (n + 1)
+
+
+TRUE_LAWS = {
+    **{f"power {n}": power(n) for n in (1, 1.5, 3, 12)},
+    "sinh": (lambda x, k: k * np.sinh(x / 0.01), lambda x, k: 0.01 * k * (np.cosh(x / 0.01) - 1.0)),
+    "exponential": (lambda x, k: k * (np.exp(x) - 1.0), lambda x, k: k * (np.exp(x) - 1.0 - x)),
+    "two slopes": (
+        lambda x, k: k * x if x < 1e-3 else k * (9.0 * x - 8e-3),
+        lambda x, k: 0.5 * k * x * x if x < 1e-3 else k * (4.5 * x * x - 8e-3 * x + 4e-6),
+    ),
+    "a spring that ends": (lambda x, k: k * x / (0.1 - x), lambda x, k: k * (-x - 0.1 * np.log(1.0 - x / 0.1))),
+}
+
+
+@pytest.mark.parametrize("name", TRUE_LAWS)
+@pytest.mark.parametrize("share", [1.0, 1.001])
+def test_a_potential_is_accepted_where_it_is_the_integral_and_refused_a_thousandth_beside(
+    name: str, share: float
+) -> None:
+    """Steep powers, kinks, poles and potentials without digits at small penetrations."""
+    spring, potential = TRUE_LAWS[name]
+    law = gb.law(potential=lambda x, k: share * potential(x, k))(spring)(k=1e6)
+    if share == 1.0:
+        check_law(law)
+        return
+    with pytest.raises(gb.UserError, match="integral of the spring"):
+        check_law(law)
 
 
 def test_an_own_region_moves_as_the_one_that_it_repeats() -> None:

@@ -7,12 +7,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gapbeam.solver.contact.laws.integral_check import SHARES, compared
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 AGREES = 1.0e-6  # of the largest value: how well potential, pressure and slope belong together
-_NODES, _TWICE = np.polynomial.legendre.leggauss(8)
-SHARES, WEIGHTS = np.asarray(0.5 * (1.0 + _NODES)), np.asarray(0.5 * _TWICE)  # of a quadrature between two depths
 
 
 @dataclass(frozen=True)
@@ -48,16 +47,15 @@ class OwnSpring:
         """
         high = depth * 2.0 ** np.arange(-8.0, 16.0)[:, None]
         low = 0.75 * high
-        between = low + SHARES[:, None, None] * (high - low)
-        pressure, slope = self.pressure(between), self.slope(between)  # (nodes, depths, points)
-        work, rise = ((high - low) * np.tensordot(WEIGHTS, values, 1) for values in (pressure, slope))
-        stored, risen = (function(high) - function(low) for function in (self.potential, self.pressure))
+        pressure = self.pressure(low + SHARES[:, None, None] * (high - low))
         largest = np.abs(pressure).max(axis=0)
+        stored = compared(self.pressure, self.potential, high, AGREES)
+        risen = compared(self.slope, self.pressure, high, AGREES)
         at_touch = np.abs(self.pressure(1.0e-12 * high[:1])) + np.zeros_like(largest)
         wrong = {
-            "a potential that is not the integral of the pressure": np.abs(stored - work) > AGREES * np.abs(work),
-            "a slope that is not the derivative of the pressure": np.abs(risen - rise) > AGREES * largest,
-            "a pressure that falls, or is negative": (pressure.min(axis=0) < 0.0) | (rise < 0.0),
+            "a potential that is not the integral of the pressure": stored.differ | ~np.any(stored.judged, axis=0),
+            "a slope that is not the derivative of the pressure": risen.differ | ~np.any(risen.judged, axis=0),
+            "a pressure that falls, or is negative": (pressure.min(axis=0) < 0.0) | (self.slope(high) < 0.0),
             "a pressure at touch": at_touch > AGREES * largest[-1],
         }
         for found, where in wrong.items():

@@ -44,12 +44,17 @@ if TYPE_CHECKING:
     from gapbeam.interface.shown_results import compare, open_results, plot, render, report
     from gapbeam.interface.single_case import check, model, modes, run, scene
     from gapbeam.solver.scene.beam_structure import CrossSection, beam, material, section
+    from gapbeam.solver.scene.connors_margin import connors
     from gapbeam.solver.scene.contact_pair import Contact
     from gapbeam.solver.scene.convex_region import Disc, HalfPlane, Polar, Polygon, Slot, region
+    from gapbeam.solver.scene.delayed_force import quasi_steady
     from gapbeam.solver.scene.feedback import Feedback, Joint, memory
+    from gapbeam.solver.scene.flow_span import in_fluid, span
     from gapbeam.solver.scene.force_law import law
+    from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
     from gapbeam.solver.scene.lane_ensemble import ensemble
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
+    from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.periodic_orbit import periodic
     from gapbeam.solver.scene.point_basis import reduced_at_points
     from gapbeam.solver.scene.scene import Scene
@@ -72,6 +77,11 @@ _MODULES = {
     "solver.scene.shipped_laws": ("Adhesive", "Cubic", "ElastoGap", "HuntCrossley", "KelvinVoigt"),
     "solver.scene.contact_pair": ("Contact",),
     "solver.scene.feedback": ("Feedback", "Joint", "memory"),
+    "solver.scene.connors_margin": ("connors",),
+    "solver.scene.delayed_force": ("quasi_steady",),
+    "solver.scene.flow_span": ("in_fluid", "span",),
+    "solver.scene.lagged_force": ("aerodynamic_lag", "measured", "unsteady",),
+    "solver.scene.linear_stability": ("critical_velocity", "eigenvalues", "idle_supports", "root_locus",),
     "solver.scene.force_law": ("law",),
     "solver.scene.lane_ensemble": ("ensemble",),
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
@@ -130,9 +140,13 @@ __all__ = [
     "UserError",
     "Workers",
     "__version__",
+    "aerodynamic_lag",
     "beam",
     "check",
     "compare",
+    "connors",
+    "critical_velocity",
+    "eigenvalues",
     "ensemble",
     "euler",
     "export",
@@ -141,11 +155,14 @@ __all__ = [
     "hht",
     "history",
     "identify",
+    "idle_supports",
+    "in_fluid",
     "law",
     "life",
     "march",
     "mass",
     "material",
+    "measured",
     "memory",
     "midpoint",
     "model",
@@ -154,20 +171,24 @@ __all__ = [
     "open_results",
     "periodic",
     "plot",
+    "quasi_steady",
     "read_case",
     "read_structure",
     "reduced_at_points",
     "region",
     "render",
     "report",
+    "root_locus",
     "run",
     "scene",
     "seat",
     "section",
+    "span",
     "stability",
     "sweep",
     "theta",
     "tradeoff",
+    "unsteady",
     "view",
     "weight",
 ]

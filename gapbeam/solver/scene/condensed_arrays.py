@@ -97,7 +97,7 @@ class SolveRoom(NamedTuple):
 
 
 class Space(NamedTuple):
-    """Work arrays of a step: kernels allocate nothing."""
+    """Work arrays of a step: kernels allocate nothing. `worked` (outputs, L) is the work of the feedback, J."""
 
     r: Array
     speed: Array
@@ -110,6 +110,7 @@ class Space(NamedTuple):
     moved: Array
     place: Array
     lost: Array
+    worked: Array
 
 
 class StepRecords(NamedTuple):
@@ -140,7 +141,7 @@ def step_records(steps: int, watched: int, motions: int, lanes: int, kept: bool,
 def rooms(linear: Linear, contacts: int, lanes: int) -> tuple[Space, SolveRoom]:
     """Return the work arrays of a condensed scene."""
     n, m, outputs, watched = len(linear.squares), len(linear.delassus), len(linear.fed), len(linear.watch)
-    sizes = (n, n, n, len(linear.acted), m, m, linear.fed.shape[1], outputs, m, watched, 1)
+    sizes = (n, n, n, len(linear.acted), m, m, linear.fed.shape[1], outputs, m, watched, 1, outputs)
     space = Space(*(np.zeros((rows, lanes)) for rows in sizes))
     arrays = (np.zeros((rows, lanes)) for rows in (m, 2 * m, m, m, m, m, 4))
     lists = tuple(np.zeros(count, dtype=np.int64) for count in (contacts, m, m, m, 1))

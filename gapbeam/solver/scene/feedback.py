@@ -3,7 +3,8 @@
     z' = A z + B u,     F = C z + D u,     u = (displacements, velocities) of `sense`,     F acts at `act`.
 
 The states follow the scheme and are eliminated exactly, so that stability boundaries of the linear system hold at any
-step of the midpoint rule. A joint is a feedback without states.
+step of the midpoint rule. A joint is a feedback without states. Places may be lists of points: motions one after the
+other. Forces of a flow are in `flow_force`.
 """
 
 from __future__ import annotations
@@ -20,20 +21,28 @@ from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.structure import StructurePoint
 from gapbeam.solver.system.operators import Array
 
-Place = StructurePoint | tuple[StructurePoint, StructurePoint]
+One = StructurePoint | tuple[StructurePoint, StructurePoint]
+Place = One | list[One]
+UNSEEN = 1e-9  # of the norms of A and C: what round-off leaves of a state that no output shows
+
+
+def parts_of(place: Place) -> list[One]:
+    """Return the points and pairs of a place."""
+    return place if isinstance(place, list) else [place]
 
 
 def motions_of(place: Place) -> int:
-    """Return the number of motions of a point or a pair of points."""
-    return len((place[0] if isinstance(place, tuple) else place).rows)
+    """Return the number of motions of a place."""
+    return sum(len((one[0] if isinstance(one, tuple) else one).rows) for one in parts_of(place))
 
 
 class Feedback:
     """A linear force with n states; see the module.
 
     Args:
-        sense: StructurePoint or pair of points whose displacements and velocities it reads.
-        act: StructurePoint or pair of points that its force acts on; equal and opposite on the second of a pair.
+        sense: StructurePoint or pair of points whose displacements and velocities it reads, or a list of these.
+        act: StructurePoint or pair of points that its force acts on, or a list of these; equal and opposite on the
+            second of a pair.
         A: (n, n), 1/s; [] without states.
         B: (n, 2 motions of `sense`): displacements first.
         C: (motions of `act`, n).
@@ -41,8 +50,11 @@ class Feedback:
         name: For messages and paths.
 
     Raises:
-        UserError: A shape does not fit.
+        UserError: A shape does not fit, or a state grows by itself and no output shows that.
     """
+
+    delay = 0.0
+    """Time that the force lags behind the motion, s."""
 
     def __init__(
         self, sense: Place, act: Place, A: ArrayLike, B: ArrayLike, C: ArrayLike, D: ArrayLike | None = None,
@@ -59,12 +71,34 @@ class Feedback:
                 raise UserError(f"{where}: found {key} of shape {np.shape(value)}, expected {shape}")
         self.B, self.C = finite(B, where).reshape(n, inputs), finite(C, where).reshape(outputs, n)
         self.D = np.zeros((outputs, inputs)) if D is None else finite(D, where).reshape(outputs, inputs)
+        for value in np.linalg.eigvals(self.A):
+            if value.real > UNSEEN * np.linalg.norm(self.A):
+                shown = np.vstack([self.A - value * np.eye(n), self.C * _ratio(self.A, self.C)])
+                if np.linalg.svd(shown, compute_uv=False)[-1] <= UNSEEN * np.linalg.norm(self.A):
+                    raise UserError(
+                        f"{where}: a state grows as exp({value.real:.4g} t) and no output shows it; remove that state, "
+                        "or show it by C"
+                    )
 
     @property
     def points(self) -> tuple[StructurePoint, ...]:
         """All points that it reads or acts on."""
-        places = (self.sense, self.act)
-        return tuple(point for place in places for point in (place if isinstance(place, tuple) else (place,)))
+        parts = [*parts_of(self.sense), *parts_of(self.act)]
+        return tuple(point for one in parts for point in (one if isinstance(one, tuple) else (one,)))
+
+    def replaced(self, name: str, value: Any) -> Feedback:  # noqa: ARG002
+        """Return the feedback with another value of that name.
+
+        Raises:
+            UserError: It has no such value.
+        """
+        raise UserError(f"feedback {self.name or '?'} has no value {name!r}; forces of a flow have a velocity")
+
+
+def _ratio(A: Array, C: Array) -> float:
+    """Return the factor that makes C as large as A."""
+    size = float(np.linalg.norm(C))
+    return float(np.linalg.norm(A)) / size if size > 0.0 else 1.0
 
 
 class Joint(Feedback):

@@ -21,7 +21,7 @@ from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.scene.lane_features import FeaturePlan, LaneFeatures
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.modal_march import BLOCK, Marcher
-from gapbeam.solver.scene.scene import FACTOR, Scene, SceneState
+from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.scene.touch_kernel import WIDTH
 from gapbeam.solver.system.operators import Array
 
@@ -37,8 +37,8 @@ def ensemble(
 ) -> Members:  # fmt: skip
     """March many members of a scene at once, and return their features.
 
-    Members of one step march 64 side by side; those that have a step (or a damping) of their own march alone, which
-    costs some five times more each.
+    Members of one step march 64 side by side; those that have a step (or a damping, or a flow) of their own march
+    alone, which costs some five times more each.
 
     Args:
         scene: What all members share.
@@ -81,7 +81,7 @@ def ensemble(
     steps = {name: np.broadcast_to(value, (count,)) for name, value in clock.items()}
     plan = _planned(steps, state.t, harmonics, strobes, every)
     scene.with_({path: value[0] for path, value in given.items()})  # all faults now, not in a thread
-    factors = sorted(path for path in given if path.endswith(f".{FACTOR}"))
+    factors = sorted(path for path in given if scene.is_condensed(path))
     job = _Job(scene, given, steps["step"], plan, state, scheme, factors)
     folder = None
     if output is not None:
@@ -164,6 +164,11 @@ class _Job:
                     if len(linears) > 64:  # members with a step of their own: memory stays bounded
                         linears.clear()
                     part = self.scene.with_({path: float(self.values[path][index[0]]) for path in self.factors})
+                    if part.states != self.scene.states:
+                        raise UserError(
+                            f"ensemble: the feedback has {self.scene.states} states in the scene and {part.states} in "
+                            "a member; give the delay a smaller `tolerance` or `frequency`, or march that member alone"
+                        )
                     linears[key] = part.condensed(float(self.step[index[0]]), self.scheme)
                 return linears[key]
 

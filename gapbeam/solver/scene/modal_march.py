@@ -9,6 +9,7 @@ import numpy as np
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene import force_solve
 from gapbeam.solver.scene.condensed_arrays import Linear, StepRecords, rest, rooms, step_records
+from gapbeam.solver.scene.feedback import motions_of
 from gapbeam.solver.scene.lane_code import kernels
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
@@ -153,6 +154,15 @@ class Marcher:
             "friction": L[RUBBED], "loads": L[LOADED], "feedback": L[FED], "walls": L[WALLED],
         }  # fmt: skip
         return {name: float(np.ravel(one)[0]) if self.lanes == 1 else one.copy() for name, one in parts.items()}
+
+    @property
+    def work(self) -> dict[str | int, Any]:
+        """Work of each feedback since the start by its name, else its number, J: such as the work of a flow."""
+        ends = np.cumsum([0, *(motions_of(one.act) for one in self.scene.feedbacks)])
+        parts = {
+            one.name or i: self.space.worked[ends[i] : ends[i + 1]].sum(0) for i, one in enumerate(self.scene.feedbacks)
+        }
+        return {name: float(part[0]) if self.lanes == 1 else part for name, part in parts.items()}
 
     @property
     def balance(self) -> Any:

@@ -14,7 +14,7 @@ import scipy.linalg as sl
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.condensed_arrays import Linear, Slabs
 from gapbeam.solver.scene.contact_pair import Contact
-from gapbeam.solver.scene.feedback import Feedback, Place, joined
+from gapbeam.solver.scene.feedback import Feedback, Place, joined, parts_of
 from gapbeam.solver.scene.given_numbers import positive
 from gapbeam.solver.scene.linear_scheme import LinearScheme, exact_modes
 from gapbeam.solver.scene.scene_load import Load
@@ -154,20 +154,21 @@ class Scene:
         Args:
             changes: By path, "name.value": a contact's "left.clearance", "left.stiffness", "left.friction"; a load's
                 "shaker.value", or one of its parameters; "beam.damping_factor": the damping matrix of a structure times
-                a number. A star stands for any letters: "gland *.stiffness" are all contacts of that face. Arrays are
-                for `ensemble`.
+                a number; the "velocity" or "density" of a flow. A star stands for any letters: "gland *.stiffness" are
+                all contacts of that face. Arrays are for `ensemble`.
 
         Raises:
             UserError: Nothing has that name, or it has no such value; all faults at once.
         """
-        contacts, loads, faults, factors = list(self.contacts), list(self.loads), [], self.damping_factors.copy()
+        contacts, loads, feedbacks = list(self.contacts), list(self.loads), list(self.feedbacks)
+        faults, factors = [], self.damping_factors.copy()
         for path, value in changes.items():
             name, _, key = path.partition(".")
             bodies = [i for i, one in enumerate(self.structures) if one.name and fnmatchcase(one.name, name)]
             if bodies and key == FACTOR:
                 factors[bodies] = positive(value, path, zero=True)
                 continue
-            groups: tuple[list[Any], ...] = (contacts, loads)
+            groups: tuple[list[Any], ...] = (contacts, loads, feedbacks)
             found = [
                 (group, i)
                 for group in groups
@@ -177,7 +178,9 @@ class Scene:
             if not found or not key:
                 names = ", ".join(one.name for group in groups for one in group if one.name) or "none"
                 owners = "".join(f", {one.name}.{FACTOR}" for one in self.structures if one.name)
-                faults.append(f"{path!r}: expected name.value with the name of a contact or a load: {names}{owners}")
+                faults.append(
+                    f"{path!r}: expected name.value with the name of a contact, load or feedback: {names}{owners}"
+                )
                 continue
             try:
                 for group, place in found:
@@ -186,17 +189,25 @@ class Scene:
                 faults.append(f"{path!r}: {fault}")
         if faults:
             raise UserError("\n".join(faults))
-        other = self.with_parts(contacts, loads)
+        other = self.with_parts(contacts, loads, feedbacks)
         if not np.array_equal(factors, self.damping_factors):
             other.damping_factors = factors
             other.__dict__.pop("damping", None)
         return other
 
-    def with_parts(self, contacts: list[Contact], loads: list[Load]) -> Scene:
-        """Return the scene with other contacts and loads at the same points; its structures stay as they are."""
+    def is_condensed(self, path: str) -> bool:
+        """Whether a path of `with_` changes the condensed scene: a damping factor, or a value of a feedback."""
+        name, _, key = path.partition(".")
+        return key == FACTOR or any(one.name and fnmatchcase(one.name, name) for one in self.feedbacks)
+
+    def with_parts(
+        self, contacts: list[Contact], loads: list[Load], feedbacks: list[Feedback] | None = None
+    ) -> Scene:  # fmt: skip
+        """Return the scene with other contacts, loads and feedback at the same points; its structures stay."""
         other = object.__new__(Scene)
         other.__dict__.update(self.__dict__)
         other.contacts, other.loads = contacts, loads
+        other.feedbacks = self.feedbacks if feedbacks is None else feedbacks
         for name in ("offsets",):
             other.__dict__.pop(name, None)
         return other
@@ -238,8 +249,8 @@ class Scene:
     def rows(self, places: Iterable[Place]) -> Array:
         """Return the rows of points; those of a pair are of the motion of the first relative to the second."""
         found: list[Array] = [np.zeros((0, self.size))]
-        for place in places:
-            first, *others = place if isinstance(place, tuple) else (place,)
+        for part in (part for place in places for part in parts_of(place)):
+            first, *others = part if isinstance(part, tuple) else (part,)
             found.append(self.rows_at(first) - sum(self.rows_at(one) for one in others))
         return np.vstack(found)
 
@@ -377,8 +388,13 @@ class Scene:
                 body = self.structures[place]
                 own = u if self.is_large else body.modes[2].T @ (dense(body.M) @ u)
                 target[self.start[place] : self.start[place + 1]] = own
-        states = np.zeros((sum(len(one.A) for one in self.feedbacks), 1))
+        states = np.zeros((self.states, 1))
         return SceneState(t, q[:, None], v[:, None], states, np.zeros((self.motions, 1)))
+
+    @property
+    def states(self) -> int:
+        """Number of states of the feedback."""
+        return sum(len(one.A) for one in self.feedbacks)
 
     def inputs(self, q: Array) -> Array:
         """Return the displacements that the feedback reads."""

@@ -56,6 +56,11 @@ class SceneStep:
         return self.marcher.energy
 
     @property
+    def work(self) -> dict[str | int, Any]:
+        """See `Marcher.work`."""
+        return self.marcher.work
+
+    @property
     def balance(self) -> float:
         """See `Marcher.balance`."""
         return float(self.marcher.balance)
@@ -102,6 +107,7 @@ def march(
     """
     marcher = marcher_of(scene, step, start, scheme)
     steps = steps_to(end, marcher.t, step)
+    check_delays(marcher, end)
     if every < 1:
         raise UserError(f"march: found every = {every}, expected 1 or more")
     for done in range(0, steps, every):
@@ -119,6 +125,16 @@ def steps_to(end: float, begin: float, step: float) -> int:
     if steps < 1:
         raise UserError(f"march: found end {end!r} s, expected at least one step of {step:g} s after {begin:g} s")
     return steps
+
+
+def check_delays(marcher: Marcher, end: float) -> None:
+    """Raise UserError if a force that lags behind the motion by more than the march begins without a past."""
+    for one in marcher.scene.feedbacks:
+        if one.delay > end - marcher.t and not marcher.z.any():
+            raise UserError(
+                f"flow {one.name or '?'}: its delay of {one.delay:.4g} s is longer than the march of "
+                f"{end - marcher.t:.4g} s, so its force never begins; march longer"
+            )
 
 
 def marcher_of(scene: Scene, step: float, start: SceneState | None = None, scheme: LinearScheme = MIDPOINT) -> Marcher:
@@ -161,6 +177,7 @@ def history(
     """
     marcher = marcher_of(scene, step, start, scheme)
     steps = steps_to(end, marcher.t, step)
+    check_delays(marcher, end)
     parts = [marcher.advance(min(BLOCK, steps - done), record=True) for done in range(0, steps, BLOCK)]
     seen, felt = (np.concatenate([part[i] for part in parts])[..., 0] for i in (0, 1))
     displacement, at = dict[str, Array](), 0

@@ -56,7 +56,9 @@ def meet(linear, slabs, h, load, u, y, F, z, yin, ledger, space, room, tolerance
             y[j, lane] = y1[j, lane]
     for j in range(no):
         for lane in range(L):
-            ledger[FED, lane] += h * phi[j, lane] * u[m + ni + j, lane]
+            work = h * phi[j, lane] * u[m + ni + j, lane]
+            ledger[FED, lane] += work
+            space.worked[j, lane] += work
     for j in range(nf):
         for lane in range(L):
             ledger[LOADED, lane] += h * load[j, lane] * u[m + ni + no + j, lane]

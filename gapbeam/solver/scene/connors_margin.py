@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.scene.flow_span import Span
+from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.given_numbers import finite, positive
 
 
@@ -31,7 +31,7 @@ class ConnorsMargin:
 
 def connors(
     *, K: float, frequency: float, mass: float, decrement: float, diameter: float, density: float,
-    velocity: float | None = None, span: Span | None = None, shape: ArrayLike | None = None,
+    velocity: float | None = None, span: FlowSpan | None = None, shape: ArrayLike | None = None,
 ) -> ConnorsMargin:  # fmt: skip
     """Return the critical velocity U = K f D sqrt(m delta / (rho D^2)), and the ratio of a velocity to it.
 

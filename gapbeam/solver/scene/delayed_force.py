@@ -16,7 +16,7 @@ import scipy.linalg as sl
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, SectionForce, square
-from gapbeam.solver.scene.flow_span import Span
+from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.system.operators import Array
 
@@ -59,22 +59,22 @@ def pade_states(order: int) -> tuple[Array, Array, Array, float]:
     """
     Q = _polynomial(order)
     P = Q * (-1.0) ** np.arange(order, -1, -1)
-    A, b, c = [], [], []
+    A, b, c = list[Array](), list[float](), list[float]()
     for pole in np.roots(Q):
         if pole.imag < 0.0:
             continue
         pole -= np.polyval(Q, pole) / np.polyval(np.polyder(Q), pole)
         residue = np.polyval(P, pole) / np.polyval(np.polyder(Q), pole)
         if abs(pole.imag) < 1e-9 * abs(pole):
-            A, b, c = [*A, np.array([[pole.real]])], [*b, 1.0], [*c, residue.real]
+            A, b, c = [*A, np.array([[pole.real]])], [*b, 1.0], [*c, float(residue.real)]
         else:
             A += [np.array([[pole.real, pole.imag], [-pole.imag, pole.real]])]
-            b, c = [*b, 1.0, 0.0], [*c, 2.0 * residue.real, 2.0 * residue.imag]
+            b, c = [*b, 1.0, 0.0], [*c, float(2.0 * residue.real), float(2.0 * residue.imag)]
     return sl.block_diag(*A), np.array(b), np.array(c), (-1.0) ** order
 
 
 def quasi_steady(
-    where: Span | Place, *, velocity: float, density: float, diameter: float, drag: float, slope: Any,
+    where: FlowSpan | Place, *, velocity: float, density: float, diameter: float, drag: float, slope: Any,
     frequency: float, lift: float = 0.0, delay: float = 1.0, tolerance: float = 1e-5, modes: int | None = None,
     name: str = "",
 ) -> Flow:  # fmt: skip
@@ -130,6 +130,7 @@ def quasi_steady(
         read = np.hstack([np.kron(b[:, None], unit), np.zeros((order * d, d))]) / tau
         direct = q * np.hstack([through * gradient / D, drags / U])
         error = pade_error(order, highest * tau)
-        return SectionForce(np.kron(A, unit) / tau, read, q / D * np.kron(c, gradient), direct, tau, error)
+        inner = np.asarray(np.kron(A, unit) / tau, dtype=float)
+        return SectionForce(inner, read, q / D * np.kron(c, gradient), direct, tau, error)
 
     return Flow(FlowLaw(section, D, highest=highest), where, velocity, density, modes, name)

@@ -62,15 +62,16 @@ class Feedback:
     ) -> None:  # fmt: skip
         self.sense, self.act, self.name = sense, act, name
         inputs, outputs, where = 2 * motions_of(sense), motions_of(act), f"feedback {name or '?'}"
-        self.A = np.atleast_2d(finite(A, where)) if np.size(np.asarray(A)) else np.zeros((0, 0))
+        self.A: Array = np.atleast_2d(finite(A, where)) if np.size(np.asarray(A)) else np.zeros((0, 0))
         n = len(self.A)
         shapes = {"A": (self.A, (n, n)), "B": (B, (n, inputs)), "C": (C, (outputs, n))}
         shapes |= {} if D is None else {"D": (D, (outputs, inputs))}
         for key, (value, shape) in shapes.items():
             if np.size(np.asarray(value)) != shape[0] * shape[1]:
                 raise UserError(f"{where}: found {key} of shape {np.shape(value)}, expected {shape}")
-        self.B, self.C = finite(B, where).reshape(n, inputs), finite(C, where).reshape(outputs, n)
-        self.D = np.zeros((outputs, inputs)) if D is None else finite(D, where).reshape(outputs, inputs)
+        self.B: Array = finite(B, where).reshape(n, inputs)
+        self.C: Array = finite(C, where).reshape(outputs, n)
+        self.D: Array = np.zeros((outputs, inputs)) if D is None else finite(D, where).reshape(outputs, inputs)
         for value in np.linalg.eigvals(self.A):
             if value.real > UNSEEN * np.linalg.norm(self.A):
                 shown = np.vstack([self.A - value * np.eye(n), self.C * _ratio(self.A, self.C)])

@@ -20,7 +20,7 @@ import scipy.linalg as sl
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.feedback import Feedback, Place, motions_of
-from gapbeam.solver.scene.flow_span import Span
+from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.system.operators import Array
 
@@ -95,14 +95,14 @@ class Flow(Feedback):
     """
 
     def __init__(
-        self, law: FlowLaw, where: Span | Place, velocity: float, density: float, modes: int | None = None,
+        self, law: FlowLaw, where: FlowSpan | Place, velocity: float, density: float, modes: int | None = None,
         name: str = "",
     ) -> None:  # fmt: skip
         text = f"flow {name or '?'}"
-        self.law, self.parts = law, [] if not isinstance(where, Span) else where.directions(modes)
+        self.law, self.parts = law, [] if not isinstance(where, FlowSpan) else where.directions(modes)
         self.velocity = float(positive(velocity, f"{text}: velocity"))
         self.density = float(positive(density, f"{text}: density"))
-        if isinstance(where, Span):
+        if isinstance(where, FlowSpan):
             place: Place = [point for point, _ in self.parts]
             self.sections = [(share, len(point.rows)) for point, share in self.parts]
         else:

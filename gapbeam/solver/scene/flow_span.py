@@ -20,7 +20,7 @@ DEGREE = 5
 
 
 @dataclass(frozen=True, eq=False)
-class Span:
+class FlowSpan:
     """Points of one structure in a flow.
 
     Attributes:
@@ -70,7 +70,9 @@ class Span:
         return found
 
 
-def span(structure: Structure, places: Mapping[str, float], velocity: Profile = 1.0, density: Profile = 1.0) -> Span:
+def span(
+    structure: Structure, places: Mapping[str, float], velocity: Profile = 1.0, density: Profile = 1.0
+) -> FlowSpan:
     """Return the span of a tube between the first and the last of some of its points.
 
     Integrals along the span are those of a spline of degree 5 through the points: the error falls with the sixth power
@@ -101,7 +103,7 @@ def span(structure: Structure, places: Mapping[str, float], velocity: Profile = 
     for profile, what in ((velocity, "velocity"), (density, "density")):
         values = profile(x) if callable(profile) else profile
         profiles.append(np.broadcast_to(positive(values, f"{where}: {what}"), x.shape).copy())
-    return Span(points, lengths, *profiles)
+    return FlowSpan(points, lengths, *profiles)
 
 
 def in_fluid(dry: Structure, places: Mapping[str, float], mass: float) -> Structure:

@@ -14,13 +14,13 @@ from scipy.optimize import least_squares
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.scene.feedback import Place
 from gapbeam.solver.scene.flow_force import Flow, FlowLaw, lagging, square
-from gapbeam.solver.scene.flow_span import Span
+from gapbeam.solver.scene.flow_span import FlowSpan
 from gapbeam.solver.scene.given_numbers import finite, positive
 from gapbeam.solver.system.operators import Array
 
 
 def unsteady(
-    where: Span | Place, *, velocity: float, density: float, diameter: float, stiffness: Any, damping: Any,
+    where: FlowSpan | Place, *, velocity: float, density: float, diameter: float, stiffness: Any, damping: Any,
     amplitudes: ArrayLike, rates: ArrayLike, modes: int | None = None, name: str = "",
 ) -> Flow:  # fmt: skip
     """Return a force that remembers the motion by decaying exponentials.
@@ -56,7 +56,7 @@ def unsteady(
 
 
 def measured(
-    where: Span | Place, table: ArrayLike | PathLike[str] | str, *, velocity: float, density: float, diameter: float,
+    where: FlowSpan | Place, table: ArrayLike | PathLike[str] | str, *, velocity: float, density: float, diameter: float,
     frequencies: ArrayLike, states: int = 2, modes: int | None = None, name: str = "",
 ) -> Flow:  # fmt: skip
     """Return the force of coefficients that were measured over the reduced velocity, fitted by states.

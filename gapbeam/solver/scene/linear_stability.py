@@ -82,7 +82,7 @@ def _joints(scene: Scene, closed: Closed) -> list[Feedback]:
         values = np.atleast_1d(positive(given, f"closed: {name}", zero=True))
         if values.size > 2:
             raise UserError(f"closed: {name}: found {given!r}, expected a stiffness, or (stiffness, damping)")
-        found.append(Joint(known[name].between, *values.tolist()))
+        found.append(Joint(known[name].between, float(values[0]), float(values[1:].sum())))
     return found
 
 

@@ -69,34 +69,45 @@ def periodic(
     begin = start or scene.state()
     if begin.q.shape[1] != 1:
         raise UserError("periodic: the start has several members; take one")
-    h, n, t = period / steps, scene.size, begin.t
+    h, t = period / steps, begin.t
     x: Any = np.concatenate([begin.q[:, 0], begin.v[:, 0], begin.z[:, 0]])
     best = np.inf
     for count in range(1, passes + 1):
-        q, v, z = x[:n], x[n : 2 * n], x[2 * n :]
-        size: Array = np.concatenate([np.full(len(one), np.abs(one).max(initial=0.0)) for one in (q, v, z)])
-        if not size.max() > 0.0:
-            size = np.ones_like(size) * (np.abs(scene.load_columns).max() or 1.0) * h * h
-        size = np.maximum(size, 1e-12 * size.max())
-        e = SHIFT * size
-        X = np.column_stack([x, x[:, None] + np.diag(e), x[:, None] - np.diag(e)])
-        still = np.zeros((scene.motions, X.shape[1]))
-        lanes = SceneState(t, X[:n], X[n : 2 * n], X[2 * n :], still)
-        found = ensemble(scene, step=h, end=t + period, start=lanes, scheme=scheme)
-        if found.failed.any():
-            raise NotConverged("periodic: the contact forces of a step failed; take more steps")
-        Y = np.vstack([found.q, found.v, found.z])
-        P: Any = (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e)
-        miss: Any = Y[:, 0] - x
+        miss, P, size = returned(scene, x, t, h, steps, scheme)
         best = float(np.abs(miss / size).max())
         if best < TOLERANCE:
-            state = SceneState(t, q[:, None].copy(), v[:, None].copy(), z[:, None].copy(), np.zeros((scene.motions, 1)))
-            return PeriodicOrbit(state, np.linalg.eigvals(P), best, count)
+            return PeriodicOrbit(state_of(scene, x[:, None].copy(), t), np.linalg.eigvals(P), best, count)
         x = x + _newton(P, miss)
     raise NotConverged(
         f"periodic: after {passes} passes a period of {period:g} s leaves {best:.2g} of the motion; start nearer "
         "(march some periods first), or the response has another period"
     )
+
+
+def state_of(scene: Scene, x: Array, t: float) -> SceneState:
+    """Return columns of coordinates, velocities and states as the lanes of a state."""
+    n = scene.size
+    return SceneState(t, x[:n], x[n : 2 * n], x[2 * n :], np.zeros((scene.motions, x.shape[1])))
+
+
+def returned(scene: Scene, x: Array, t: float, h: float, steps: int, scheme: LinearScheme) -> tuple[Any, Any, Array]:
+    """Return P(x) - x after so many steps, the Jacobian of P by disturbed members, and the sizes of x that scale both.
+
+    Raises:
+        NotConverged: The contact forces of a step failed.
+    """
+    n = scene.size
+    size: Array = np.concatenate([np.full(len(one), np.abs(one).max(initial=0.0)) for one in np.split(x, [n, 2 * n])])
+    if not size.max() > 0.0:
+        size = np.ones_like(size) * (np.abs(scene.load_columns).max() or 1.0) * h * h
+    size = np.maximum(size, 1e-12 * size.max())
+    e = SHIFT * size
+    X = np.column_stack([x, x[:, None] + np.diag(e), x[:, None] - np.diag(e)])
+    found = ensemble(scene, step=h, end=t + steps * h, start=state_of(scene, X, t), scheme=scheme)
+    if found.failed.any():
+        raise NotConverged("periodic: the contact forces of a step failed; take more steps")
+    Y = np.vstack([found.q, found.v, found.z])
+    return Y[:, 0] - x, (Y[:, 1 : 1 + len(x)] - Y[:, 1 + len(x) :]) / (2.0 * e), size
 
 
 def _newton(P: Any, miss: Array) -> Any:

@@ -56,8 +56,8 @@ def unsteady(
 
 
 def measured(
-    where: FlowSpan | Place, table: ArrayLike | PathLike[str] | str, *, velocity: float, density: float, diameter: float,
-    frequencies: ArrayLike, states: int = 2, modes: int | None = None, name: str = "",
+    where: FlowSpan | Place, table: ArrayLike | PathLike[str] | str, *, velocity: float, density: float,
+    diameter: float, frequencies: ArrayLike, states: int = 2, modes: int | None = None, name: str = "",
 ) -> Flow:  # fmt: skip
     """Return the force of coefficients that were measured over the reduced velocity, fitted by states.
 

@@ -176,7 +176,7 @@ def critical_velocity(scene: Scene, path: str, low: float, high: float, closed: 
     for one in at.feedbacks:
         if isinstance(one, Flow) and frequency > 0.0:
             one.check(frequency)
-    return CriticalVelocity(value, frequency, complex(found), abs(float(found.real)) / abs(found))
+    return CriticalVelocity(value, frequency, complex(found), float(abs(found.real) / abs(found)))
 
 
 @dataclass(frozen=True)

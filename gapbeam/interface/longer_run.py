@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 from gapbeam.interface.case_source import CaseSource, shared_case
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.wording.compared_numbers import apart
 
 if TYPE_CHECKING:
     from mpi4py import MPI
@@ -58,7 +59,8 @@ def case_and_rule(
     end = case.time.end
     longest = LONGER * end if at_most is None else at_most
     if not (isfinite(longest) and longest >= end):
-        raise UserError(f"`at_most=`: found {longest:g} s; expected at least time.end, {end:g} s, when the run may end")
+        found, least = apart(longest, end)
+        raise UserError(f"`at_most=`: found {found} s; expected at least time.end, {least} s, when the run may end")
     rule = StopRule(of, relative_error, end)
     rule.refuse_misfit(case)
     return shared_case(case, {"time.end": longest}, comm), rule

@@ -186,7 +186,7 @@ CONTRADICTIONS = {
     "step of half a period": (
         "step = 1.0e-4\n",
         "step = 0.025\n",
-        ["[time] step", "a load of 20 Hz", "half its period of 0.05 s", "step = 0.001"],
+        ["[time] step", "a load of 20 Hz", "far less than 0.025 s, half its period", "step = 0.001"],
     ),
     "interest below the forcing": (
         "step = 1.0e-4\n",

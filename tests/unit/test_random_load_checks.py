@@ -92,7 +92,7 @@ BAD = {
     ),
     "ramps that overlap": (
         SWEEP + POINT + BAND + 'after = "stop"\nramp = 0.3\n',
-        ["ramp", "at both ends of a sweep of 0.5 s", "ramp = 0.05"],
+        ["ramp", "at both ends of a sweep", "at most half the sweep, 0.25 s", "ramp = 0.05"],
     ),
 }
 

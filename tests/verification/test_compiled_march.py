@@ -39,7 +39,7 @@ def side_by_side(points: int) -> ContactLaw:
     """Return three laws, each at every third point: dampers given, by the touch speed, and rising with the depth."""
     laws = (
         kelvin_voigt(1.0e5, 30.0, touch_depth=1.0e-5),
-        ContactLaw(HERTZ, Damper("hunt-crossley", 0.0), touch_product=0.6),
+        ContactLaw(HERTZ, Damper("hunt-crossley", 0.0), touch_product=0.6, slowest_touch=1e-4),
         ContactLaw(Spring(1.0e5, 1.2), Damper("adams-impact", 60.0, (2.0e-3,))),
     )
     return mixed_law([LawGroup(np.arange(first, points, 3), law) for first, law in enumerate(laws)])
@@ -51,7 +51,9 @@ LAWS = {
     "kelvin-voigt": kelvin_voigt(1.0e5, 30.0, touch_depth=1.0e-5),
     "kelvin-voigt adhesive": kelvin_voigt(1.0e5, 30.0, adhesive=True, touch_depth=1.0e-5),
     "hunt-crossley": ContactLaw(HERTZ, Damper("hunt-crossley", 0.4)),
-    "hunt-crossley by restitution": ContactLaw(HERTZ, Damper("hunt-crossley", 0.0), touch_product=0.6),
+    "hunt-crossley by restitution": ContactLaw(
+        HERTZ, Damper("hunt-crossley", 0.0), touch_product=0.6, slowest_touch=1e-4
+    ),
     "smooth step": ContactLaw(Spring(1.0e5, 1.2), Damper("adams-impact", 60.0, (2.0e-3,))),
     "unlike points": ContactLaw(
         Spring(np.geomspace(1.0e4, 1.0e6, 12)), Damper("adams-impact", np.full(12, 9.0), (2.0e-3,))

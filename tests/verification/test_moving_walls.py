@@ -169,7 +169,9 @@ def test_dampers_see_the_speed_of_the_wall(name: str) -> None:
 
 COMPILED = {
     "kelvin-voigt": kelvin_voigt(1.0e5, 30.0, touch_depth=1.0e-5),
-    "by touch speed": ContactLaw(Spring(2.0e6, 1.5), Damper("hunt-crossley", 0.0), touch_product=0.6),
+    "by touch speed": ContactLaw(
+        Spring(2.0e6, 1.5), Damper("hunt-crossley", 0.0), touch_product=0.6, slowest_touch=1e-4
+    ),
 }
 
 

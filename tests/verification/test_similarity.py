@@ -6,8 +6,10 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any, get_args
 
+import numpy as np
 import pytest
 
+import gapbeam
 from benchmarks.similarity.scaled_case import CHOSEN, OF_EARTH, scaled_case, unit_of
 from benchmarks.similarity.similar_cases import SIMILAR_CASES, SimilarCase
 from benchmarks.similarity.similar_runs import AT_ROUND_OFF, SIZES, difference, largest, motion
@@ -122,6 +124,38 @@ def compare(one: SimilarCase, folder: Path, sizes: tuple[float, ...]) -> None:
 def test_a_small_scene_moves_as_a_large_one(one: SimilarCase, tmp_path: Path) -> None:
     """At 2^-14 of the size."""
     compare(one, tmp_path, SIZES[:1])
+
+
+def bouncing(slower: float, thickness: float = 0.02, clearance: float = 1e-4) -> dict[str, Any]:
+    """Return a rigid body that comes to rest on supports by bounces, in a time that passes more slowly."""
+    square = slower**2
+    return {
+        "beam": {"length": 0.5, "thickness": thickness, "width": 0.02},
+        "material": {"young_modulus": 2.1e11 / square, "poisson_ratio": 0.3, "density": 7850.0},
+        "damping": {"mass": 0.0, "stiffness": 0.0},
+        "support": [{"name": "s", "from": 0.1, "to": 0.4, "clearance": clearance}],
+        "model": {"type": "rigid"},
+        "contact": {"stiffness": 1e12 / square, "law": {"type": "hunt-crossley", "exponent": 1.5, "restitution": 0.3}},
+        "load": [{"type": "gravity", "acceleration": 9.81 / square}],
+        "probe": [{"name": "tip", "point": 0.5}],
+        "analysis": {"type": "transient", "start": "undeformed"},
+        "time": {"end": 0.02 * slower, "step": 2e-5 * slower},
+        "output": {"errors": "none"},
+    }
+
+
+def test_a_slow_scene_moves_as_a_fast_one(tmp_path: Path) -> None:
+    """A time that passes 1024 times as slowly changes no place, and no speed below which touches count as equal."""
+    runs = [
+        gapbeam.run(gapbeam.read_case(bouncing(slower)), output=tmp_path / f"{slower:g}", overwrite=True)
+        for slower in (1.0, 1024.0)
+    ]
+    assert [run.exit_status for run in runs] == [0, 0]
+    fast, slow = (
+        np.asarray(gapbeam.open_results(tmp_path / f"{slower:g}").history["displacement"]) for slower in (1.0, 1024.0)
+    )
+    assert np.ptp(fast) > 1e-5
+    assert fast == pytest.approx(slow, abs=1e-9 * np.ptp(fast))
 
 
 @pytest.mark.slow(minutes=0.4)

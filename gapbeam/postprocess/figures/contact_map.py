@@ -21,7 +21,6 @@ _HEIGHT = 2.3  # inches of a row
 _DIGITS = 9  # of places that count as one
 _ROUNDED = 6  # digits of angles that do
 _WIDEST = 45.0  # degrees between neighbors: walls farther apart have a mark each, no cells
-_SHORT = 0.5e-3  # m, half the length of a face whose points all have one place
 _DEPTH = 2  # the number of the panel of penetrations
 _ANGLES = (-180.0, -90.0, 0.0, 90.0, 180.0)
 
@@ -97,7 +96,8 @@ def _cells(one: PointMap, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, n
     if not whole or np.diff(turns).max() > _WIDEST:
         return None
     around = np.concatenate([turns[:1], _between(turns), turns[-1:]])
-    ends = np.array([x[0] - _SHORT, x[0] + _SHORT]) if len(x) == 1 else 1.5 * x[[0, -1]] - 0.5 * x[[1, -2]]
+    half = 0.5 * float(np.sqrt(one.area.mean()))  # a face whose points all have one place is drawn as a row of squares
+    ends = np.array([x[0] - half, x[0] + half]) if len(x) == 1 else 1.5 * x[[0, -1]] - 0.5 * x[[1, -2]]
     along = np.concatenate([ends[:1], _between(x), ends[1:]])
     return 1.0e3 * along, around, np.concatenate([grid[-1:], grid, grid[:1]])
 

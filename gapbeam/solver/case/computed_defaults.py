@@ -28,6 +28,7 @@ TOUCH_RATIO = 1.0e-4  # of the clearance
 PATCH_SHARE = 0.1  # of the length of the support
 SLIP_SHARE = 0.01  # of the speed of sliding
 SLOWEST_SLIP = 2.0e-10  # of the speed of waves along the beam
+SLOWEST_TOUCH = 2.0e-8  # of that speed
 CLAMPED_ROOTS = (1.8751040687119611, 4.694091132974174)  # of 1 + cos x cosh x
 PINNED_ROOTS = (pi, 2.0 * pi)  # of sin x
 FREE_ROOTS = (4.730040744862704, 7.853204624095838)  # of 1 - cos x cosh x
@@ -284,8 +285,7 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
     angle = case.layout.steepest
     thickness = max(piece.beam.thickness for piece in case.profile.supported(case.layout))
     sliding = pi * frequency * thickness * angle
-    material = case.profile.supported(case.layout)[0].material
-    slowest = SLOWEST_SLIP * sqrt(material.young_modulus / material.density)
+    slowest = SLOWEST_SLIP * _wave_speed(case)
     value = max(SLIP_SHARE * sliding, slowest)
     if value > slowest:
         reason = f"{SLIP_SHARE:.0%} of the {sliding:.3g} m/s at which the faces slide, rocking at {frequency:.4g} Hz"
@@ -293,6 +293,20 @@ def slip_velocity(case: Case, friction: Friction) -> Default:
         reason = f"the least: rocking at {frequency:.4g} Hz slides the faces at {sliding:.3g} m/s only"
     consequence = "half: what sticks creeps half as fast, the solve is harder; double: it creeps twice as fast"
     return Default(name, value, unit, reason, consequence)
+
+
+def slowest_touch(case: Case) -> float:
+    """Return the speed as which slower touches are damped by laws that follow the speed at touch, m/s.
+
+    2e-8 sqrt(E / rho), which is 1e-4 m/s of steel.
+    """
+    return SLOWEST_TOUCH * _wave_speed(case)
+
+
+def _wave_speed(case: Case) -> float:
+    """Return sqrt(E / rho) of the part of the beam in the first support, m/s."""
+    material = case.profile.supported(case.layout)[0].material
+    return sqrt(material.young_modulus / material.density)
 
 
 def touch_depth(case: Case) -> float:

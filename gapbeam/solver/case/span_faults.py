@@ -48,7 +48,7 @@ def span_lies_on_the_beam(key: Key, one: Reach, beam: Beam, what: str, needs: st
             ((*key, "from"),),
         )
     elif one.end > beam.length * (1.0 + ROUNDING):
-        end, length = f"{one.end:.15g}", f"{beam.length:.15g}"
+        end, length = apart(one.end, beam.length, ROUNDING)
         in_mm = one.end / 1000.0 <= beam.length < 0.1 * one.end
         yield Fault(
             (*key, "to"),

@@ -13,7 +13,7 @@ from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.counted_noise import noise_key
 from gapbeam.solver.loads.shared_noise import SharedNoise
 from gapbeam.solver.table import Name, NonNegative, Number, Table
-from gapbeam.solver.wording.compared_numbers import apart
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 MOST = 1000  # rows
 LONGEST_DELAY = 1.0e6  # s
@@ -117,11 +117,12 @@ class CrossSpectrum(Table):
         fastest = FASTEST_PHASE / interval
         phases = self._rows(self.phase)
         for (one, following), (low, high) in zip(pairwise(self.frequencies or ()), pairwise(phases), strict=True):
-            if following - one < interval:
+            if exceeds(interval, following - one, following):
+                found, least = apart(following - one, interval)
                 yield Fault(
                     (*key, "frequencies"),
-                    f"{one:g} and {following:g} Hz, {following - one:.3g} Hz apart",
-                    f"rows at least {interval:.3g} Hz apart: noise of this spectrum shows no more detail",
+                    f"{one:g} and {following:g} Hz, {found} Hz apart",
+                    f"rows at least {least} Hz apart: noise of this spectrum shows no more detail",
                     "fewer rows, or a spectrum of the load with a lower lowest frequency",
                 )
                 return

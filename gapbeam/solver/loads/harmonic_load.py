@@ -13,6 +13,7 @@ from gapbeam.solver.loads.harmonic_function import Harmonic
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import NonNegative, Number, Positive, Vector
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 HARMONICS = 5.0
 """Multiples of the forcing frequency that are of interest."""
@@ -86,7 +87,7 @@ class HarmonicLoad(LoadTable):
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a load that starts with a jump, or that never reaches its amplitude."""
-        if self.ramp > end:
-            yield f"ramp = {self.ramp:g} is longer than the run, {end:g} s"
+        if exceeds(self.ramp, end):
+            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))
         if self.ramp == 0 and abs(sin(radians(self.phase))) > 1e-9:
             yield f"phase = {self.phase:g} without a ramp: the load starts with a jump"

@@ -14,6 +14,7 @@ from gapbeam.solver.loads.harmonic_load import HarmonicLoad
 from gapbeam.solver.loads.moving_support import MovingSupport
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import Name, Number
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 HARDEST = 1.0e4  # m/s^2
 SLOWEST = 1.0e-9  # share of the largest speed that is no jump
@@ -49,8 +50,8 @@ class HarmonicSupportMotion(HarmonicLoad, MovingSupport):
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a motion whose speed starts with a jump, or that never reaches its amplitude."""
-        if self.ramp > end:
-            yield f"ramp = {self.ramp:g} is longer than the run, {end:g} s"
+        if exceeds(self.ramp, end):
+            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))
         jump = abs(cos(radians(self.phase)))
         if self.ramp == 0.0 and self.acts and jump > SLOWEST:
             speed = jump * abs(self.amplitude) * 2.0 * pi * self.frequency

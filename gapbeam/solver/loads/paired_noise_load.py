@@ -14,6 +14,7 @@ from gapbeam.solver.loads.generated_cross_spectrum import compared_cross_spectru
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.noise_load import NoiseLoad
 from gapbeam.solver.loads.random_function import RandomSignal, filter_length, sample_rate
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 
 class PairedNoiseLoad(NoiseLoad):
@@ -70,9 +71,10 @@ class PairedNoiseLoad(NoiseLoad):
         """Yield a delay that is longer than the run, such as one in ms."""
         yield from super().unusual_in_run(end)
         cross = self.cross_spectrum
-        if cross is not None and abs(cross.delay) > end:
+        if cross is not None and exceeds(abs(cross.delay), end):
+            delay, run = apart(cross.delay, end)
             yield (
-                f"has a delay of {cross.delay:g} s to {cross.load}, longer than the run of {end:g} s, in which they "
+                f"has a delay of {delay} s to {cross.load}, longer than the run of {run} s, in which they "
                 "have nothing in common then: is it in s?"
             )
 
@@ -131,10 +133,10 @@ class PairedNoiseLoad(NoiseLoad):
         own, theirs = self.spectrum.spectrum(), other.spectrum.spectrum()
         expected, related = "the same in both: both loads are made of the same samples", (("load", number, "spectrum"),)
         if sample_rate(own) != sample_rate(theirs):
-            found = f"up to {own.high:g} Hz, with {other.name} up to {theirs.high:g} Hz"
-            try_this = (
-                f"both up to {max(own.high, theirs.high):g} Hz; a table may be as low as you like where nothing acts"
-            )
+            high, other_high = apart(own.high, theirs.high)
+            found = f"up to {high} Hz, with {other.name} up to {other_high} Hz"
+            larger = high if own.high > theirs.high else other_high
+            try_this = f"both up to {larger} Hz; a table may be as low as you like where nothing acts"
             yield Fault((*key, "spectrum"), found, f"a highest frequency that is {expected}", try_this, related)
         elif filter_length(own) != filter_length(theirs):
             found = (

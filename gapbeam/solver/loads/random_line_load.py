@@ -24,6 +24,7 @@ from gapbeam.solver.loads.random_function import RandomSignal
 from gapbeam.solver.loads.spectra.spectrum_choice import SpectrumChoice
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import NonNegative, Number, Table, Whole
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 MOST_ROWS = 200
 LEAST_RATIO = 0.02  # of a coherence length to the length of the load: shorter ones need no patterns, and many points
@@ -162,11 +163,12 @@ class RandomLineLoad(PairedNoiseLoad):
         yield from wrong
         shortest = LEAST_RATIO * (end - begin)
         given = getattr(self.coherence, "length", None)
-        if given is not None and given < shortest:
+        if given is not None and exceeds(shortest, given):
+            found, least = apart(given, shortest)
             yield Fault(
                 (*key, "coherence", "length"),
-                f"{given:g} m, on a load of {end - begin:g} m",
-                f"at least {shortest:.3g} m: what is shorter loads all bending waves alike",
+                f"{found} m, on a load of {end - begin:g} m",
+                f"at least {least} m: what is shorter loads all bending waves alike",
                 f"length = {shortest:.3g}, with densities times {given / shortest:.3g}: their product counts",
                 ((*key, "span"),),
             )

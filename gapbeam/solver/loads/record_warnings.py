@@ -6,6 +6,7 @@ from collections.abc import Iterator
 
 from gapbeam.solver.loads.recorded_function import MOST_POWER, RecordedSignal
 from gapbeam.solver.loads.recorded_table import RecordedTable
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 EDGE = 0.8
 """Of half the sampling rate, above which a record that was filtered before it was sampled holds little."""
@@ -48,8 +49,8 @@ def end_warnings(load: RecordedTable, signal: RecordedSignal, end: float) -> Ite
     if curve.span > LONG * end:
         times = f"{curve.span / end:.3g} times the run"
         yield f"lasts {curve.span:.4g} s, {times}: are its times in ms? Then time_scale = 1e-3"
-    if load.ramp > end:
-        yield f"ramp = {load.ramp:g} is longer than the run, {end:g} s"
+    if exceeds(load.ramp, end):
+        yield "ramp = {} is longer than the run, {} s".format(*apart(load.ramp, end))
     if load.ramp == 0.0 and signal.shift >= 0.0 and abs(first := signal.value(0.0)) > limit:
         yield f"starts with a jump to {first:.3g}, and its peak is {signal.peak:.3g}; a ramp softens it"
     if load.beyond == "zero":
@@ -64,10 +65,10 @@ def step_warnings(signal: RecordedSignal, step: float) -> Iterator[str]:
     if signal.peak == 0.0:
         return
     frequency, lost = signal.content.below(MOST_POWER), signal.content.above(0.5 / step)
-    if step > signal.curve.interval and lost > LITTLE:
+    if exceeds(step, signal.curve.interval) and lost > LITTLE:
         yield (
-            f"longer than the {signal.curve.interval:.4g} s between rows, and {lost:.2g} of the power above the "
-            f"{0.5 / step:.4g} Hz that steps can show: the march takes aliases of the load {signal.name}"
+            f"longer than the {apart(step, signal.curve.interval)[1]} s between rows, and {lost:.2g} of the power "
+            f"above the {0.5 / step:.4g} Hz that steps can show: the march takes aliases of the load {signal.name}"
         )
     elif frequency * step > 1.0 / FEW:
         yield (

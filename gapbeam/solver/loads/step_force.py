@@ -20,6 +20,7 @@ from gapbeam.solver.loads.time_function import TimeFunction, piecewise_mean
 from gapbeam.solver.loads.unrepeated_load import UnrepeatedLoad
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.table import Name, NonNegative, Number, Positive
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 FASTEST = 2.0
 """Frequencies beyond this many per ramp hold next to nothing of it."""
@@ -92,12 +93,13 @@ class StepForce(UnrepeatedLoad, PointLoad):
 
     def faults(self, key: Key) -> Iterator[Fault]:
         """Yield an end before the force has risen."""
-        if self.end is not None and self.end < self.rise_time:
+        if self.end is not None and exceeds(self.rise_time, self.end):
+            end, rise = apart(self.end, self.rise_time)
             yield Fault(
                 (*key, "end"),
-                f"{self.end:g} s, before the force has risen at {self.rise_time:g} s",
+                f"{end} s, before the force has risen at {rise} s",
                 "a time at which the force has risen: start + ramp, or later",
-                f"end = {self.rise_time:g}, or a shorter ramp",
+                f"end = {rise}, or a shorter ramp",
                 ((*key, "start"), (*key, "ramp")),
             )
 
@@ -108,12 +110,12 @@ class StepForce(UnrepeatedLoad, PointLoad):
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a force that does not rise within the run."""
-        if self.start >= end:
-            yield f"start = {self.start:g} is not within the run, {end:g} s: it does nothing"
-        elif self.rise_time > end:
-            yield f"start + ramp = {self.rise_time:g} is later than the end of the run, {end:g} s"
+        if not exceeds(end, self.start):
+            yield "start = {} is not within the run, {} s: it does nothing".format(*apart(self.start, end))
+        elif exceeds(self.rise_time, end):
+            yield "start + ramp = {} is later than the end of the run, {} s".format(*apart(self.rise_time, end))
 
     def unusual_steps(self, step: float) -> Iterator[str]:
         """Yield a step that is long beside the ramp."""
-        if 0.0 < self.ramp < step:
-            yield f"longer than the ramp of {self.ramp:g} s: the force jumps within a step"
+        if self.ramp > 0.0 and exceeds(step, self.ramp):
+            yield f"longer than the ramp of {apart(step, self.ramp)[1]} s: the force jumps within a step"

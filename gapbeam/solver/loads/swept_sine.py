@@ -14,6 +14,7 @@ from gapbeam.solver.loads.point_or_support_load import PointOrSupportLoad
 from gapbeam.solver.loads.swept_function import SweptSine
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import Name, Number, Positive, Switch
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 FEW, ENOUGH = 20, 50  # steps in a period
 RECORDS = 10.0  # in a period that records show
@@ -89,11 +90,12 @@ class SweptSineLoad(PointOrSupportLoad):
                 'type = "harmonic_force" or "base_motion" has one frequency',
                 ((*key, "start_frequency"),),
             )
-        if self.after == "stop" and 2.0 * self.ramp > self.signal.end:
+        if self.after == "stop" and exceeds(2.0 * self.ramp, self.signal.end):
+            half = apart(self.ramp, 0.5 * self.signal.end)
             yield Fault(
                 (*key, "ramp"),
-                f'{self.ramp:g} s, at both ends of a sweep of {self.signal.end:g} s with after = "stop"',
-                "at most half the sweep",
+                f'{half[0]} s, at both ends of a sweep with after = "stop"',
+                f"at most half the sweep, {half[1]} s",
                 f"ramp = {0.1 * self.signal.end:g}",
                 ((*key, "duration"),),
             )
@@ -103,11 +105,12 @@ class SweptSineLoad(PointOrSupportLoad):
         yield from super().faults_in_run(key, end, step)
         highest = self.signal.highest
         if step is not None and step >= 0.5 / highest:
+            found, half = apart(step, 0.5 / highest)
             name = "end_frequency" if self.end_frequency > self.start_frequency else "start_frequency"
             yield Fault(
                 ("time", "step"),
-                f"{step:g} s, with a sine of up to {highest:g} Hz",
-                f"far less than half its period of {1.0 / highest:.3g} s; {ENOUGH} steps in it are good",
+                f"{found} s, with a sine of up to {highest:g} Hz",
+                f"far less than {half} s, half its period; {ENOUGH} steps in it are good",
                 f"step = {1.0 / (ENOUGH * highest):.3g}",
                 ((*key, name),),
             )
@@ -126,11 +129,12 @@ class SweptSineLoad(PointOrSupportLoad):
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a sweep that the run ends before."""
         yield from super().unusual_in_run(end)
-        if self.signal.end > end * (1.0 + 1.0e-9):
+        if exceeds(self.signal.end, end):
+            whole, run = apart(self.signal.end, end)
             reached = float(self.signal.frequency(np.array([end]))[0])
             yield (
-                f"takes {self.signal.end:g} s, longer than the run of {end:g} s, which ends at {reached:.4g} Hz; "
-                f"time.end = {self.signal.end:g} shows all of it"
+                f"takes {whole} s, longer than the run of {run} s, which ends at {reached:.4g} Hz; "
+                f"time.end = {whole} shows all of it"
             )
 
     def unusual_steps(self, step: float) -> Iterator[str]:

@@ -10,6 +10,7 @@ from pydantic import Field
 
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.table import NonNegative, Vector
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 
 class UnrepeatedLoad(LoadTable):
@@ -40,5 +41,5 @@ class UnrepeatedLoad(LoadTable):
 
     def unusual_in_run(self, end: float) -> Iterator[str]:
         """Yield a smooth start that is longer than the run."""
-        if self.ramp > end:
-            yield f"ramp = {self.ramp:g} is longer than the run, {end:g} s"
+        if exceeds(self.ramp, end):
+            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))

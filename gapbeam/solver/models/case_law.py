@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.computed_defaults import touch_depth
+from gapbeam.solver.case.computed_defaults import slowest_touch, touch_depth
 from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
@@ -51,7 +51,10 @@ def _made(
 ) -> ContactLaw:
     contact = case.contact
     adhesive, augmented = contact.tension == "adhesive", contact.formulation.left_by_multipliers
-    made = make_law(law, stiffness, touch_depth(case), damping, areas, adhesive=adhesive, augmented=augmented)
+    made = make_law(
+        law, stiffness, touch_depth(case), damping, areas,
+        adhesive=adhesive, augmented=augmented, slowest_touch=slowest_touch(case),
+    )  # fmt: skip
     return shaped_law(law, made, areas, nominal)
 
 

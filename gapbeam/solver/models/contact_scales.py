@@ -10,13 +10,16 @@ from gapbeam.solver.case.wear_table import Wear
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
 
 DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
-DEPTH_WITHOUT_CLEARANCE = 1.0e-6  # m, in its place
+OF_THICKNESS = 1.0e-4  # where there is no clearance
 
 
 def compared_depth(case: Case) -> float:
-    """Return the penetration at which laws with an exponent are taken as linear, m: 1 % of the clearance, or 1e-6."""
+    """Return the penetration at which laws with an exponent are taken as linear, m: 1 % of the clearance.
+
+    Without clearance a ten-thousandth of the thickness.
+    """
     clearance = abs(case.layout.clearance)
-    return DEPTH_RATIO * clearance if clearance > 0.0 else DEPTH_WITHOUT_CLEARANCE
+    return DEPTH_RATIO * clearance if clearance > 0.0 else OF_THICKNESS * case.profile.thinnest
 
 
 def slope_factor(case: Case, law: ChosenLaw | None = None) -> float:

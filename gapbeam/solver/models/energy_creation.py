@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.case.computed_defaults import contact_modulus, stiffness_unit
+from gapbeam.solver.case.computed_defaults import contact_modulus, slowest_touch, stiffness_unit
 from gapbeam.solver.case.placed_support import law_at
-from gapbeam.solver.contact.laws.point_law import SLOWEST_TOUCH
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.integrators.stable_step import stable_step
@@ -21,8 +20,9 @@ def energy_creator(model: Model) -> Fault | None:
     """Return the fault of a scheme on a contact on which it is known to create energy, or None.
 
     The contact is too stiff where the slope of its law is above 1 E/h, for laws with an exponent at a depth of 1 % of
-    the clearance (1e-6 m where that is 0), and where the formulation is exact: unilateral, augmented-lagrangian and
-    nitsche. An explicit step does not bear a damper whose coefficient grows as the speed at touch goes to zero.
+    the clearance (1e-4 of the thickness where that is 0), and where the formulation is exact: unilateral,
+    augmented-lagrangian and nitsche. An explicit step does not bear a damper whose coefficient grows as the speed at
+    touch goes to zero.
     """
     case, scheme, formulation = model.case, model.case.time.scheme, model.case.contact.formulation
     massless = case.contact.mass == "redistributed"
@@ -79,8 +79,8 @@ def _damped_by_touch(model: Model) -> Fault | None:
         ("time", "scheme"),
         f"{case.time.scheme.type} on the law {type_name(type(damped))}, whose damping grows as the speed at touch "
         "falls: known to create energy where the beam rests or touches slowly",
-        f"steps of at most {bearable.written} s, which bear contact that begins at {SLOWEST_TOUCH:g} m/s and is "
-        f"{compared_depth(case):.2g} m deep; an implicit scheme, massless contact nodes, or a damper with a given "
+        f"steps of at most {bearable.written} s, which bear contact that begins at {slowest_touch(case):.2g} m/s and "
+        f"is {compared_depth(case):.2g} m deep; an implicit scheme, massless contact nodes, or a damper with a given "
         "coefficient",
         'time.scheme = "discrete-gradient", contact.mass = "redistributed", or contact.law = "kelvin-voigt"; '
         "gates.accept_energy_growth = true runs it as it is",

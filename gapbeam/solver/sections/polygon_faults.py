@@ -11,6 +11,7 @@ from gapbeam.meshes.sections.polygon_outline import PolygonOutline, signed_area
 from gapbeam.meshes.sections.section_curve import Array, Place
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.sections.section_table import KEY
+from gapbeam.solver.wording.compared_numbers import apart
 
 CLOSE = 1.0e-4  # of the larger extent: what is nearer than this touches, or leaves slivers of cells
 SHARPEST = 10.0  # degrees
@@ -111,10 +112,11 @@ def _poor_loops(loops: Sequence[Loop], size: float) -> Iterator[Fault]:
         inner = angles if number == 0 else 360.0 - angles
         sharp = int(np.argmin(inner))
         if inner[sharp] < SHARPEST:
+            found, least = apart(float(inner[sharp]), SHARPEST)
             yield _fault(
                 number,
-                f"an angle of {inner[sharp]:.3g} degrees at {_shown(outline.loops[0][sharp])}",
-                f"at least {SHARPEST:g} degrees: cells in a sharper corner are of no use",
+                f"an angle of {found} degrees at {_shown(outline.loops[0][sharp])}",
+                f"at least {least} degrees: cells in a sharper corner are of no use",
                 "blunt the corner by one more point",
             )
 

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.wording.compared_numbers import apart
 from gapbeam.solver.wording.near_names import near
 from gapbeam.solver.wording.short_words import either
 from gapbeam.studies.identification.identification_tables import Figure, Measurement, MotionFigure, Search, Unknown
@@ -33,10 +34,14 @@ def _unknowns(unknowns: Mapping[int, Unknown]) -> Iterator[Fault]:
     for number, one in unknowns.items():
         key = ("unknown", number)
         if not one.lower < one.upper:
+            upper, lower = apart(one.upper, one.lower)
             hint = "exchange the two" if one.lower > one.upper else "leave the key at its value, without [[unknown]]"
-            yield Fault((*key, "upper"), f"{one.upper:g}", f"more than lower = {one.lower:g}", hint)
+            yield Fault((*key, "upper"), upper, f"more than lower = {lower}", hint)
         elif one.start is not None and not one.lower <= one.start <= one.upper:
-            yield Fault((*key, "start"), f"{one.start:g}", f"a value from {one.lower:g} to {one.upper:g}")
+            below = one.start < one.lower
+            start, limit = apart(one.start, one.lower if below else one.upper)
+            low, high = (limit, f"{one.upper:g}") if below else (f"{one.lower:g}", limit)
+            yield Fault((*key, "start"), start, f"a value from {low} to {high}")
         if one.scale == "log" and one.lower <= 0.0:
             yield Fault((*key, "lower"), f"{one.lower:g}", "more than 0 on a logarithmic scale", 'scale = "linear"')
         twins = [other for other, entry in unknowns.items() if entry.key == one.key and other < number]

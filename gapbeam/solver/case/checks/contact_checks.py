@@ -13,16 +13,18 @@ from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
+from gapbeam.solver.wording.compared_numbers import apart
 
 
 def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault]:
     """The damped law is switched on over a depth far smaller than the gap."""
     for key, one in keyed(support):
         if contact.touch_depth != "auto" and 0 < one.clearance <= contact.touch_depth:
+            depth, clearance = apart(contact.touch_depth, one.clearance)
             yield Fault(
                 ("contact", "touch_depth"),
-                f"{contact.touch_depth:g} m",
-                f"far less than the clearance, {one.clearance:g} m",
+                f"{depth} m",
+                f"far less than the clearance, {clearance} m",
                 f"touch_depth = {one.clearance / 1e4:.3g}",
                 ((*key, "clearance"),),
             )

@@ -26,11 +26,12 @@ def limits_are_in_order(gates: Gates) -> Iterator[Fault]:
     """No assumption ends a run that it does not warn of."""
     for name in type(gates.failures).model_fields:
         warning, failure = getattr(gates.warnings, name), getattr(gates.failures, name)
-        if isinstance(warning, float) and isinstance(failure, float) and failure < warning:
+        if isinstance(warning, float) and isinstance(failure, float) and exceeds(warning, failure):
+            found, limit = apart(failure, warning)
             yield Fault(
                 ("gates", "failures", name),
-                f"{failure:g}, less than the warning, {warning:g}",
+                f"{found}, less than the warning, {limit}",
                 "at least the warning: a run that fails has passed the limit of the warning, too",
-                f"{name} = {warning:g}, or a smaller one in [gates.warnings]",
+                f"{name} = {limit}, or a smaller one in [gates.warnings]",
                 (("gates", "warnings", name),),
             )

@@ -112,10 +112,11 @@ def points_keep_apart(
     closest = CLOSEST * beam.thickness
     for (one, key, name), (other, next_key, next_name) in pairwise(sorted(places, key=itemgetter(0))):
         if mesh.file is None and SNAP * beam.thickness < other - one < closest:
+            found, least = apart(other - one, closest)
             yield Fault(
                 max(key, next_key, key=len),
-                f"{name} and {next_name} are {other - one:.2g} m apart along x",
-                f"the same x, or at least {closest:.2g} m between them: cells end at both",
+                f"{name} and {next_name} are {found} m apart along x",
+                f"the same x, or at least {least} m between them: cells end at both",
                 f"point = {other:.12g} or point = {one:.12g} for both",
             )
 

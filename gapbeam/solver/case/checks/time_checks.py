@@ -46,10 +46,11 @@ def step_follows_the_forcing(time: Time, load: Loads) -> Iterator[Fault]:
     for number, entry in load.items():
         frequency = entry.forcing_frequency
         if frequency is not None and time.step >= 0.5 / frequency:
+            step, half = apart(time.step, 0.5 / frequency)
             yield Fault(
                 ("time", "step"),
-                f"{time.step:g} s, with a load of {frequency:g} Hz",
-                f"far less than half its period of {1 / frequency:g} s; 50 steps per period are good",
+                f"{step} s, with a load of {frequency:g} Hz",
+                f"far less than {half} s, half its period; 50 steps per period are good",
                 f"step = {0.02 / frequency:.3g}",
                 (("load", number, "frequency"),),
             )

@@ -12,6 +12,7 @@ from typing import NamedTuple
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.supports.layout import keyed
+from gapbeam.solver.wording.compared_numbers import apart, exceeds
 
 
 class UsualRange(NamedTuple):
@@ -81,9 +82,10 @@ def _shape(case: Case) -> Iterator[str]:
     """Ask about a section that is larger than the beam is long."""
     for key in ("thickness", "width"):
         value = getattr(case.beam, key)
-        if case.beam.length < value <= MOST_SECTION:  # what is larger is unusual by itself
-            words = f"is more than the length, {case.beam.length:g} m: is it in mm, {_si(1e-3 * value)} m?"
-            yield f"[beam] {key} = {value:g} {words}"
+        if exceeds(value, case.beam.length) and value <= MOST_SECTION:  # what is larger is unusual by itself
+            found, length = apart(value, case.beam.length)
+            words = f"is more than the length, {length} m: is it in mm, {_si(1e-3 * value)} m?"
+            yield f"[beam] {key} = {found} {words}"
 
 
 def _material(case: Case) -> Iterator[str]:
@@ -103,10 +105,11 @@ def _clearances(case: Case) -> Iterator[str]:
     """Ask about play larger than the section."""
     for key, support in keyed(case.support):
         thickness = case.profile.at(0.5 * (support.start + support.end)).beam.thickness
-        if abs(support.clearance) > thickness:
+        if exceeds(abs(support.clearance), thickness):
+            found, size = apart(support.clearance, thickness)
             place = "[support]" if len(key) == 1 else f'[[support]] number {int(key[1]) + 1} (name "{support.name}")'
             yield (
-                f"{place} clearance = {support.clearance:g} is more than the thickness of the beam, {thickness:g} m: "
+                f"{place} clearance = {found} is more than the thickness of the beam, {size} m: "
                 f"is it in mm, {_si(1e-3 * support.clearance)} m?"
             )
 
@@ -125,9 +128,10 @@ def _frequencies(case: Case) -> Iterator[str]:
     for number, load in enumerate(case.load, 1):
         frequency = load.forcing_frequency
         if frequency is not None and frequency <= SLOW and frequency * case.time.end < 1.0 - 1e-9:
+            period, end = apart(1.0 / frequency, case.time.end)
             yield (
                 f'[[load]] number {number} (name "{load.name}") frequency = {frequency:g}: its period, '
-                f"{1.0 / frequency:.3g} s, is longer than the run, {case.time.end:g} s: is it in kHz, "
+                f"{period} s, is longer than the run, {end} s: is it in kHz, "
                 f"{_si(1e3 * frequency)} Hz, or time.end too short?"
             )
 

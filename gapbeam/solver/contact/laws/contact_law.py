@@ -50,9 +50,10 @@ class ContactLaw:
         stores_energy: False where the scheme puts impulses instead of the spring.
         friction: Traction along the face; None: none.
         augmented: Penetration that multipliers shall leave, relative to that of the penalty alone; None: none are used.
+        slowest_touch: Speed as which slower touches are damped where there is a touch_product, m/s.
 
     Raises:
-        ValueError: The damper is that of no law.
+        ValueError: The damper is that of no law, or slow touches have no bound.
     """
 
     spring: Spring
@@ -63,11 +64,16 @@ class ContactLaw:
     augmented: float | None = None
     stores_energy: bool = True
     friction: CoulombFriction | None = None
+    slowest_touch: float = 0.0
 
     def __post_init__(self) -> None:
         """Refuse what has no formula."""
         if self.damper.law not in FORMULAS:
             raise ValueError(f"no damping formula of a law {self.damper.law!r}; there are {', '.join(FORMULAS)}")
+        if self.touch_product is not None and not self.slowest_touch > 0.0:
+            raise ValueError(
+                f"slowest_touch = {self.slowest_touch}: damping by the speed at touch needs a positive one"
+            )
 
     @property
     def stiffness(self) -> float:
@@ -111,7 +117,7 @@ class ContactLaw:
         if self.touch_product is None or speed is None:
             return self
         factor = np.empty(len(speed))
-        fill_touch_factors(float(self.touch_product), np.ascontiguousarray(speed), factor)
+        fill_touch_factors(float(self.touch_product), float(self.slowest_touch), np.ascontiguousarray(speed), factor)
         return replace(self, damper=replace(self.damper, coefficient=factor))
 
     def potential(self, depth: Array) -> Array:
@@ -193,6 +199,7 @@ class ContactLaw:
             bool(self.adhesive),
             float(self.touch_depth),
             float(self.touch_product or 0.0),
+            float(self.slowest_touch),
         )
 
     def _over_step(self, form: int, old: Array, new: Array, dt: float) -> StagePressure:
@@ -217,6 +224,7 @@ def make_law(
     areas: float | Array = 1.0,
     adhesive: bool = False,
     augmented: float | None = None,
+    slowest_touch: float = 0.0,
 ) -> ContactLaw:
     """Return the contact law, per area, of a table of a case file.
 
@@ -229,6 +237,7 @@ def make_law(
             them. 1: K and c are per area already.
         adhesive: Whether the damper may pull.
         augmented: As in `ContactLaw`.
+        slowest_touch: As in `ContactLaw`, m/s.
     """
     return ContactLaw(
         Spring(per_area(stiffness, areas), chosen.spring_exponent),
@@ -237,4 +246,5 @@ def make_law(
         touch_depth,
         chosen.touch_product,
         augmented,
+        slowest_touch=slowest_touch,
     )

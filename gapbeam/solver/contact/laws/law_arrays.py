@@ -55,7 +55,7 @@ def fill_damping_parts(law: LawTable, depth: Array, found: Array) -> None:
 
 
 @entry
-def fill_touch_factors(product: float, speed: Array, factor: Array) -> None:
+def fill_touch_factors(product: float, slowest: float, speed: Array, factor: Array) -> None:
     """Set chi, (m,), of contacts that began at these speeds, (m,)."""
     for i in range(len(speed)):
-        factor[i] = touch_factor(product, speed[i])
+        factor[i] = touch_factor(product, slowest, speed[i])

@@ -140,5 +140,6 @@ def mixed_law(groups: Sequence[LawGroup]) -> MixedLaw:
         adhesive=first.adhesive,
         touch_depth=first.touch_depth,
         touch_product=products[0] if products else None,
+        slowest_touch=max(law.slowest_touch for _, law in groups),
         groups=tuple(groups),
     )

@@ -150,8 +150,9 @@ def own_spring_law(name: str, law: ContactLaw, own: OwnSpring) -> OwnSpringLaw:
             f"damper {known}, or one of its own"
         )
     return OwnSpringLaw(
-        law.spring, law.damper, law.adhesive, law.touch_depth, law.touch_product, law.augmented, name=name, own=own
-    )
+        law.spring, law.damper, law.adhesive, law.touch_depth, law.touch_product, law.augmented,
+        slowest_touch=law.slowest_touch, name=name, own=own,
+    )  # fmt: skip
 
 
 def _where_closed(function: Callable[[Array], Array], depth: Array) -> Array:

@@ -17,8 +17,6 @@ from gapbeam.solver.contact.laws.springs import spring_mean, spring_pressure, sp
 from gapbeam.solver.jit import compiled_in_order
 from gapbeam.solver.system.operators import Array, Indices
 
-SLOWEST_TOUCH = 1.0e-4  # m/s; slower touches are damped as if they came with this speed
-
 
 class LawNumbers(NamedTuple):
     """The part of a contact law that is the same at all its points.
@@ -31,6 +29,7 @@ class LawNumbers(NamedTuple):
         adhesive: Whether the damper may pull.
         touch_depth: Depth over which a damper that jumps is switched on, m.
         touch_product: p = chi v0 where chi follows from the touch speed; 0: chi is given.
+        slowest_touch: Speed as which slower touches are damped, m/s.
     """
 
     exponent: float
@@ -40,13 +39,14 @@ class LawNumbers(NamedTuple):
     adhesive: bool
     touch_depth: float
     touch_product: float
+    slowest_touch: float
 
 
 class LawTable(NamedTuple):
     """Contact laws as numbers: one law at all points, or several of them side by side.
 
     Attributes:
-        rows: The `LawNumbers` of each law, (laws, 10).
+        rows: The `LawNumbers` of each law, (laws, 11).
         owner: The law of each point, (m,).
         by_touch: Whether the damper of a law follows from touch speeds.
         stiffness: K of each point, (m,).
@@ -97,7 +97,7 @@ class Point(NamedTuple):
 
 
 def row_of(numbers: LawNumbers) -> Array:
-    """Return the numbers of a law as a row of a table, (10,)."""
+    """Return the numbers of a law as a row of a table, (11,)."""
     exponent, formula, parameters, *others = numbers
     return np.array([exponent, formula, *parameters, *others], dtype=float)
 
@@ -107,13 +107,13 @@ def numbers_at(law: LawTable, point: int) -> LawNumbers:
     """Return the numbers of the law at a point."""
     row = law.rows[law.owner[point]]
     parameters = (row[2], row[3], row[4], row[5])
-    return LawNumbers(row[0], int(row[1]), parameters, row[6] > 0.0, row[7] > 0.0, row[8], row[9])
+    return LawNumbers(row[0], int(row[1]), parameters, row[6] > 0.0, row[7] > 0.0, row[8], row[9], row[10])
 
 
 @compiled_in_order
-def touch_factor(product: float, speed: float) -> float:
-    """Return chi = p / v0 of a contact that began at a speed."""
-    return product / max(speed, SLOWEST_TOUCH)
+def touch_factor(product: float, slowest: float, speed: float) -> float:
+    """Return chi = p / v0 of a contact that began at a speed, at the slowest one where that is larger."""
+    return product / max(speed, slowest)
 
 
 @compiled_in_order

@@ -248,6 +248,6 @@ def _touch(law: LawTable, depth: Array, speed: Array, point: int, opening: float
     """Keep the approach speed of a point whose gap opens at some speed, m/s, if it is open."""
     if depth[point] <= 0.0:
         speed[point] = -opening
-        product = numbers_at(law, point).touch_product
-        if product > 0.0:
-            law.coefficient[point] = touch_factor(product, speed[point])
+        numbers = numbers_at(law, point)
+        if numbers.touch_product > 0.0:
+            law.coefficient[point] = touch_factor(numbers.touch_product, numbers.slowest_touch, speed[point])

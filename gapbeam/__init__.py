@@ -64,6 +64,8 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
     from gapbeam.solver.scene.structure import Structure, from_modes, mass
     from gapbeam.solver.scene.structure_files import read_structure
+    from gapbeam.studies.atlas.response_atlas import atlas
+    from gapbeam.studies.atlas.start_set import drawn_starts, gridded_starts
 
     __version__: str
 
@@ -106,6 +108,8 @@ _MODULES = {
     "solver.scene.scene_seat": ("NoSeat", "seat"),
     "solver.scene.structure": ("Structure", "from_modes", "mass"),
     "solver.scene.structure_files": ("read_structure",),
+    "studies.atlas.response_atlas": ("atlas",),
+    "studies.atlas.start_set": ("drawn_starts", "gridded_starts"),
 }
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
 
@@ -153,17 +157,20 @@ __all__ = [
     "Workers",
     "__version__",
     "aerodynamic_lag",
+    "atlas",
     "beam",
     "check",
     "compare",
     "connors",
     "critical_velocity",
+    "drawn_starts",
     "eigenvalues",
     "ensemble",
     "euler",
     "export",
     "from_modes",
     "generalized_alpha",
+    "gridded_starts",
     "hht",
     "history",
     "identify",

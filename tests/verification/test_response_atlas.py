@@ -1,0 +1,175 @@
+"""The atlas of the bilinear oscillator against exact flights: responses, shares, multipliers; and what it refuses."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+from scipy.optimize import root
+
+import gapbeam as gb
+from gapbeam.solver.scene.linear_scheme import MIDPOINT
+from gapbeam.solver.scene.scene import Scene
+from gapbeam.studies.atlas.lane_shooting import StrobeMap, shoot
+from gapbeam.studies.atlas.response_atlas import Atlas, Response
+from tests.shared.bilinear_flights import attractors, flights
+
+Z, K, G = 0.04, 30.0, 0.5
+
+
+def oscillator() -> Scene:
+    body = gb.mass(1.0, stiffness=1.0, damping=2 * Z, name="body")
+    stop = gb.Contact(body["at"], gb.HalfPlane(G), gb.KelvinVoigt(stiffness=K), name="stop")
+    push = gb.Force(body["at"], lambda t, F, W: F * np.cos(W * t), name="push", F=0.1, W=1.0)
+    return gb.Scene(body, contacts=[stop], loads=[push])
+
+
+def force(W: float, part: float) -> float:
+    """Return a part of the force up to which a motion without contact exists."""
+    return float(part * G * np.sqrt((1 - W * W) ** 2 + (2 * Z * W) ** 2))
+
+
+def found_at(W: float, part: float, starts: int, steps: int = 400, seed: int = 1) -> tuple[Atlas, float]:
+    scene, F = oscillator().with_({"push.F": force(W, part), "push.W": W}), force(W, part)
+    drawn = gb.drawn_starts(scene, starts, {"at": (-1.0, 0.6)}, {"at": (-1.0, 1.0)}, seed)
+    return gb.atlas(scene, period=2 * np.pi / W, starts=drawn, steps=steps), F
+
+
+def exact_orbit(one: Response, F: float, W: float) -> tuple[Any, Any]:
+    """Return the state and multipliers of the exact orbit near a response, by SciPy's root finder on exact flights."""
+
+    def after(x: Any) -> Any:
+        return flights(x[0], x[1], Z, K, G, F, W, one.order, 400)[-1]
+
+    x = root(lambda x: after(x) - x, one.strobes[0], tol=1e-12).x
+    P = np.column_stack([(after(x + e) - after(x - e)) / 2e-6 for e in 1e-6 * np.eye(2)])
+    return x, np.linalg.eigvals(P)
+
+
+def compare(W: float, part: float, starts: int) -> list[float]:
+    """Compare an atlas with exact flights from other starts; return differences of shares in standard errors."""
+    found, F = found_at(W, part, starts)
+    draw = np.random.default_rng(77).uniform([-1.0, -1.0], [0.6, 1.0], (starts, 2))
+    exact, which = attractors(draw, Z, K, G, F, W)
+    (point,) = found.points
+    off = []
+    assert len({tuple(one.strobes[0]) for one in point.responses}) == len(point.responses)
+    for one in point.responses:
+        x, multipliers = exact_orbit(one, F, W)
+        assert np.abs(x - one.strobes[0]).max() < 5e-3
+        match = [i for i, orbit in enumerate(exact) if len(orbit) == one.order
+                 and np.abs(orbit - x).max(axis=1).min() < 1e-5]  # fmt: skip
+        rare = one.count <= 3 and not match  # may have no exact flight among as many others
+        assert rare or len(match) == 1, (W, part, one.order, one.share)
+        p = float(np.mean(which == match[0])) if match else 0.0
+        mean = 0.5 * (p + one.share)
+        off.append(abs(p - one.share) / np.sqrt(2.0 * mean * (1.0 - mean) / starts + 1e-12))
+        assert one.interval[0] <= one.share <= one.interval[1]
+        fine = StrobeMap(
+            oscillator().with_({"push.F": F, "push.W": W}), {}, np.array([2 * np.pi / W]), 12800, MIDPOINT, 0.0
+        )
+        (orbit,) = shoot(fine, np.array([0]), x[:, None], one.order)
+        assert orbit is not None
+        assert np.abs(orbit.x - x).max() < 1e-4
+        assert np.allclose(np.sort_complex(orbit.multipliers), np.sort_complex(multipliers), atol=1e-3)
+        product = np.exp(-2 * Z * one.order * point.period)
+        assert orbit.multipliers.prod().real == pytest.approx(product, abs=1e-6)
+    shares = [np.mean(which == i) for i in range(len(exact))]
+    orders = [one.order for one in point.responses]
+    for orbit, share in zip(exact, shares, strict=True):
+        assert share < 4.0 / starts or len(orbit) in orders, (W, part, len(orbit), share)
+    assert max(off) < 3.5, (W, part, off)
+    return off
+
+
+def test_flights_are_exact() -> None:
+    """Closed forms between contacts against SciPy's integrator with short steps."""
+    late = flights(0.3, -0.2, Z, K, G, 0.4, 0.9, 2, 96)[-1]
+    same = solve_ivp(
+        lambda t, y: [y[1], 0.4 * np.cos(0.9 * t) - 2 * Z * y[1] - y[0] - K * max(y[0] - G, 0.0)],
+        (0.0, 4 * np.pi / 0.9), [0.3, -0.2], method="DOP853", rtol=1e-11, atol=1e-12, max_step=0.1,
+    ).y[:, -1]  # fmt: skip
+    assert np.abs(late - same).max() < 1e-7
+
+
+def test_three_responses_coexist() -> None:
+    """Orders 1, 2 and 6 at W = 2.6: each found once, with its share, and nothing else."""
+    compare(2.6, 0.6, 96)
+
+
+@pytest.mark.slow(minutes=0.5)
+def test_all_responses_of_many_forces_and_frequencies() -> None:
+    """Twelve pairs with one to three responses of order 1 to 6."""
+    pairs = [(0.5, 1.3), (0.8, 1.3), (1.0, 0.95), (1.2, 0.6), (1.35, 0.6), (1.5, 0.6), (1.5, 0.95), (1.7, 0.6),
+             (2.6, 0.6), (2.6, 1.3), (3.0, 0.6), (3.0, 1.3)]  # fmt: skip
+    off = [one for W, part in pairs for one in compare(W, part, 300)]
+    assert len(off) >= 18
+    assert np.mean(np.array(off) < 2.0) >= 0.9, off
+
+
+@pytest.mark.slow(minutes=0.2)
+def test_chaos_is_told_from_responses() -> None:
+    """W = 4: most starts move chaotically for long; the exponent agrees with that of exact flights."""
+    found, F = found_at(4.0, 0.95, 40, steps=200)
+    (point,) = found.points
+    assert point.chaotic > 0.6
+    assert sum(one.share for one in point.responses) + point.chaotic + point.unsettled == pytest.approx(1.0)
+    rates = []
+    for i in np.flatnonzero(found.which[0] == -1)[:6]:
+        x, away = np.array([found.starts.q[0, i], found.starts.v[0, i]]), np.array([1e-7, 0.0])
+        x = flights(*x, Z, K, G, F, 4.0, 100, 96)[-1]
+        for k in range(300):
+            y, w = (flights(*one, Z, K, G, F, 4.0, 1, 96)[-1] for one in (x, x + away))
+            grown = np.linalg.norm(w - y) / 1e-7
+            x, away = y, (w - y) / grown
+            rates.append(np.log(grown) * 4.0 / (2 * np.pi) if k > 30 else np.nan)
+    assert point.exponent == pytest.approx(np.nanmean(rates), rel=0.25)
+
+
+def test_responses_over_a_frequency() -> None:
+    """Two parameters give all their combinations; a frequency has its own period; at rest at zero force."""
+    scene = oscillator()
+    starts = gb.gridded_starts(scene, {"at": [-0.5, 0.1]}, {"at": [-0.5, 0.0, 0.5]})
+    assert starts.q[0].tolist() == [-0.5, -0.5, -0.5, 0.1, 0.1, 0.1]
+    found = gb.atlas(
+        scene, period=lambda at: 2 * np.pi / at["push.W"], starts=starts, steps=100,
+        over={"push.W": [0.6, 1.2], "push.F": [0.0, 0.1]},
+    )  # fmt: skip
+    assert [one.values for one in found.points] == [{"push.W": W, "push.F": F} for W in (0.6, 1.2) for F in (0.0, 0.1)]
+    assert found.is_complete
+    assert found.which.shape == (4, 6)
+    for one in found.points:
+        W, F = one.values["push.W"], one.values["push.F"]
+        linear = F / np.sqrt((1 - W * W) ** 2 + (2 * Z * W) ** 2)
+        free = [response for response in one.responses if not response.impacts["stop"]]
+        assert len(free) == 1
+        assert free[0].peak["at"] == pytest.approx(linear, rel=2e-3, abs=1e-9)
+        assert one.period == pytest.approx(2 * np.pi / W)
+    assert found.strobes["at"].shape[:2] == (4, 6)
+
+
+@pytest.mark.parametrize(
+    ("asked", "says"),
+    [
+        ({"period": 3.0}, "does not repeat after 3 s"),
+        ({"period": -1.0}, "expected one above 0"),
+        ({"steps": 0}, "from 1 on"),
+        ({"scheme": gb.newmark()}, "accelerations as states"),
+        ({"over": {"push.G": [1.0]}}, "has no 'G'"),
+        ({"over": {"push.F": [1.0], "push.W": [1.0], "stop.clearance": [1.0]}}, "at most 2"),
+    ],
+)
+def test_nonsense_is_refused(asked: dict[str, Any], says: str) -> None:
+    """Messages name what was found."""
+    scene = oscillator()
+    starts = gb.drawn_starts(scene, 2, {"at": (-0.1, 0.1)})
+    with pytest.raises(gb.UserError, match=says):
+        gb.atlas(scene, **({"period": 2 * np.pi, "starts": starts} | asked))
+    with pytest.raises(gb.UserError, match=r"expected \(lowest, highest\)"):
+        gb.drawn_starts(scene, 2, {"at": (0.2, 0.1)})
+    with pytest.raises(gb.UserError, match="no points are called 'tip'"):
+        gb.drawn_starts(scene, 2, {"tip": (0.0, 0.1)})
+    with pytest.raises(gb.UserError, match="values of one point"):
+        gb.gridded_starts(scene)

@@ -64,6 +64,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.shipped_laws import Adhesive, Cubic, ElastoGap, HuntCrossley, KelvinVoigt
     from gapbeam.solver.scene.structure import Structure, from_modes, mass
     from gapbeam.solver.scene.structure_files import read_structure
+    from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
     from gapbeam.studies.atlas.response_atlas import atlas
     from gapbeam.studies.atlas.start_set import drawn_starts, gridded_starts
 
@@ -108,6 +109,7 @@ _MODULES = {
     "solver.scene.scene_seat": ("NoSeat", "seat"),
     "solver.scene.structure": ("Structure", "from_modes", "mass"),
     "solver.scene.structure_files": ("read_structure",),
+    "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
     "studies.atlas.response_atlas": ("atlas",),
     "studies.atlas.start_set": ("drawn_starts", "gridded_starts"),
 }
@@ -163,6 +165,8 @@ __all__ = [
     "compare",
     "connors",
     "critical_velocity",
+    "draw_basins",
+    "draw_responses",
     "drawn_starts",
     "eigenvalues",
     "ensemble",

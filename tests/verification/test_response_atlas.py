@@ -110,7 +110,7 @@ def test_all_responses_of_many_forces_and_frequencies() -> None:
 
 
 @pytest.mark.slow(minutes=0.2)
-def test_chaos_is_told_from_responses() -> None:
+def test_chaos_has_the_exponent_of_exact_flights() -> None:
     """W = 4: most starts move chaotically for long; the exponent agrees with that of exact flights."""
     found, F = found_at(4.0, 0.95, 40, steps=200)
     (point,) = found.points
@@ -148,6 +148,20 @@ def test_responses_over_a_frequency() -> None:
         assert free[0].peak["at"] == pytest.approx(linear, rel=2e-3, abs=1e-9)
         assert one.period == pytest.approx(2 * np.pi / W)
     assert found.strobes["at"].shape[:2] == (4, 6)
+    counts = gb.draw_responses(found, "at").axes[0].collections[0].get_array()
+    assert np.ravel(counts).sum() == sum(len(one.responses) for one in found.points)
+    basins = gb.draw_basins(found, ("at", "displacement"), ("at", "velocity"), scene, at=3)
+    drawn = np.ravel(basins.axes[0].collections[0].get_array())
+    assert drawn.tolist() == found.which[3].reshape(2, 3).T.ravel().tolist()
+    for wrong in (
+        lambda: gb.draw_responses(found, "tip"),
+        lambda: gb.draw_basins(found, ("at", "x"), ("at", "y"), scene),
+    ):
+        with pytest.raises(gb.UserError, match="expected"):
+            wrong()
+    line = gb.atlas(scene, period=2 * np.pi, starts=starts, over={"push.F": np.linspace(0.02, 0.3, 8)}, steps=100)
+    strobes = gb.draw_responses(line, "at").axes[0].lines
+    assert sum(len(one.get_xdata()) for one in strobes) == 8 * 6 * 17
 
 
 @pytest.mark.parametrize(

@@ -65,6 +65,7 @@ class Slabs(NamedTuple):
         work: (slabs, ROWS, WIDTH // L, L).
         spent: (contacts, L), in the same order: energy lost in each contact so far, by its law and by friction.
         rough: Whether there is friction: then there is no step potential.
+        sticks: (slabs,) whether its friction sticks without creep, by Coulomb's own law.
     """
 
     address: Any
@@ -75,6 +76,7 @@ class Slabs(NamedTuple):
     work: Array
     spent: Array
     rough: bool
+    sticks: Any
 
 
 class SolveRoom(NamedTuple):

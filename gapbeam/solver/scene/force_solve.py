@@ -16,6 +16,7 @@ from gapbeam.solver.scene.lane_code import L, add, copy, eliminate, lanewise
 from gapbeam.solver.scene.touch_kernel import LAST, call
 
 PASSES, PLAIN, RAMP, EPS = 120, 8, 60, 2e-16
+EASY, HARDER = 20, 2  # powers of two: how easily friction slides at first, and by how much it hardens at a time
 
 
 @lanewise
@@ -127,7 +128,42 @@ def off(h, free, F, y1, room, a, tolerance):
 
 @lanewise
 def solve(slabs, h, D, y0, free, F, y1, room, tolerance):
-    """Find contact forces F (a guess at entry) and places y1 of a step. Return passes, negative if not converged."""
+    """Find contact forces F (a guess at entry) and places y1 of a step. Return passes, negative if not converged.
+
+    Where friction that hardly slides keeps Newton's method in a cycle, the step is solved with friction that slides
+    easily, which then hardens to what was given: forces of one solve start the next.
+    """
+    stage, spent = -1, 0
+    while True:
+        found = newton(slabs, h, D, y0, free, F, y1, room, tolerance)
+        spent += abs(found)
+        if stage == 0 or (stage < 0 and (found >= 0 or not slabs.rough)):
+            return spent if found >= 0 else -spent
+        if stage < 0:
+            stage = EASY
+            slide(slabs, 2.0**EASY)
+            for i in range(len(D)):
+                for lane in range(L):
+                    F[i, lane] = 0.0
+        else:
+            stage -= HARDER
+            slide(slabs, 0.5**HARDER)
+
+
+@lanewise
+def slide(slabs, ease):
+    """Multiply the speed up to which friction gives way by a power of two: exactly, so that it can be taken back."""
+    for s in range(len(slabs.address)):
+        if slabs.motions[s] == 2:
+            by = 1.0 / ease if slabs.sticks[s] else ease
+            for e in range(slabs.start[s + 1] - slabs.start[s]):
+                for lane in range(L):
+                    slabs.work[s, 16, e, lane] *= by
+
+
+@lanewise
+def newton(slabs, h, D, y0, free, F, y1, room, tolerance):
+    """Find contact forces F (a guess at entry) and places y1. Return passes, negative if not converged."""
     m, law, new, way, base, J, A, closed = len(D), room.law, room.new, room.way, room.base, room.J, room.A, room.closed
     room.flag[:] = 0
     copy(free, y1)

@@ -56,7 +56,8 @@ def run(
         march: For a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;
             `every`, steps from one record to the next; `scheme`; `gates`, as the table [gates] of case files;
             `observers`, functions of the step after each record, which may set loads; `period` of the forcing, s;
-            `title`.
+            `title`; `errors=False` estimates no errors; `penalty`, names of contacts whose stiffness stands for rigid
+            contact.
 
     Returns:
         The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
@@ -98,6 +99,7 @@ def _run_of_scene(
     """Run a scene; arguments that are for cases are refused."""
     from gapbeam.solver.errors import UserError
     from gapbeam.solver.run.scene_run import SceneRun, run_scene
+    from gapbeam.studies.error_estimate.scene_errors import with_scene_errors
 
     _refuse([name for name, value in others.items() if value is not None], "a scene: see `scene.with_`")
     known = [one.name for one in fields(SceneRun) if one.name != "scene"]
@@ -107,7 +109,8 @@ def _run_of_scene(
         raise UserError(f"run: a scene needs {' and '.join(f'`{name}=`' for name in lacking)}, s")
     if resume:
         raise UserError("run: found resume=True; a run of a scene keeps no checkpoints: march it again")
-    return run_scene(SceneRun(scene, **march), folder_from(output, "scene"), overwrite)
+    asked = SceneRun(scene, **march)
+    return with_scene_errors(asked, run_scene(asked, folder_from(output, "scene"), overwrite))
 
 
 def _refuse(names: Collection[str], what: str) -> None:

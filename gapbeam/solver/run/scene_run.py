@@ -5,9 +5,10 @@ from __future__ import annotations
 import logging
 import resource
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field
+from fnmatch import fnmatchcase
 from pathlib import Path
 from typing import Any
 
@@ -28,7 +29,7 @@ from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.log_file import log_file
 from gapbeam.solver.run.output.results_folder import check_folder, prepare_folder, write_summary
 from gapbeam.solver.run.scene_accounts import SceneAccounts, contacts_of, promises_balance
-from gapbeam.solver.run.scene_records import SceneRecords
+from gapbeam.solver.run.scene_records import Rows, SceneRecords
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of
 from gapbeam.solver.scene.condensed_arrays import StepRecords
 from gapbeam.solver.scene.linear_scheme import MIDPOINT, LinearScheme
@@ -55,6 +56,9 @@ class SceneRun:
         observers: Called after every record.
         period: Of the forcing, s; None: it has none.
         title: Of the results.
+        errors: Whether the errors of the figures are estimated, by the same scene at half the step.
+        penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a
+            rigid contact would change, by the same scene with twice the stiffness.
     """
 
     scene: Scene
@@ -67,6 +71,8 @@ class SceneRun:
     observers: Sequence[Observer] = ()
     period: float | None = None
     title: str = ""
+    errors: bool = True
+    penalty: Sequence[str] = ()
 
     @property
     def limits(self) -> Gates:
@@ -97,6 +103,28 @@ class SceneRun:
         for one in self.observers:
             if not callable(one):
                 raise UserError(f"run: found the observer {one!r}, expected a function of the step")
+        if isinstance(self.penalty, str):
+            raise UserError(f"run: found penalty = {self.penalty!r}, expected a list of names: [{self.penalty!r}]")
+        self.stiffer()
+
+    def stiffer(self) -> Scene | None:
+        """Return the scene with twice the stiffness of its penalty contacts; None: it has none.
+
+        Raises:
+            UserError: A name fits no contact, or a contact whose law has no stiffness.
+        """
+        changes = dict[str, Any]()
+        for pattern in self.penalty:
+            found = [one for one in self.scene.contacts if one.name and fnmatchcase(one.name, pattern)]
+            without = [one.name for one in found if "stiffness" not in one.law.kind.names]
+            if not found or without:
+                names = ", ".join(one.name for one in self.scene.contacts if one.name) or "none"
+                what = f"the law of {without[0]} has no stiffness" if without else f"its contacts: {names}"
+                raise UserError(f"run: penalty {pattern!r}: expected contacts whose law has a stiffness; {what}")
+            for one in found:
+                place = one.law.kind.names.index("stiffness")
+                changes[f"{one.name}.stiffness"] = 2.0 * np.asarray(one.law.values[place])
+        return self.scene.with_(changes) if changes else None
 
 
 def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False) -> Outcome:
@@ -124,12 +152,12 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False) -> Outcome
             prepare_folder(folder)
             with log_file(folder):
                 summary = _opening(asked, folder, marcher)
-                march = _March(asked, folder, marcher, steps, limits, signals)
+                march = SceneMarch(asked, marcher, steps, limits, signals)
                 try:
                     with disk_reported(folder):
                         write_summary(folder, summary)
                         signals.march_begins()
-                        march.to_the_end()
+                        march.write(folder)
                     march.judge()
                     summary |= {"status": "completed", "exit_status": 0}
                     summary["message"] = f"{marcher.count} steps, {march.balance_words}"
@@ -183,19 +211,16 @@ def _close(folder: Path, summary: dict[str, Any]) -> None:
             summary |= {"status": "failed", "exit_status": error.exit_status, "message": str(error)}
 
 
-class _March:
+class SceneMarch:
     """A march that is recorded, counted and judged, block by block."""
 
-    def __init__(
-        self, asked: SceneRun, folder: Path, marcher: Marcher, steps: int, limits: Gates, signals: Signals
-    ) -> None:
-        self.asked, self.folder, self.marcher, self.steps, self.signals = asked, folder, marcher, steps, signals
+    def __init__(self, asked: SceneRun, marcher: Marcher, steps: int, limits: Gates, signals: Signals) -> None:
+        self.asked, self.marcher, self.steps, self.signals = asked, marcher, steps, signals
         remedy = "Try a smaller step or a softer stiffness"
         if not promises_balance(asked.scheme):
             remedy = "Try the default scheme, which creates none, a smaller step or a softer stiffness"
         self.accounts = SceneAccounts(marcher, limits, remedy)
         self.records = SceneRecords(marcher, asked.every)
-        self.writer = HistoryWriter(folder, self.records.labels, None, self.records.variables)
         self.seconds = 0.0
 
     @property
@@ -213,41 +238,50 @@ class _March:
             f"a scheme that promises no energy balance: it {'took' if taken >= 0.0 else 'created'} {abs(taken):.3g} J"
         )
 
-    def to_the_end(self) -> None:
-        """March, record and watch.
+    def write(self, folder: Path) -> None:
+        """March to the end into a results folder.
 
         Raises:
             RunError: A gate is passed, a step did not converge, the disk is full, or the user asked to stop.
         """
-        marcher, every, clock = self.marcher, self.asked.every, time.perf_counter()
-        block = every if self.asked.observers else max(every, BLOCK // every * every)
+        clock, writer = time.perf_counter(), HistoryWriter(folder, self.records.labels, None, self.records.variables)
         try:
-            if marcher.count == 0:
-                self.writer.append(self.records.first(marcher, self.accounts))
-            while marcher.count < self.steps:
-                self._advance(min(block, self.steps - marcher.count))
-                for observer in self.asked.observers:
-                    observer(SceneStep(marcher))
-                self._listen()
-            self.writer.close()
+            for rows in self.rows():
+                writer.append(rows)
+            writer.close()
         except NotWritten:
-            self.writer.abandon()
+            writer.abandon()
             raise
         except BaseException:
-            self.writer.close()
+            writer.close()
             raise
         finally:
             self.seconds += time.perf_counter() - clock
             with suppress(NotWritten):
-                write_impacts(self.folder, self.records.labels["face"], self.accounts.impacts)
+                write_impacts(folder, self.records.labels["face"], self.accounts.impacts)
+
+    def rows(self) -> Iterator[Rows]:
+        """March to the end, and yield the records of each block of steps.
+
+        Raises:
+            RunError: As `write`, but for the disk; after the records before it.
+        """
+        marcher, every = self.marcher, self.asked.every
+        block = every if self.asked.observers else max(every, BLOCK // every * every)
+        yield self.records.first(marcher, self.accounts)
+        while marcher.count < self.steps:
+            yield from self._advance(min(block, self.steps - marcher.count))
+            for observer in self.asked.observers:
+                observer(SceneStep(marcher))
+            self._listen()
 
     def _listen(self) -> None:
         heard = self.signals.heard
         if heard != Wish.NONE:
             raise Interrupted(f"{heard.words} at t = {self.marcher.t:.6g} s", heard.exit_status)
 
-    def _advance(self, steps: int) -> None:
-        """March a block, and take in all steps before one that failed."""
+    def _advance(self, steps: int) -> Iterator[Rows]:
+        """March a block, take in all steps before one that failed, and yield their records."""
         marcher, before, failure = self.marcher, self.marcher.count, None
         try:
             kept = marcher.advance(steps, energies=True)
@@ -266,7 +300,7 @@ class _March:
         last = failure is not None or count < whole or before + count == self.steps
         rows = self.records.rows(before, times, kept, contacts, energies, sums, last)
         if rows is not None:
-            self.writer.append(rows)
+            yield rows
         if count < whole:
             accounts.gates.let_pass(marcher.t0 + (before + count + 1) * marcher.h, False, accounts.ledger)
         accounts.pass_gates(times, energies)

@@ -39,6 +39,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from types import MappingProxyType
+from typing import Any
 
 import numpy as np
 from scipy.stats import f as fisher
@@ -93,6 +94,20 @@ class FigureError:
         known = self.error is not None and self.error <= abs(self.value) and self.value != 0.0
         return self.error / abs(self.value) if known and self.error is not None else None
 
+    def as_data(self) -> dict[str, Any]:
+        """Return the figure for summary.json."""
+        return {
+            "name": self.name,
+            "unit": self.unit,
+            "span": self.span,
+            "value": self.value,
+            "error": self.error,
+            "relative_error": self.relative,
+            "standard_error": self.standard_error,
+            "window": self.window,
+            "differences": dict(self.parts),
+        }
+
 
 def figure_errors(
     run: MotionRecord,
@@ -104,6 +119,7 @@ def figure_errors(
     records: int = 1,
     meshed: bool = False,
     lost: Mapping[str, float] = MappingProxyType({}),
+    factors: Mapping[str, float] = FACTORS,
 ) -> list[FigureError]:
     """Return the key figures of a run over a span, with their errors.
 
@@ -117,6 +133,7 @@ def figure_errors(
         records: Companions have the first of every so many records of the run.
         lost: Shares of figures that the step may falsify in short contacts, by face and OF_MOTION.
         meshed: Whether all that the finest companion changes is the mesh and the basis of a solid.
+        factors: From the difference of a companion to the error that it shows.
     """
     reported = key_figures(run, span, averages)
     mine = reported if records == 1 else key_figures(run.thinned(records), span, averages)
@@ -144,7 +161,9 @@ def figure_errors(
                 parts[SHORT] = share * abs(figure.mean)
             everyone = [mine[name], *(one[name] for one in theirs.values())]
             known = parts | _later_meshes(parts) if meshed else parts
-            error = _error(known, span) if span.predictable else _error_of_means(known, everyone, ratio)
+            error = (
+                _error(known, span, factors) if span.predictable else _error_of_means(known, everyone, ratio, factors)
+            )
         window = averages.width_of(name)
         found.append(FigureError(name, figure.unit, span.name, figure.mean, error, parts, figure.uncertainty, window))
     return found
@@ -181,13 +200,15 @@ def _ratio(solid: float, plane: float) -> float:
     return abs(solid / plane) if abs(plane) > ROUND_OFF * abs(solid) else 1.0
 
 
-def _error(parts: Mapping[str, float], span: Span) -> float:
-    error = max((factor * parts[name] for name, factor in FACTORS.items() if name in parts), default=0.0)
+def _error(parts: Mapping[str, float], span: Span, shares: Mapping[str, float]) -> float:
+    error = max((factor * parts[name] for name, factor in shares.items() if name in parts), default=0.0)
     error += max(parts.get(MODEL, 0.0), parts.get(SHORT, 0.0)) + RIGID_FACTOR * parts.get(STIFFER, 0.0)
     return (PARTED if span.name == UP_TO_HORIZON else 1.0) * error
 
 
-def _error_of_means(parts: Mapping[str, float], figures: Iterable[WindowFigure], ratio: float) -> float | None:
+def _error_of_means(
+    parts: Mapping[str, float], figures: Iterable[WindowFigure], ratio: float, shares: Mapping[str, float]
+) -> float | None:
     """Return the error of a mean over windows; None with fewer than four windows, which say nothing."""
     values = [figure.values for figure in figures]
     count = values[0].size
@@ -197,7 +218,7 @@ def _error_of_means(parts: Mapping[str, float], figures: Iterable[WindowFigure],
     between = float(np.var([one.mean() for one in values], ddof=1))
     scattered = quantile_of_means(within, between, len(values), count)
     chance = max(ratio, 1.0) * float(np.sqrt(2.0)) * scattered
-    factors = {**FACTORS, MODEL: 1.0, SHORT: 1.0, STIFFER: RIGID_FACTOR}
+    factors = {**shares, MODEL: 1.0, SHORT: 1.0, STIFFER: RIGID_FACTOR}
     return chance + max(factors[name] * max(0.0, part - chance) for name, part in parts.items())
 
 

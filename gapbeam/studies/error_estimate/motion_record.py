@@ -62,7 +62,7 @@ class MotionRecord:
             axes = (-1, 1) if in_space else (-1,)
             displacement, acceleration = (
                 np.concatenate([np.asarray(history[name].values)[:, :, axis] for axis in axes], axis=1)
-                for name in ("displacement", "acceleration_absolute")
+                for name in ("displacement", _acceleration_in(history))
             )
             gained = np.cumsum(acceleration * steps, axis=0)
             probes = (*probes, *(f"{name} lateral" for name in probes)) if in_space else probes
@@ -120,6 +120,11 @@ class MotionRecord:
     def _records(self, part: slice) -> MotionRecord:
         series = ("times", "displacement", "velocity_gained", "force", "impulse", "stress", "active")
         return replace(self, **{name: getattr(self, name)[part] for name in series})
+
+
+def _acceleration_in(history: xr.Dataset) -> str:
+    """Return the record of accelerations: relative ones where nothing says how the frame moves."""
+    return "acceleration_absolute" if "acceleration_absolute" in history else "acceleration_relative"
 
 
 def window_means(integral: Array, interval: float, width: float) -> Array:

@@ -15,14 +15,7 @@ from mpi4py import MPI
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.signals.figure_names import (
-    AXIAL_STRESS,
-    DISPLACEMENT,
-    LARGEST_FORCE,
-    MEAN_FORCE,
-    SMOOTHED_ACCELERATION,
-    VON_MISES_STRESS,
-)
+from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE, SMOOTHED_ACCELERATION
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import FullModel, ReducedModel
@@ -30,7 +23,6 @@ from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.errors import Interrupted, UserError
 from gapbeam.solver.models.body import Body
-from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.solver.run.assumptions.frequency_findings import IN_BASIS, ON_MESH, RIGID, SLENDER
 from gapbeam.solver.run.interruption import Signals
 from gapbeam.solver.run.outcome import Outcome
@@ -39,6 +31,7 @@ from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
 from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
+from gapbeam.studies.error_estimate.figure_words import MOST_FORCES, figures_in_words, with_unit
 from gapbeam.studies.error_estimate.force_peaks import (
     contact_windows,
     doubtful_peaks,
@@ -50,10 +43,8 @@ from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
 from gapbeam.studies.error_estimate.key_figures import Averages
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
 from gapbeam.studies.error_estimate.spans import (
-    BEYOND_HORIZON,
     FEWEST_RECORDS,
     SETTLED,
-    UP_TO_HORIZON,
     WHOLE_RUN,
     Span,
     spans_of,
@@ -61,7 +52,6 @@ from gapbeam.studies.error_estimate.spans import (
 
 LOG = logging.getLogger("gapbeam")
 
-LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 SET_UP = 2.0  # s, of a wall time that the user limits
 LEAST_BENDING = 1.0e-6  # of a figure: less is no error
 FAR = 2.0  # times the limit of an assumption on the frequencies that carry the energy
@@ -69,12 +59,8 @@ RESOLVING = [one.name for one in (ON_MESH, IN_BASIS, SLENDER, RIGID)]
 MOST_EATEN = 0.2  # of the energy under noise
 ACCELERATION = f" {SMOOTHED_ACCELERATION}"
 VARIABLE = "GAPBEAM_ERRORS"
-FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")
-IN_THE_MESSAGE = (f" {DISPLACEMENT}", f" {AXIAL_STRESS}", f" {VON_MISES_STRESS}", *FORCES)
-MOST_FORCES = 4  # in the last line
 WAYS = ("companions", "thorough", "none")
 SHARES = {TWICE: 0.25, FOURFOLD: 0.25}  # of a difference: half the step would make a quarter of it
-SHOWN = (SETTLED, WHOLE_RUN, "first part", BEYOND_HORIZON, UP_TO_HORIZON, "start-up")
 
 
 @dataclass(frozen=True)
@@ -160,7 +146,7 @@ def _add_peaks(case: Case, outcome: Outcome) -> None:
     windows = contact_windows(run)
     forces = peak_forces(run, [windows[face] for face in run.faces])
     words = [
-        f"{face} {LARGEST_FORCE if windows[face] is None else MEAN_FORCE} {_with_unit(float(force), 'N')}"
+        f"{face} {LARGEST_FORCE if windows[face] is None else MEAN_FORCE} {with_unit(float(force), 'N')}"
         for face, force in zip(run.faces, forces, strict=True)
     ]
     LOG.info("up to t = %.6g s, without errors: %s", run.end, ", ".join(words[:MOST_FORCES]))
@@ -380,54 +366,13 @@ def describe(found: RunErrors) -> dict[str, Any]:
         "failed_companions": dict(found.failed),
         "reference": found.plan.reference,
         "companions": dict(found.marched),
-        "figures": [
-            {
-                "name": one.name,
-                "unit": one.unit,
-                "span": one.span,
-                "value": one.value,
-                "error": one.error,
-                "relative_error": one.relative,
-                "standard_error": one.standard_error,
-                "window": one.window,
-                "differences": dict(one.parts),
-            }
-            for one in found.figures
-        ],
+        "figures": [one.as_data() for one in found.figures],
     }
 
 
 def last_line(found: RunErrors) -> str:
     """Return the main figures with their errors in one line; of many faces those with the largest forces."""
-    known = [one for one in found.figures if one.error is not None]
-    span = next((name for name in SHOWN if any(one.span == name for one in known)), None)
-    shown = [one for one in known if one.span == span and one.name.endswith(IN_THE_MESSAGE)]
-    forces = sorted((one for one in shown if one.name.endswith(FORCES)), key=lambda one: -abs(one.value))
-    smaller = [one for one in forces[MOST_FORCES:] if one.value or one.error]
-    words = [
-        f"{one.name} {_with_unit(one.value, one.unit)} {_plus_minus(one)}"
-        for one in shown
-        if one not in forces[MOST_FORCES:]
-    ]
-    words += [f"{len(smaller)} smaller forces in {SUMMARY_FILE}"] if smaller else []
-    until = "" if found.whole else f", up to t = {found.reached:.3g} s"
-    return f"{span}{until}: {', '.join(words)}" if words else "no figure could be estimated"
-
-
-def _plus_minus(one: FigureError) -> str:
-    """Return an error in per cent of its figure, or in the unit of the figure where it is larger than that."""
-    if one.relative is None:
-        return f"+- {_with_unit(one.error or 0.0, one.unit, 2)}"
-    percent = 100.0 * one.relative
-    if percent < LEAST_SHOWN:
-        return f"+- less than {LEAST_SHOWN:g} %"
-    return f"+- {percent:.0f} %" if percent >= 10.0 else f"+- {percent:.2g} %"
-
-
-def _with_unit(value: float, unit: str, digits: int = 3) -> str:
-    if unit == "m" and abs(value) < 1.0:
-        return f"{1e3 * value:.{digits}g} mm"
-    return f"{value:.{digits}g} {unit}"
+    return figures_in_words(found.figures, found.reached, found.whole)
 
 
 def doubts(found: RunErrors, end: float) -> list[str]:

@@ -73,14 +73,32 @@ def spans_of(case: Case, end: float, interval: float, horizon: float | None, rep
         repeats: The settled part is periodic: its figures can be predicted, whatever the horizon is.
     """
     frequencies = forcing_frequencies(case.load)
+    rise = max((load.rise_time for load in case.load), default=0.0)
+    frequency = frequencies[0] if len(frequencies) == 1 else None
+    return spans_between(end, case.time.end, frequency, rise, interval, horizon, repeats)
+
+
+def spans_between(
+    end: float, last: float, frequency: float | None, rise: float, interval: float, horizon: float | None,
+    repeats: bool = False,
+) -> list[Span]:  # fmt: skip
+    """Return the spans of a motion; see `spans_of`.
+
+    Args:
+        end: Of the records, s.
+        last: Up to where the run goes, s.
+        frequency: Of the forcing, Hz; None: it has none, or several.
+        rise: Smooth start of the loads, s.
+        interval: Between records, s.
+        horizon: Up to where the motion is predictable, s; None: up to the end.
+        repeats: The settled part is periodic: its figures can be predicted, whatever the horizon is.
+    """
     known = end if horizon is None else horizon
     least = FEWEST if horizon is None else FEWEST_RECORDS
-    if len(frequencies) != 1 or end * frequencies[0] < FEWEST_PERIODS:
-        everything = WHOLE_RUN if end > ALL * case.time.end - interval else "first part"
+    if frequency is None or end * frequency < FEWEST_PERIODS:
+        everything = WHOLE_RUN if end > ALL * last - interval else "first part"
         whole = everything if horizon is None else UP_TO_HORIZON
         return [Span(whole, 0.0, known, 1)] if known > least * interval else []
-    frequency = frequencies[0]
-    rise = max((load.rise_time for load in case.load), default=0.0)
     settled = floor((end - max(rise, 0.5 * end)) * frequency + _WHOLE) or 1
     periods = min(PERIODS, max(1, settled // FEWEST_WINDOWS))
     count, width = settled // periods, periods / frequency

@@ -1,0 +1,161 @@
+"""The error estimate of a run of a scene: from its records and the same scene at half the step into its summary.
+
+With f of the run, H of half its step and K of twice the stiffness of its penalty contacts,
+
+    E = max(2 |f - H|, share of unresolved contacts) + 3.4 |f - K|.
+
+The midpoint rule is of second order, where 4/3 |f - H| would do; where contacts close and open within steps it is of
+first order, and 2 |f - H| is its error. Of contacts of few steps half of the step shows as little as the run: see
+`lost_in_steps`. Where both motions differ by 3 % of their range, the motion can no longer be predicted, and only its
+statistics have errors.
+"""
+
+from __future__ import annotations
+
+import logging
+import os
+import time
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Any
+
+import numpy as np
+
+from gapbeam.postprocess.results.records_in_memory import as_history
+from gapbeam.postprocess.results.results import open_results
+from gapbeam.solver.case.gates_table import Gates
+from gapbeam.solver.errors import Interrupted, RunError
+from gapbeam.solver.run.interruption import Signals
+from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.output.results_folder import write_summary
+from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
+from gapbeam.solver.scene.scene_march import marcher_of, steps_to
+from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
+from gapbeam.studies.error_estimate.figure_errors import FACTORS, FigureError, figure_errors
+from gapbeam.studies.error_estimate.figure_words import figures_in_words
+from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks, lost_in_steps
+from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
+from gapbeam.studies.error_estimate.key_figures import Averages
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
+from gapbeam.studies.error_estimate.spans import FEWEST_RECORDS, SETTLED, spans_between
+
+LOG = logging.getLogger("gapbeam")
+FIRST_ORDER = {**FACTORS, HALF_STEP: 2.0}
+NO_ERRORS = {"GAPBEAM_ERRORS": "none"}
+
+
+def with_scene_errors(asked: SceneRun, outcome: Outcome) -> Outcome:
+    """Estimate the errors of a run that passed, write them to its summary, and return the outcome with them.
+
+    Where a signal ends the estimate, the summary has no errors, and the exit status is that of the signal.
+    """
+    off = any(os.environ.get(name) == value for name, value in NO_ERRORS.items())
+    if outcome.exit_status != 0 or not asked.errors or off:
+        return outcome
+    clock, summary = time.perf_counter(), dict(outcome.summary)
+    with Signals(None) as signals:
+        signals.march_begins()
+        try:
+            errors, warnings, words = _estimated(asked, outcome, signals)
+        except Interrupted as stopped:
+            message = f"{signals.heard.words} while the errors of the run were estimated; its results are whole"
+            LOG.error("%s", message)
+            return replace(outcome, exit_status=stopped.exit_status, message=message)
+    errors["seconds"] = time.perf_counter() - clock
+    summary["errors"], summary["warnings"] = errors, [*summary["warnings"], *warnings]
+    summary["message"] += f"; {words}"
+    for warning in warnings:
+        LOG.warning("%s", warning)
+    LOG.info("%s", words)
+    write_summary(outcome.folder, summary)
+    return replace(outcome, summary=summary, message=summary["message"])
+
+
+def _estimated(asked: SceneRun, outcome: Outcome, signals: Signals) -> tuple[dict[str, Any], list[str], str]:
+    """Return the errors, warnings, and a line of words."""
+
+    def none(why: str) -> tuple[dict[str, Any], list[str], str]:
+        return {"status": "not estimated", "reason": why}, [], f"errors not estimated: {why}"
+
+    if asked.observers:
+        return none("observers may set loads, and are not called again")
+    history = open_results(outcome.folder).history
+    begin = float(history["time"][0])
+    run = _motion(history)
+    if len(run.times) < FEWEST_RECORDS:
+        return none(f"there are {len(run.times)} records, and {FEWEST_RECORDS} are the fewest")
+    motions, failed = dict[str, MotionRecord](), dict[str, str]()
+    stiff = asked.stiffer()
+    companions = {HALF_STEP: replace(asked, step=0.5 * asked.step, every=2 * asked.every)}
+    companions |= {} if stiff is None else {STIFFER: replace(asked, scene=stiff)}
+    for name, companion in companions.items():
+        try:
+            motions[name] = marched(companion, signals).first(len(run.times))
+        except Interrupted:
+            raise
+        except RunError as error:
+            failed[name] = str(error).splitlines()[0]
+    if HALF_STEP not in motions:
+        return none(f"{HALF_STEP}: {failed[HALF_STEP]}")
+    return _errors(asked, run, motions, failed, begin)
+
+
+def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
+    """March a scene in memory.
+
+    Raises:
+        RunError: It did not come to its end.
+    """
+    marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
+    limits = Gates(accept_energy_growth=True, accept_energy_loss=True)
+    march = SceneMarch(asked, marcher, steps_to(asked.end, marcher.t, marcher.h), limits, signals)
+    parts = list(march.rows())
+    records = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
+    return _motion(as_history(records, march.records.labels))
+
+
+def _motion(history: Any) -> MotionRecord:
+    """Return the motion in records, with times from 0 on."""
+    moved = history.assign_coords(time=history["time"] - history["time"][0])
+    return MotionRecord.of_history(moved, "component" in history.coords and history.sizes["component"] > 1)
+
+
+def _errors(
+    asked: SceneRun, run: MotionRecord, motions: Mapping[str, MotionRecord], failed: Mapping[str, str], begin: float
+) -> tuple[dict[str, Any], list[str], str]:
+    """Return what the summary, the warnings and the message say; times of the summary count from t = 0."""
+    frequency = None if asked.period is None else 1.0 / asked.period
+    smoothing = 0.05 * min(run.end, run.end if asked.period is None else asked.period)
+    horizon = horizon_of(run, [(motions[HALF_STEP], 1.0)], smoothing)
+    spans = spans_between(run.end, run.end, frequency, 0.0, run.interval, None)
+    settled = next((one for one in spans if one.name == SETTLED), None)
+    again = settled is not None and repeats(run, settled, smoothing)
+    peaks = force_peaks(run, spans)
+    figures = list[FigureError]()
+    spans = spans_between(run.end, run.end, frequency, 0.0, run.interval, horizon, again)
+    for span in spans:
+        part = run.between(span.start, span.end)
+        averages = Averages(smoothing, contact_windows(part))
+        lost = lost_in_steps(part, asked.step)
+        figures += figure_errors(run, motions, None, span, False, averages, lost=lost, factors=FIRST_ORDER)
+    warnings = list(doubtful_peaks(peaks, run.interval))
+    if horizon is not None:
+        beyond = "its settled part repeats" if again else "only its statistics have errors"
+        warnings.append(
+            f"the motion can be predicted up to t = {begin + horizon:.4g} s only: beyond, it depends on the step, and "
+            f"{beyond}"
+        )
+    described = {
+        "status": "estimated",
+        "up_to": begin + run.end,
+        "horizon": None if horizon is None else begin + horizon,
+        "settled_part_repeats": again,
+        "spans": [vars(one) for one in spans],
+        "not_estimated": [] if asked.penalty else ["contact stiffness: no contact is named in `penalty`"],
+        "failed_companions": dict(failed),
+        "reference": None,
+        "force_peaks": peaks,
+        "companions": {name: {"step": asked.step * (0.5 if name == HALF_STEP else 1.0)} for name in motions},
+        "figures": [one.as_data() for one in figures],
+    }
+    return described, warnings, figures_in_words(figures, run.end, whole=True)

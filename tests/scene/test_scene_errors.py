@@ -1,0 +1,82 @@
+"""Error estimates of runs of scenes, against converged runs and an exact answer."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+import gapbeam as gb
+
+
+@pytest.fixture(autouse=True)
+def _estimated(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Estimate errors, which tests leave out elsewhere."""
+    monkeypatch.setenv("GAPBEAM_ERRORS", "companions")
+
+
+def oscillator(amplitude: float = 0.5, frequency: float = 0.7, sides: int = 1) -> gb.Scene:
+    """Return a bilinear oscillator, or one between two stops."""
+    block = gb.mass(1.0, stiffness=1.0, damping=0.02, name="block")
+    law = gb.KelvinVoigt(stiffness=100.0)
+    region = gb.HalfPlane(0.5) if sides == 1 else gb.Slot(1.0)
+    stop = gb.Contact(block["at"], region, law, name="stop")
+    push = gb.Force(block["at"], lambda t: amplitude * np.cos(frequency * t), name="push")
+    return gb.Scene(block, contacts=[stop], loads=[push])
+
+
+def figures(outcome: Any) -> dict[str, tuple[float, float]]:
+    """Return value and error by name."""
+    return {one["name"]: (one["value"], one["error"]) for one in outcome.summary["errors"]["figures"]}
+
+
+@pytest.mark.parametrize("step", [0.08, 0.04, 0.02, 0.01])
+def test_errors_cover_the_true_error(tmp_path: Path, step: float) -> None:
+    """Against the run of a step of 1/800, which is converged itself; and are no more than ten times the true error."""
+    scene = oscillator()
+    true = figures(gb.run(scene, step=1 / 800, end=40.0, every=8, output=tmp_path / "true"))
+    mine = figures(gb.run(scene, step=step, end=40.0, output=tmp_path / "run"))
+    name = "at peak-to-peak displacement"
+    for figure in (name, "stop impulse"):
+        value, error = mine[figure]
+        assert abs(value - true[figure][0]) <= error + true[figure][1]
+    assert mine[name][1] <= 10.0 * abs(mine[name][0] - true[name][0])
+
+
+def test_a_motion_that_parts_has_a_horizon(tmp_path: Path) -> None:
+    """A chaotic rattle: up to the horizon a run of a quarter of the step agrees, later it does not."""
+    scene = oscillator(amplitude=8.0, frequency=2.8, sides=2)
+    outcome = gb.run(scene, step=2e-3, end=150.0, every=5, output=tmp_path / "a")
+    horizon = outcome.summary["errors"]["horizon"]
+    assert horizon is not None
+    assert any("can be predicted up to" in one for one in outcome.summary["warnings"])
+    finer = gb.run(scene, step=5e-4, end=150.0, every=20, output=tmp_path / "b", errors=False)
+    one, other = (gb.open_results(x).history["displacement"].values[:, 0, 0] for x in (outcome, finer))
+    times = gb.open_results(outcome).history["time"].values
+    apart = np.abs(one - other) / np.ptp(one)
+    assert apart[times < 0.8 * horizon].max() < 0.05
+    assert apart[times > horizon].max() > 0.3
+
+
+def test_errors_of_a_penalty_cover_rigid_contact(tmp_path: Path) -> None:
+    """A ball on a floor that stands for a rigid one: impulse 2 m v, and no motion below the floor."""
+    body = gb.mass(1.0, name="ball")
+    floor = gb.Contact(body["at"], gb.HalfPlane(0.0), gb.KelvinVoigt(stiffness=1e6), offset=-0.1, name="floor")
+    scene = gb.Scene(body, contacts=[floor], loads=[gb.weight(body, 9.81)])
+    outcome = gb.run(scene, step=1e-5, end=0.25, output=tmp_path / "a", penalty=["fl*"])
+    value, error = figures(outcome)["floor impulse"]
+    assert abs(value - 2.0 * np.sqrt(2 * 9.81 * 0.1)) <= error <= 0.05 * value
+    value, error = figures(outcome)["at peak-to-peak displacement"]
+    assert abs(value - 0.1) <= error <= 0.05 * value
+    with pytest.raises(gb.UserError, match=r"penalty 'wall': expected contacts .* its contacts: floor"):
+        gb.run(scene, step=1e-5, end=0.25, output=tmp_path / "b", penalty=["wall"])
+
+
+def test_no_errors_where_a_run_cannot_be_repeated(tmp_path: Path) -> None:
+    """Observers may set loads: the summary says why there are no errors; and none where nobody asks."""
+    outcome = gb.run(oscillator(), step=0.05, end=5.0, observers=[lambda _: None], output=tmp_path / "a")
+    assert "observers may set loads" in outcome.summary["errors"]["reason"]
+    assert outcome.exit_status == 0
+    assert "errors" not in gb.run(oscillator(), step=0.05, end=5.0, errors=False, output=tmp_path / "b").summary

@@ -106,13 +106,18 @@ class Contact:
             return rest.reshape(1, -1)
         return np.broadcast_to(rest, (self.motions,))[:, None] if rest.ndim < 2 else rest.T
 
+    @property
+    def sticks(self) -> bool:
+        """Whether its friction is Coulomb's own law, which sticks without creep."""
+        return not np.any(self.sliding)
+
     def values(self, stick: float) -> list[Any]:
         """Return rows VALUES - 2, ... of the workspace; stick: the stiffness of friction that sticks, N/m."""
-        return [self.friction, self.sliding if np.any(self.sliding) else stick, *self.region.values, *self.law.values]
+        return [self.friction, stick if self.sticks else self.sliding, *self.region.values, *self.law.values]
 
     def compiled(self, level: float = 0.0, rough: bool = True) -> int:
         """Return the address of the touch for forces at that level of a step (0: the mean over it)."""
-        exact, damped = not np.any(self.sliding), self.law.is_damped
+        exact, damped = self.sticks, self.law.is_damped
         return touch(self.region.kind, self.law.kind, self.motions, rough and self.is_rough, exact, damped, level)
 
     def replaced(self, name: str, value: Any) -> Contact:

@@ -363,7 +363,7 @@ class Scene:
             integers([key[0] for key, _ in parts]), places, integers(starts), integers([key[1] for key, _ in parts]),
             self.first[integers(order)].astype(np.int64), work,
             np.zeros((len(order), lanes)), rough and any(one.is_rough for one in self.contacts),
-            integers([self.contacts[some[0]].sliding == 0.0 for _, some in parts]),
+            integers([self.contacts[some[0]].sticks for _, some in parts]),
         )  # fmt: skip
 
     def walls(self, times: Array, lanes: int = 1) -> Array:

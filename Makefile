@@ -4,7 +4,7 @@ run := environment/run
 side_by_side := --numprocesses auto --maxprocesses 4 --dist loadfile
 
 .DEFAULT_GOAL := help
-.PHONY: help demo paper test test-slow test-pages test-timing test-parallel test-sid test-sid-all bench bench-large docs joss docs-run gallery lint format image clean
+.PHONY: help demo test test-slow test-pages test-timing test-parallel test-sid test-sid-all bench bench-large docs joss docs-run gallery lint format image clean
 
 help: ## this list
 	@awk -F ':.*## ' '/^[a-z-]+:.*## / { printf "make %-14s %s\n", $$1, $$2 }' Makefile
@@ -15,8 +15,6 @@ demo: ## run cases/demo.toml and draw it
 	$(run) gapbeam render results/demo
 	@echo "The pictures are in results/demo:" && find results/demo -name '*.png' -o -name '*.mp4' | sort
 
-paper: ## the paper behind gapbeam, computed again, as one report: about 20 minutes
-	$(run) gapbeam paper
 
 test: ## the tests but the slow ones, on up to four cores
 	$(run) pytest $(side_by_side)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gapbeam.commands import compare, identify, life, modes, paper, stability, sweep, tradeoff
+from gapbeam.commands import compare, identify, life, modes, stability, sweep, tradeoff
 from gapbeam.commands.study import StudyCommand
 
 if TYPE_CHECKING:
@@ -18,7 +18,6 @@ STUDIES: tuple[StudyCommand, ...] = (
     life.STUDY,
     compare.STUDY,
     modes.STUDY,
-    paper.STUDY,
 )
 
 

@@ -7,9 +7,12 @@ from dataclasses import dataclass
 
 import basix
 import numpy as np
+import numpy.typing as npt
 
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
+
+Array = npt.NDArray[np.float64]
 
 DEGREE = 6
 """Of the quadrature: exact for the second moment of straight cells, close to it for curved ones."""
@@ -52,10 +55,23 @@ def mean_section(tagged: TaggedMesh, width: float) -> Section:
     values = element.tabulate(1, points)[..., 0]
     moments = np.zeros(3)
     for value, gradients, weight in zip(values[0], np.moveaxis(values[1:], 1, 0), weights, strict=True):
-        volume = weight * np.abs(np.linalg.det(np.einsum("kn,cnd->ckd", gradients, nodes)))
+        volume = weight * np.abs(determinant(np.einsum("kn,cnd->ckd", gradients, nodes)))
         height = nodes[:, :, -1] @ value
         moments += [math.fsum(volume * height**power) for power in range(3)]
     parts = mesh.comm.allgather(moments)
     zeroth, first, second = (width * math.fsum(part[power] for part in parts) for power in range(3))
     length = tagged.upper[0] - tagged.lower[0]
     return Section(zeroth, zeroth / length, (second - first**2 / zeroth) / length)
+
+
+def determinant(matrices: Array) -> Array:
+    """Return determinants, (...), of (..., n, n), n at most 3: products, whose digits are the same at every size.
+
+    The determinant of NumPy goes through logarithms, which are not.
+    """
+    if matrices.shape[-1] == 1:
+        return np.asarray(matrices[..., 0, 0])
+    first, second = matrices[..., 0, :], matrices[..., 1, :]
+    if matrices.shape[-1] == 2:
+        return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
+    return np.asarray(np.sum(first * np.cross(second, matrices[..., 2, :]), axis=-1))

@@ -17,7 +17,6 @@ import xarray as xr
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.command_line import main
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.march import gathered_steps
@@ -28,26 +27,13 @@ from gapbeam.solver.run.march_summary import describe_march
 from gapbeam.solver.run.output.folder_lock import locked
 from tests.shared.command import DEMO, RATTLE, alone, called, settings
 from tests.shared.interrupted import differing, run_in_parts, stopped_after
-from tests.shared.processes import beside, ended, often, until
+from tests.shared.processes import beside, command, ended, often, until
 
 pytestmark = alone
 
 BRIEF = (*RATTLE, "time.end=0.012", "output.fields_interval=2e-3")
 SLOW = pytest.mark.slow
 LONGER = (*RATTLE, "time.end=0.04", "output.fields_interval=5e-3", "output.checkpoint_interval=0.05")
-
-
-def command(*arguments: str | Path, first: Callable[[], None] = often) -> Callable[[], int]:
-    """Return the command line as work for a process."""
-
-    def work() -> int:
-        first()
-        try:
-            main([str(argument) for argument in arguments])
-        except SystemExit as leaving:
-            return int(leaving.code or 0)
-
-    return work
 
 
 @pytest.fixture(scope="module")

@@ -17,7 +17,6 @@ from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam import command_line
-from gapbeam.command_line import main
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.memory.out_of_memory import is_out_of_memory
 from gapbeam.solver.run.output import atomic_files, output_thread, repeated_hdf5
@@ -25,7 +24,7 @@ from gapbeam.solver.run.output.parallel_tables import Pieces
 from tests.shared.command import DEMO, RATTLE, alone
 from tests.shared.command import settings as options
 from tests.shared.interrupted import differing
-from tests.shared.processes import beside, ended, often, until
+from tests.shared.processes import beside, command, ended, often, until
 
 pytestmark = alone
 
@@ -36,19 +35,6 @@ KEYS = (
 )  # fmt: skip
 FEW = settings(deadline=None, max_examples=8, derandomize=True, suppress_health_check=list(HealthCheck))
 NUMBERS = (errno.ENOSPC, errno.EFBIG, errno.EDQUOT, errno.EIO)
-
-
-def command(*arguments: str | Path, first: Callable[[], None] = often) -> Callable[[], int]:
-    """Return the command line as work for a process."""
-
-    def work() -> int:
-        first()
-        try:
-            main([str(argument) for argument in arguments])
-        except SystemExit as leaving:
-            return int(leaving.code or 0)
-
-    return work
 
 
 @pytest.fixture(scope="module")

@@ -12,6 +12,7 @@ from collections.abc import Callable
 from pathlib import Path
 
 import gapbeam.solver.run.checkpoint.checkpoints as checkpoints
+from gapbeam.command_line import main
 
 LONGEST = 1200.0  # s, for what takes seconds: only what hangs takes longer, however busy the machine is
 
@@ -72,3 +73,16 @@ def appears(path: Path) -> None:
 def often() -> None:
     """Let checkpoints cost what they will."""
     checkpoints.LARGEST_SHARE = 1.0e9
+
+
+def command(*arguments: str | Path, first: Callable[[], None] = often) -> Callable[[], int]:
+    """Return the command line as work for a process."""
+
+    def work() -> int:
+        first()
+        try:
+            main([str(argument) for argument in arguments])
+        except SystemExit as leaving:
+            return int(leaving.code or 0)
+
+    return work

@@ -21,7 +21,6 @@ STUDIES: dict[str, tuple[str | Path, ...]] = {
     "tradeoff": (DEMO,),
     "modes": (DEMO,),
     "identify": (PROJECT / "cases" / "studies" / "identify-li2013.toml",),
-    "paper": (),
 }
 
 

@@ -18,6 +18,7 @@ import basix
 import numpy as np
 from petsc4py import PETSc
 
+from gapbeam.meshes.section_figures import determinant
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 from gapbeam.solver.assembly.face_quadrature import lagrange
 from gapbeam.solver.system.operators import Array, Indices
@@ -53,7 +54,7 @@ class CellStiffness:
         corners = mesh.geometry.x[coordinate_dofs(mesh)[cells]][..., :dimension]
         corners -= corners[:, :1].copy()  # short beside where the cell lies along the beam: no digits are lost
         jacobian = np.einsum("dqk,ckx->cqxd", geometry.tabulate(1, points)[1:, ..., 0], corners, optimize=True)
-        weights = self.width * factors * np.abs(_determinant(jacobian))
+        weights = self.width * factors * np.abs(determinant(jacobian))
         slopes = element.tabulate(1, points)[1:, ..., 0].transpose(1, 2, 0) @ np.linalg.inv(jacobian)
         count = slopes.shape[2]
         slopes = slopes.reshape(len(cells), len(points), count * dimension)
@@ -80,18 +81,6 @@ class CellStiffness:
             blocks = self.of_cells(cells)
             matrix.setValuesBlockedLocalRCV(nodes[cells], nodes[cells], blocks, PETSc.InsertMode.ADD_VALUES)
         matrix.assemble()
-
-
-def _determinant(matrices: Array) -> Array:
-    """Return determinants, (...), of (..., 2, 2) or (..., 3, 3): products, whose digits are the same at every size.
-
-    The determinant of numpy goes through logarithms, which are not.
-    """
-    if matrices.shape[-1] == 2:
-        first, second = matrices[..., 0, :], matrices[..., 1, :]
-        return np.asarray(first[..., 0] * second[..., 1] - first[..., 1] * second[..., 0])
-    across = np.cross(matrices[..., 1, :], matrices[..., 2, :])
-    return np.asarray(np.sum(matrices[..., 0, :] * across, axis=-1))
 
 
 def _degree(cell_type: Any, displacement: int, geometry: int) -> int:

@@ -19,6 +19,7 @@ import basix
 import numpy as np
 from mpi4py import MPI
 
+from gapbeam.meshes.section_figures import determinant
 from gapbeam.meshes.versions.mesh_geometry import coordinate_dofs, geometry_order
 from gapbeam.solver.assembly.face_quadrature import lagrange
 from gapbeam.solver.errors import UserError
@@ -119,7 +120,7 @@ class SectionCutter:
             corners = self.corners[cells[owners]]
             across = np.einsum("pqc,pcx->pqx", shapes[0], corners[:, :, 1:])
             slopes = np.einsum("psd,dpqc,pcx->pqsx", sides, shapes[1:], corners[:, :, 1:], optimize=True)
-            weights = self.factors * np.abs(_determinant(slopes))
+            weights = self.factors * np.abs(determinant(slopes))
             fields = np.concatenate([np.ones((*at.shape[:2], 1)), across], axis=2)
             values = self.basis.tabulate(0, at.reshape(-1, dimension))[0, :, :, 0].reshape(*at.shape[:2], -1)
             integrals.append(
@@ -151,13 +152,6 @@ class SectionCutter:
             base = straight[:, simplex[:1]]
             linear[:, inside] = base + (straight[:, simplex[1:]] - base) @ shares[inside].T
         return bool(np.any(np.abs(exact - linear) > STRAIGHT * np.ptp(away, axis=1)[:, None]))
-
-
-def _determinant(matrices: Array) -> Array:
-    """Return determinants of (..., 1, 1) or (..., 2, 2); NumPy's go through logarithms, which round by the size."""
-    if matrices.shape[-1] == 1:
-        return np.asarray(matrices[..., 0, 0])
-    return np.asarray(matrices[..., 0, 0] * matrices[..., 1, 1] - matrices[..., 0, 1] * matrices[..., 1, 0])
 
 
 def _lattice(cell_type: Any, count: int) -> tuple[Array, Indices]:

@@ -1,1 +1,0 @@
-"""The paper of Li et al. (2013), computed again."""

@@ -53,6 +53,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.force_law import law
     from gapbeam.solver.scene.lagged_force import aerodynamic_lag, measured, unsteady
     from gapbeam.solver.scene.lane_ensemble import ensemble
+    from gapbeam.solver.scene.limit_cycle import limit_cycle
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
     from gapbeam.solver.scene.periodic_orbit import periodic
@@ -99,6 +100,7 @@ _MODULES = {
     ),
     "solver.scene.force_law": ("law",),
     "solver.scene.lane_ensemble": ("ensemble",),
+    "solver.scene.limit_cycle": ("limit_cycle",),
     "solver.scene.linear_scheme": ("euler", "generalized_alpha", "hht", "midpoint", "newmark", "theta"),
     "solver.scene.periodic_orbit": ("periodic",),
     "solver.scene.convex_region": ("Disc", "HalfPlane", "Polar", "Polygon", "Slot", "region"),
@@ -182,6 +184,7 @@ __all__ = [
     "in_fluid",
     "law",
     "life",
+    "limit_cycle",
     "march",
     "mass",
     "material",

@@ -1,0 +1,248 @@
+"""Limit cycles of scenes: motions that repeat by themselves, by shooting with the period as an unknown.
+
+    P(x, T) = x,     f . (x - x_0) = 0,     f = dP/dT,
+
+where P is the march over one period in a fixed number of steps: the step is T / steps, and f points along the cycle.
+Multipliers are those of the map of the section across f onto itself, (1 - f f^T) dP/dx for a unit f.
+"""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from math import pi
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.scene.condensed_arrays import rest
+from gapbeam.solver.scene.flow_force import Flow
+from gapbeam.solver.scene.linear_scheme import MIDPOINT
+from gapbeam.solver.scene.linear_stability import state_matrix
+from gapbeam.solver.scene.modal_march import Marcher
+from gapbeam.solver.scene.periodic_orbit import SHIFT, TOLERANCE, PeriodicOrbit, returned, state_of
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.system.operators import Array
+
+SETTLED = 1e-4
+"""Change of period and amplitude from cycle to cycle, over each, at which shooting begins."""
+VANISHED, UNBOUND = 1e-6, 1e6
+"""Amplitude over that at the start at which a motion has decayed, or grows without limit."""
+ACCEPTED = 1e-6
+"""What a period may leave of the motion where contacts that open or close keep Newton's method from 1e-10."""
+DOUBLINGS = 120
+MOST_PARTS, PART = 8, 0.01  # of the motion: what a part of a cycle that is a period leaves at most
+
+
+@dataclass(frozen=True, eq=False)
+class LimitCycle(PeriodicOrbit):
+    """A motion that repeats by itself: `history(scene, period / steps, period, state)` is one cycle.
+
+    Attributes:
+        state: On the cycle.
+        multipliers: Of small disturbances across the cycle over a period, complex.
+        residual: What a period leaves, over the size of the motion.
+        passes: Of Newton's method.
+        period: s.
+        steps: In a period.
+        along: Multiplier of a shift along the cycle: 1, but for what the step leaves where contacts open and close.
+    """
+
+    period: float
+    steps: int
+    along: float
+
+    @property
+    def is_decided(self) -> bool:
+        """Whether the multipliers are farther from 1 than the multiplier along the cycle."""
+        return bool(abs(np.abs(self.multipliers).max() - 1.0) > abs(self.along - 1.0))
+
+    @property
+    def frequency(self) -> float:
+        """Angular frequency, rad/s."""
+        return 2.0 * pi / self.period
+
+
+def limit_cycle(
+    scene: Scene, steps: int = 200, start: SceneState | None = None, period: float | None = None, cycles: int = 200,
+    passes: int = 30,
+) -> LimitCycle:  # fmt: skip
+    """Return a limit cycle of a scene whose loads and walls do not vary.
+
+    Without a start the motion grows out of rest, along the fastest growing mode, from the amplitude at which a contact
+    is first touched. The march settles, then shooting solves for state and period. With a start and a period shooting
+    begins at once: that finds unstable cycles, too.
+
+    Args:
+        scene: With feedback that makes it unstable, and contacts that limit the motion.
+        steps: In a period.
+        start: Where to begin.
+        period: About that of the cycle, s; default: from crossings of a march.
+        cycles: That the march may take to settle.
+        passes: Of Newton's method at most.
+
+    Raises:
+        UserError: A load varies, nothing limits the motion, or rest is stable and no start is given.
+        NotConverged: The motion decays to rest, grows without limit, or does not repeat.
+
+    Source: Parker and Chua (1989), Practical Numerical Algorithms for Chaotic Systems, sec. 5.3.
+    """
+    if steps < 4 or cycles < 3 or not (period is None or (np.isfinite(period) and period > 0.0)):
+        raise UserError(
+            f"limit cycle: found {steps} steps, {cycles} cycles and period {period!r}; expected at least 4 and 3, "
+            "and a time above 0"
+        )
+    if scene.is_large:
+        raise UserError("limit cycle: a structure has too many DOFs; reduce it: structure.reduced(modes)")
+    if not scene.contacts:
+        raise UserError("limit cycle: the scene has no contacts, and nothing else limits a motion that grows")
+    _check_autonomous(scene, 0.0 if start is None else start.t, period or _slowest(scene))
+    guess = period
+    if start is None or guess is None:
+        begin, around = _growing(scene) if start is None else (start, None)
+        start, guess = _settled(scene, begin, guess or around or _slowest(scene), steps, cycles)
+    if start.q.shape[1] != 1:
+        raise UserError("limit cycle: the start has several members; take one")
+    found = _shot(scene, start, guess, steps, passes)
+    found = next((_shot(scene, found.state, found.period / k, steps, passes) for k in _parts(scene, found)), found)
+    for one in scene.feedbacks:
+        if isinstance(one, Flow):
+            one.check(found.frequency)
+    return found
+
+
+def _check_autonomous(scene: Scene, t: float, period: float) -> None:
+    """Raise UserError if a load or a wall varies within a period."""
+    times = t + period * np.linspace(0.0, 1.0, 37)
+    for load in scene.loads:
+        if np.ptp(load.table(times)[:, 0]) != 0.0:
+            raise UserError(f"limit cycle: load {load.name or '?'} varies in time; `periodic` takes a known period")
+    if np.ptp(scene.walls(times), axis=0).any():
+        raise UserError("limit cycle: a wall moves; `periodic` takes a known period")
+
+
+def _growing(scene: Scene) -> tuple[SceneState, float]:
+    """Return the fastest growing motion at the amplitude at which a contact is first touched, and its period."""
+    n = scene.size
+    values, vectors = np.linalg.eig(state_matrix(scene))
+    best = int(np.argmax(values.real))
+    if not values[best].real > 0.0:
+        raise UserError(
+            f"limit cycle: none grows out of rest, where all motions decay (the slowest as exp({values[best].real:.4g} "
+            "t)); a cycle beside a stable rest needs a start with a large motion"
+        )
+    if not values[best].imag:
+        raise UserError(f"limit cycle: the scene diverges as exp({values[best].real:.4g} t) without oscillation")
+    x = np.real(vectors[:, best : best + 1] / vectors[np.abs(vectors[:n, best]).argmax(), best])
+    B, slabs = scene.contact_rows, scene.slabs(rough=False)
+    at = scene.places(np.zeros((n, 1)), 0.0)
+    still, motion = rest(slabs, at)[0], B @ x[:n]
+    amplitude = 2.0**-DOUBLINGS / max(float(np.abs(x).max()), 1e-300)
+    for _ in range(2 * DOUBLINGS):
+        if any(not np.array_equal(rest(slabs, at + sign * amplitude * motion)[0], still) for sign in (1.0, -1.0)):
+            return state_of(scene, amplitude * x, 0.0), 2.0 * pi / abs(float(values[best].imag))
+        amplitude *= 2.0
+    raise UserError("limit cycle: the growing motion touches no contact, so that nothing limits it")
+
+
+def _slowest(scene: Scene) -> float:
+    """Return the period of the slowest mode that oscillates."""
+    elastic = scene.squares[scene.squares > 0.0]
+    if not elastic.size:
+        raise UserError("limit cycle: no mode oscillates by itself; give the period, about")
+    return 2.0 * pi / float(np.sqrt(elastic.min()))
+
+
+def _settled(
+    scene: Scene, start: SceneState, around: float, steps: int, cycles: int
+) -> tuple[SceneState, float]:  # fmt: skip
+    """March until period and amplitude repeat; return the state at a crossing, and the period."""
+    h = around / steps
+    marcher = Marcher(scene, h, start)
+    way = start.q[:, 0] if start.q.any() else start.v[:, 0]
+    size, high, low, middle, seen = 0.0, -np.inf, np.inf, 0.0, marcher.t
+    last, crossings, amplitudes = float(way @ marcher.q[:, 0]), list[float](), list[float]()
+    for _ in range(cycles * steps):
+        marcher.advance(1)
+        now = float(way @ marcher.q[:, 0])
+        high, low = max(high, now), min(low, now)
+        if last <= middle < now and (not crossings or marcher.t - crossings[-1] > 0.2 * around):
+            crossings.append(marcher.t - h * (now - middle) / (now - last))
+            amplitudes.append(0.5 * (high - low))
+            size, middle = amplitudes[1] if len(amplitudes) == 2 else size, 0.5 * (high + low)
+            high, low, seen = now, now, marcher.t
+            if size and amplitudes[-1] < VANISHED * size:
+                raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
+            if size and amplitudes[-1] > UNBOUND * size:
+                raise NotConverged("limit cycle: the motion grows without limit; no contact stops it")
+            spans = np.diff(crossings[-4:])
+            if len(amplitudes) > 4 and _alike(spans) and _alike(np.array(amplitudes[-3:])):
+                return marcher.state, float(spans[-1])
+        elif marcher.t - seen > 2.0 * around:  # the middle lies beside a motion that decays or drifts
+            size, middle = size or 0.5 * (high - low), 0.5 * (high + low)
+            if 0.5 * (high - low) < VANISHED * size:
+                raise NotConverged("limit cycle: the motion decays to rest; start from a larger one")
+            high, low, seen = now, now, marcher.t
+        last = now
+    if len(crossings) < 4:
+        raise NotConverged(
+            f"limit cycle: no oscillation in {cycles} periods of {around:.4g} s; give a period or a start"
+        )
+    return marcher.state, float(np.diff(crossings[-4:]).mean())
+
+
+def _parts(scene: Scene, found: LimitCycle) -> list[int]:
+    """Return the largest number of equal parts of a cycle, each of which is a period, where it is above 1."""
+    marcher, state = Marcher(scene, found.period / found.steps, found.state), found.state
+    first = np.vstack([state.q, state.v])
+    size = np.repeat([np.abs(state.q).max(), np.abs(state.v).max()], scene.size)[:, None]
+    done, parts = 0, list[int]()
+    for k in range(MOST_PARTS, 1, -1):
+        if found.steps % k == 0:
+            marcher.advance(found.steps // k - done)
+            done = found.steps // k
+            if np.all(np.abs(np.vstack([marcher.q, marcher.v]) - first) <= PART * size):
+                parts.append(k)
+    return parts
+
+
+def _alike(values: Array) -> bool:
+    return bool(np.ptp(values) <= SETTLED * np.abs(values).max())
+
+
+def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: int) -> LimitCycle:
+    """Solve for the state and the period by Newton's method."""
+    t, T = start.t, period
+    x: Any = np.concatenate([start.q[:, 0], start.v[:, 0], start.z[:, 0]])
+    first = np.linalg.norm(x)
+
+    def end(period: float) -> Array:
+        marcher = Marcher(scene, period / steps, state_of(scene, x[:, None], t))
+        marcher.advance(steps)
+        return np.concatenate([marcher.q[:, 0], marcher.v[:, 0], marcher.z[:, 0]])
+
+    least, found = np.inf, None
+    for count in range(1, passes + 1):
+        miss, P, size = returned(scene, x, t, T / steps, steps, MIDPOINT)
+        side = (end(T * (1.0 + SHIFT)) - end(T * (1.0 - SHIFT))) / (2.0 * SHIFT * T) / size
+        scaled, left = P / size[:, None] * size, float(np.abs(miss / size).max())
+        if left < least:
+            least, unit = left, side / np.linalg.norm(side)
+            values = np.linalg.eigvals(scaled - np.outer(unit, unit @ scaled))
+            kept = np.delete(values, np.abs(values).argmin())
+            state = state_of(scene, x[:, None].copy(), t)
+            found = LimitCycle(state, kept, left, count, T, steps, float(unit @ scaled @ unit))
+        if left < TOLERANCE:
+            break
+        whole = np.block([[scaled - np.eye(len(x)), side[:, None] * T], [side[None] * T, np.zeros((1, 1))]])
+        change = np.linalg.lstsq(whole, np.append(-miss / size, 0.0), rcond=None)[0]
+        change *= min(1.0, 0.2 / max(abs(change[-1]), 1e-300))
+        x, T = x + change[:-1] * size, T * (1.0 + float(change[-1]))
+    if found is None or least > ACCEPTED:
+        raise NotConverged(
+            f"limit cycle: after {passes} passes a period of {T:.6g} s leaves {least:.2g} of the motion; it may be "
+            "irregular, or graze a contact; start nearer, or take more steps"
+        )
+    if np.linalg.norm(np.vstack([found.state.q, found.state.v, found.state.z])) < 1e-3 * first:
+        raise NotConverged("limit cycle: shooting came to rest: no cycle is near the start")
+    return found

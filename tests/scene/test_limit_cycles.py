@@ -1,0 +1,239 @@
+"""Limit cycles of tubes and wings with play, by march and by shooting, against adaptive integration done here."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from math import pi
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+from scipy.integrate import solve_ivp
+
+import gapbeam as gb
+from gapbeam.solver.scene.scene import SceneState
+
+Motion = Callable[[float], Any]
+
+
+class Cycle(NamedTuple):
+    """Figures of a cycle: amplitude, m; angular frequency, rad/s; peak and mean of |force|, N."""
+
+    amplitude: float
+    frequency: float
+    peak: float
+    mean: float
+
+
+def delayed(rate: Callable[[Any, Any], Any], lag: float, start: Any, spans: int) -> Callable[[Any], Any]:
+    """Integrate x' = rate(x, x(t - lag)) from a constant past, lag by lag with an adaptive method; return x(t)."""
+    pieces: list[Any] = []
+    for k in range(spans):
+        past: Motion = pieces[-1] if pieces else lambda t: start  # noqa: ARG005
+        x = pieces[-1](k * lag) if pieces else np.asarray(start)
+        found = solve_ivp(
+            lambda t, x, past=past: rate(x, past(t - lag)), (k * lag, (k + 1) * lag), x, "DOP853", dense_output=True,
+            rtol=1e-9, atol=1e-13, max_step=lag / 40,
+        )  # fmt: skip
+        pieces.append(found.sol)
+    return lambda times: np.array([pieces[min(int(t / lag), spans - 1)](t) for t in times]).T
+
+
+def figures(times: Any, y: Any, force: Any) -> Cycle:
+    """Return the figures of the last whole cycles of a motion."""
+    up = np.flatnonzero((y[:-1] <= 0.0) & (y[1:] > 0.0))
+    crossings = times[up] - y[up] * (times[up + 1] - times[up]) / (y[up + 1] - y[up])
+    one = (times >= crossings[-3]) & (times < crossings[-1])
+    size = np.abs(force[one])
+    return Cycle(np.abs(y[one]).max(), 4 * pi / (crossings[-1] - crossings[-3]), size.max(), size.mean())
+
+
+def pressed(y: Any, v: Any, gap: float, stiffness: float, damping: float) -> Any:
+    """Return the force of two stops at +-gap: springs and dampers that do not pull."""
+    depth = np.abs(y) - gap
+    return -np.sign(y) * np.where(depth > 0.0, np.maximum(stiffness * depth + damping * v * np.sign(y), 0.0), 0.0)
+
+
+GAP, K, C = 5e-4, 800.0, 0.4
+
+
+def price() -> tuple[gb.Scene, Cycle]:
+    """Return a tube with a delayed force between stops, and its cycle by the delay equation."""
+    m, k, c, U, D, slope, mu = 1.0, 100.0, 0.8, 3.0, 0.05, -8.0, 8.0
+    tube = gb.mass(m, stiffness=k, damping=c)
+    flow = gb.quasi_steady(
+        tube["at"], velocity=U, density=1.0, diameter=D, drag=1.0, slope=slope, delay=mu, frequency=40.0, name="flow"
+    )
+    stop = gb.Contact(tube["at"], gb.Slot(2 * GAP), gb.KelvinVoigt(stiffness=K, damping=C), name="stop")
+    q = 0.5 * U * U
+
+    def rate(x: Any, past: Any) -> Any:
+        force = -k * x[0] - c * x[1] + q * slope * past[0] - q * D / U * x[1] + pressed(x[0], x[1], GAP, K, C)
+        return np.array([x[1], force / m])
+
+    lag = mu * D / U
+    motion = delayed(rate, lag, [6e-4, 0.0], 60)
+    times = np.linspace(52 * lag, 60 * lag, 16001)
+    y, v = motion(times)
+    return gb.Scene(tube, contacts=[stop], feedbacks=[flow]), figures(times, y, pressed(y, v, GAP, K, C))
+
+
+def granger() -> tuple[gb.Scene, Cycle]:
+    """Return a tube with a memory between stiffer stops without damper, and its cycle by adaptive integration."""
+    k, c, U, D, a, d, stiff = 100.0, 0.3, 2.0, 0.1, 0.9, 0.2, 1200.0
+    tube = gb.mass(1.0, stiffness=k, damping=c)
+    flow = gb.unsteady(
+        tube["at"], velocity=U, density=1.0, diameter=D, stiffness=-15.0, damping=0.2, amplitudes=[a], rates=[d],
+        name="flow",
+    )  # fmt: skip
+    stop = gb.Contact(tube["at"], gb.Slot(2 * GAP), gb.KelvinVoigt(stiffness=stiff), name="stop")
+    q = 0.5 * U * U
+
+    def rate(t: float, x: Any) -> Any:  # noqa: ARG001
+        y, v, z = x
+        force = -k * y - c * v - 15.0 * q * (y - a * z) - q * 0.2 * D / U * v + pressed(y, v, GAP, stiff, 0.0)
+        return [v, force, v - d * U / D * z]
+
+    times = np.linspace(28.0, 30.0, 20001)
+    y, v, _ = solve_ivp(rate, (0, 30.0), [6e-4, 0.0, 0.0], "LSODA", times, rtol=1e-9, atol=1e-13, max_step=0.01).y
+    return gb.Scene(tube, contacts=[stop], feedbacks=[flow]), figures(times, y, pressed(y, v, GAP, stiff, 0.0))
+
+
+@pytest.mark.parametrize("made", [pytest.param(price, marks=pytest.mark.slow(minutes=0.3)), granger])
+def test_cycles_between_stops_are_those_of_adaptive_integration(made: Callable[[], tuple[gb.Scene, Cycle]]) -> None:
+    """Amplitude, frequency, peak and mean force to 1e-3 at 200 steps a period, by shooting and by march."""
+    scene, own = made()
+    found = gb.limit_cycle(scene, steps=200)
+    once = gb.history(scene, found.period / 200, found.state.t + found.period, found.state)
+    size = np.abs(once.force["stop"])
+    shot = Cycle(np.abs(once.displacement["at"]).max(), found.frequency, size.max(), size.mean())
+    step = found.period / 200
+    long = gb.history(scene, step, 16000 * step, scene.state(displacement={scene.structures[0]: 6e-4}))
+    marched = figures(long.t, long.displacement["at"], long.force["stop"])
+    for one in (shot, marched):
+        assert one == pytest.approx(own, rel=1e-3)
+    assert found.is_stable
+    assert found.is_decided
+
+
+def test_work_of_the_flow_is_in_the_ledger() -> None:
+    """Over a cycle the flow brings in what damping takes; the scheme creates nothing."""
+    scene, _ = granger()
+    found = gb.limit_cycle(scene, steps=100)
+    for step in gb.march(scene, found.period / 100, found.state.t + found.period, found.state):
+        last = step
+    assert last.work["flow"] > 0.0
+    assert last.work["flow"] == last.energy["feedback"]
+    assert last.work["flow"] == pytest.approx(last.energy["damping"], rel=1e-6)
+    first = next(gb.march(scene, 1e-9, found.state.t + 1e-9, found.state))
+    assert abs(last.balance - first.balance) < 1e-9 * last.work["flow"]
+
+
+def test_drawn_starts_decay_below_the_boundary_and_grow_above() -> None:
+    """Without contacts, 200 drawn states: 1 % below the critical velocity all decay, 1 % above all grow."""
+    k, c = 100.0, 0.3
+    tube = gb.mass(1.0, stiffness=k, damping=c)
+    flow = gb.unsteady(
+        tube["at"], velocity=1.0, density=1.0, diameter=0.1, stiffness=-15.0, damping=0.2, amplitudes=[0.9],
+        rates=[0.2], name="flow",
+    )  # fmt: skip
+    scene = gb.Scene(tube, feedbacks=[flow])
+    critical = gb.critical_velocity(scene, "flow.velocity", 0.1, 3.0)
+    random = np.random.default_rng(36)
+    x = random.standard_normal((3, 200))
+    start = SceneState(0.0, x[:1], 10.0 * x[1:2], x[2:], np.zeros((0, 200)))
+    h = 2 * pi / critical.frequency / 50
+    for ratio, grows in ((0.99, False), (1.01, True)):
+        one = scene.with_({"flow.velocity": ratio * critical.value})
+        rate = gb.eigenvalues(one)[0].real
+        assert (rate > 0.0) == grows
+        cycles = round(0.5 / abs(rate) / (50 * h))
+        early, late = (gb.ensemble(one, step=h, end=50 * h * n, start=start) for n in (cycles, 4 * cycles))
+        sizes = [np.sqrt(k * found.q[0] ** 2 + found.v[0] ** 2) for found in (early, late)]
+        assert np.all((sizes[1] > 1.2 * sizes[0]) if grows else (1.2 * sizes[1] < sizes[0]))
+
+
+def section(ratio: float) -> tuple[gb.Scene, Callable[[float, Any], Any]]:
+    """Return a typical section with play in pitch below its flutter velocity, and its equations written out.
+
+    Theodorsen's function by Jones' two exponentials; half chord and pi rho b^2 are 1, the pitching frequency is near 1.
+    """
+    rho, a, k_h, k_a, c, play = 1 / pi, -0.5, 2.0, 12.5, 0.1, 0.01
+    M = np.array([[51.0, 12.5 - a], [12.5 - a, 12.5 + 1 / 8 + a * a]])
+    A, b = np.array([0.165, 0.335]), np.array([0.0455, 0.3])
+    angle, speed, arm = np.array([0.0, 1.0]), np.array([1.0, 0.5 - a]), np.array([-1.0, 0.5 + a])
+    whole, lift = 2 * pi * np.array([[0.0, -1.0], [0.0, a - 0.5]]), 4 * pi
+    wing = gb.Structure(M, np.diag([k_h, 0.0]), c * np.eye(2), points={"plunge": [1.0, 0.0], "pitch": [0.0, 1.0]})
+    flow = gb.aerodynamic_lag(
+        [wing["plunge"], wing["pitch"]], velocity=1.0, density=rho, half_chord=1.0,
+        steady=lift * np.outer(arm, angle), damping=lift * np.outer(arm, speed) * (1 - A.sum()) + whole, lags=b,
+        matrices=[lift * np.outer(arm, p * r * speed - p * angle) for p, r in zip(A, b, strict=True)], name="flow",
+    )  # fmt: skip
+    stop = gb.Contact(wing["pitch"], gb.Slot(2 * play), gb.KelvinVoigt(stiffness=k_a), name="stop")
+    scene = gb.Scene(wing, contacts=[stop], feedbacks=[flow])
+    U = ratio * gb.critical_velocity(scene, "flow.velocity", 1.0, 8.0, closed=["stop"]).value
+    inverse = np.linalg.inv(M)
+
+    def rate(t: float, x: Any) -> Any:  # noqa: ARG001
+        h, alpha, sink, turn, *z = x
+        w = sink + U * alpha + (0.5 - a) * turn
+        late = w - b * U * np.array(z)
+        L = 2 * pi * rho * U * (w - A @ late)
+        moment = -k_a * np.sign(alpha) * max(abs(alpha) - play, 0.0) - c * turn
+        force = [-L - U * turn - k_h * h - c * sink, (0.5 + a) * L - U * (0.5 - a) * turn + moment]
+        return [sink, turn, *(inverse @ force), *late]
+
+    return scene.with_({"flow.velocity": U}), rate
+
+
+@pytest.mark.parametrize("ratio", [0.7, 0.8, 0.9])
+def test_freeplay_flutter_of_a_typical_section_is_that_of_its_equations(ratio: float) -> None:
+    """Pitch and plunge of the limit cycle below the flutter velocity, and its period, at 200 steps a period."""
+    scene, rate = section(ratio)
+    times = np.linspace(500.0, 600.0, 10001)
+    start = [0.0, 0.03, 0.0, 0.0, 0.0, 0.0]
+    own = solve_ivp(rate, (0.0, 600.0), start, "LSODA", times, rtol=1e-8, atol=1e-11, max_step=0.5).y
+    wing = scene.structures[0]
+    found = gb.limit_cycle(scene, steps=200, start=scene.state(displacement={wing: [0.0, 0.03]}), period=12.0)
+    once = gb.history(scene, found.period / 200, found.state.t + found.period, found.state)
+    for name, row in (("pitch", own[1]), ("plunge", own[0])):
+        assert np.abs(once.displacement[name]).max() == pytest.approx(np.abs(row).max(), rel=0.01)
+    up = np.flatnonzero((own[1][:-1] <= 0.0) & (own[1][1:] > 0.0))
+    assert found.period == pytest.approx((times[up[-1]] - times[up[0]]) / (len(up) - 1), rel=0.01)
+    assert found.is_stable
+
+
+def hopeless() -> dict[str, tuple[Callable[[], Any], type[Exception], str]]:
+    tube = gb.mass(1.0, stiffness=100.0, damping=0.1, name="tube")
+    law = gb.KelvinVoigt(stiffness=1e4)
+    stop, far = (gb.Contact(tube["at"], gb.Slot(gap), law, name="stop") for gap in (1e-3, 1e3))
+    slow = gb.mass(1.0, stiffness=100.0, damping=2.0, name="slow")
+    calm = gb.Scene(slow, contacts=[gb.Contact(slow["at"], gb.Slot(1e-3), law, name="stop")])
+    push = gb.Feedback(tube["at"], tube["at"], [], [], [], [0.0, 0.5])
+    shake = gb.Force(tube["at"], lambda t: np.sin(t), name="shake")
+    still, moved = gb.Scene(tube, contacts=[stop]), gb.Scene(tube, contacts=[stop], feedbacks=[push], loads=[shake])
+    return {
+        "no contact": (lambda: gb.limit_cycle(gb.Scene(tube, feedbacks=[push])), gb.UserError, "no contacts"),
+        "stable": (lambda: gb.limit_cycle(still), gb.UserError, "all motions decay"),
+        "decays": (
+            lambda: gb.limit_cycle(calm, steps=20, start=calm.state(velocity={calm.structures[0]: 1.0})),
+            gb.NotConverged,
+            "decays to rest",
+        ),
+        "load": (lambda: gb.limit_cycle(moved), gb.UserError, "load shake varies in time"),
+        "grows": (
+            lambda: gb.limit_cycle(
+                gb.Scene(tube, contacts=[far], feedbacks=[push]), steps=20, cycles=150,
+                start=gb.Scene(tube, feedbacks=[push]).state(velocity={tube: 1e-4}),
+            ),
+            gb.NotConverged,
+            "limit cycle: ",
+        ),
+    }  # fmt: skip
+
+
+@pytest.mark.parametrize("name", hopeless())
+def test_scenes_without_a_limit_cycle_are_refused(name: str) -> None:
+    call, kind, words = hopeless()[name]
+    with pytest.raises(kind, match=words):
+        call()

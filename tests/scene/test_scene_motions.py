@@ -12,6 +12,7 @@ from scipy.linalg import expm
 from scipy.optimize import brentq
 
 import gapbeam as gb
+from benchmarks.stiff_marches import march
 from gapbeam.solver.scene.modal_march import Marcher
 
 SQUARE = np.array([[1.0, -1.0], [1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0]])
@@ -217,6 +218,16 @@ def test_a_damper_that_its_spring_limits_rebounds_as_its_three_phases(ratio: flo
         assert found.force["stop"].max() <= 0.0
     assert errors[-1] < 2e-4 * speed
     assert errors[2] < 0.7 * errors[0]
+
+
+@pytest.mark.parametrize("region", ["hole", "square"])
+@pytest.mark.parametrize("stiffness", [1e6, 1e10, 1e14])
+@pytest.mark.parametrize("sliding", [0.0, 1e-6])
+def test_friction_that_sticks_converges_in_stiff_holes_and_keeps_the_balance(
+    region: str, stiffness: float, sliding: float
+) -> None:
+    """A mass strikes the wall of its hole and sticks there: sticking is found from the force, not from the slip."""
+    assert march(region, stiffness, 1e-5, 0.3, sliding) < 1e-6
 
 
 def test_a_stiff_joint_makes_one_of_two_masses() -> None:

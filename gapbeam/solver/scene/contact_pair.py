@@ -76,10 +76,11 @@ class Contact:
             raise UserError(f"{where}: found an offset of shape {rest.shape}, expected a number or {self.motions}")
         if self.motions == 1 and self.is_rough:
             raise UserError(f"{where}: friction needs points of two motions: normal and slip")
-        if VALUES + len(self.region.values) + len(self.law.values) > ROWS:
+        kept = 2 + 3 * self.region.kind.faces if self.is_rough and self.sticks else 0
+        if VALUES + len(self.region.values) + len(self.law.values) + kept > ROWS:
             raise UserError(
                 f"{where}: found {len(self.region.values)} values of the region and {len(self.law.values)} of the law, "
-                f"expected at most {ROWS - VALUES}; give an own region with its distance"
+                f"expected at most {ROWS - VALUES - kept}; give an own region with its distance"
             )
         check_law(self.law)
 

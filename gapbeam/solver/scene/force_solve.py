@@ -152,13 +152,16 @@ def solve(slabs, h, D, y0, free, F, y1, room, tolerance):
 
 @lanewise
 def slide(slabs, ease):
-    """Multiply the speed up to which friction gives way by a power of two: exactly, so that it can be taken back."""
+    """Ease friction by a power of two: exactly, so that it can be taken back.
+
+    The speed up to which it gives way is multiplied, or the coefficient of friction that sticks is divided.
+    """
     for s in range(len(slabs.address)):
         if slabs.motions[s] == 2:
-            by = 1.0 / ease if slabs.sticks[s] else ease
+            row, by = (15, 1.0 / ease) if slabs.sticks[s] else (16, ease)
             for e in range(slabs.start[s + 1] - slabs.start[s]):
                 for lane in range(L):
-                    slabs.work[s, 16, e, lane] *= by
+                    slabs.work[s, row, e, lane] *= by
 
 
 @lanewise

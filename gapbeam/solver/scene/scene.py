@@ -19,12 +19,10 @@ from gapbeam.solver.scene.given_numbers import positive
 from gapbeam.solver.scene.linear_scheme import LinearScheme, exact_modes
 from gapbeam.solver.scene.scene_load import Load
 from gapbeam.solver.scene.structure import Structure, StructurePoint, dense
-from gapbeam.solver.scene.touch_kernel import ROWS, VALUES, WIDTH
+from gapbeam.solver.scene.touch_kernel import ROWS, STICKING, VALUES, WIDTH
 from gapbeam.solver.system.operators import Array
 
 FACTOR = "damping_factor"
-STICKING = 1e9
-"""Stiffness of friction that sticks over the stiffness that a step itself gives the motion."""
 
 
 @dataclass(eq=False)

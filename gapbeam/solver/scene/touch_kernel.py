@@ -5,6 +5,11 @@ place; 2, 3 new place; 4, 5 force; 6 to 9 its slope by rows; 10 potential; 11 wo
 14 motion when it was last asked; 15 friction coefficient; 16 sliding speed, or stiffness where friction sticks; then
 the values of the region and of the law. Kernels call touches by their address, so that a new law or region compiles a
 touch only, and a touch is the one source of contact force, slope, potential and losses.
+
+Friction that sticks keeps three more rows for each face after two of the place where it was last asked: its force there
+and the slope of that force. What they make of the new place is the force that the solve gives the face; with c s of the
+slip s it says whether the face sticks (Alart and Curnier 1991, Comput. Methods Appl. Mech. Eng. 92, 353). Row 13 is
+then 0 where nothing was asked yet.
 """
 
 from __future__ import annotations
@@ -22,6 +27,8 @@ from gapbeam.solver.scene.force_law import LawKind, inlined, responder
 from gapbeam.solver.scene.object_code import address
 
 WIDTH, ROWS, LAST, VALUES = 64, 64, 13, 17
+STICKING = 1e5
+"""Stiffness of friction that sticks, times the mobility of its contact in a step."""
 SIGNATURE = types.void(types.float64, types.int64, types.CPointer(types.float64))
 
 
@@ -44,6 +51,7 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
     if key in _touches:
         return _touches[key]
     face, respond, faces = region.face, responder(law, damped), region.faces
+    own = VALUES + len(region.names) + len(law.names)  # first row that friction keeps
     at_region, at_law = _values(VALUES, len(region.names)), _values(VALUES + len(region.names), len(law.names))
 
     def compiled(h, count, workspace):  # type: ignore[no-untyped-def]
@@ -52,11 +60,29 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
             place, values = at_region(w, i), at_law(w, i)
             r0x, r1x = w[0, i], w[2, i]
             r0y, r1y = (w[1, i], w[3, i]) if motions == 2 else (0.0, 0.0)
-            fx = fy = a = b = c = d = stored = lost = rubbed = turned = 0.0
+            fx = fy = a = b = c = d = stored = lost = rubbed = turned = way = had = 0.0
             for k in range(faces):
                 ex, ey, slides = r1x, r1y, 1.0  # where the face is linearised
                 x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
-                if rough:  # a slip that turned round: at no slip
+                if rough and exact and (x0 > 0 or x1 > 0):  # inside the cone: at no slip
+                    s = (gx * (ey - r0y) - gy * (ex - r0x)) / (gx * gx + gy * gy + 1e-300)
+                    reach = s * np.sqrt(gx * gx + gy * gy)
+                    had = w[LAST, i] * (
+                        w[own + 2 + 3 * k, i]
+                        + w[own + 3 + 3 * k, i] * (r1x - w[own, i])
+                        + w[own + 4 + 3 * k, i] * (r1y - w[own + 1, i])
+                    )
+                    way = had + w[16, i] / STICKING * reach
+                    if level > 0:
+                        mx, my = r0x + level * (r1x - r0x), r0y + level * (r1y - r0y)
+                        xm = face(k, mx, my, mx, my, place)[1]
+                        normal = respond(xm, xm, step, h, level, values)[0]
+                    else:
+                        normal = respond(x0, x1, step, h, level, values)[0]
+                    if abs(way) <= w[15, i] * abs(normal):
+                        ex, ey, slides = ex + s * gy, ey - s * gx, 0.0
+                        x0, x1, step, gx, gy, nx, ny, g00, g01, g10, g11 = face(k, r0x, r0y, ex, ey, place)
+                if rough and not exact:  # a slip that turned round: at no slip
                     s = (gx * (ey - r0y) - gy * (ex - r0x)) / (gx * gx + gy * gy + 1e-300)
                     if (x0 > 0 or x1 > 0) and s * (gx * w[LAST + 1, i] - gy * w[LAST, i]) < 0:
                         ex, ey, turned, slides = ex + s * gy, ey - s * gx, 1.0, 0.0
@@ -83,12 +109,12 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
                     tx, ty = -gy / size, gx / size
                     s, rub = slides * (tx * dx + ty * dy), mu * abs(T)
                     if exact:
-                        stick = full * abs(s) <= rub
-                        force, bend, share = (full * s, full, 0.0) if stick else (rub * np.sign(s), 0.0, np.sign(s))
+                        side = np.sign(way)
+                        force, bend, share = (had, full, 0.0) if slides == 0.0 else (rub * side, 0.0, side)
                     else:
                         root = np.sqrt(s * s + full * full * h * h)
                         force, bend, share = rub * s / root, rub * (full * h) ** 2 / root**3, s / root
-                    couple = mu * (1.0 if T > 0 else -1.0) * slope * share
+                    couple, growx, growy = mu * (1.0 if T > 0 else -1.0) * slope * share, 0.0, 0.0
                     ux -= force * tx
                     uy -= force * ty
                     for col in range(2):
@@ -96,17 +122,24 @@ def touch(region: RegionKind, law: LawKind, motions: int, rough: bool, exact: bo
                         along = (tx * -gyc + ty * gxc) / size  # turn of the tangent, along the tangent: none
                         turnx, turny = (-gyc - along * size * tx) / size, (gxc - along * size * ty) / size
                         grow = couple * nc + bend * (turnx * dx + turny * dy + tc)
+                        growx, growy = (grow, 0.0) if col == 0 else (growx, grow)
                         if col == 0:
                             j00 -= grow * tx + force * turnx
                             j10 -= grow * ty + force * turny
                         else:
                             j01 -= grow * tx + force * turnx
                             j11 -= grow * ty + force * turny
+                    if exact:
+                        force += growx * (r1x - ex) + growy * (r1y - ey)
+                        w[own + 2 + 3 * k, i], w[own + 3 + 3 * k, i], w[own + 4 + 3 * k, i] = force, growx, growy
+                        s = tx * (r1x - r0x) + ty * (r1y - r0y)
                     rubbed += force * s
                     ux += j00 * (r1x - ex) + j01 * (r1y - ey)
                     uy += j10 * (r1x - ex) + j11 * (r1y - ey)
                 fx, fy, a, b, c, d = fx + ux, fy + uy, a + j00, b + j01, c + j10, d + j11
-            if rough:
+            if rough and exact:
+                w[12, i], w[LAST, i], w[own, i], w[own + 1, i] = rubbed, 1.0, r1x, r1y
+            elif rough:
                 w[12, i], w[LAST, i], w[LAST + 1, i] = rubbed, (1 - turned) * (r1x - r0x), (1 - turned) * (r1y - r0y)
             w[4, i], w[6, i] = fx, a
             if motions == 2:

@@ -56,8 +56,8 @@ def run(
         march: For a scene, see `gapbeam.solver.run.scene_run.SceneRun`: `step` and `end`, s; `start`, a state;
             `every`, steps from one record to the next; `scheme`; `gates`, as the table [gates] of case files;
             `observers`, functions of the step after each record, which may set loads; `period` of the forcing, s;
-            `title`; `errors=False` estimates no errors; `penalty`, names of contacts whose stiffness stands for rigid
-            contact.
+            `title`; `checkpoint`, wall time between checkpoints, s; `errors=False` estimates no errors; `penalty`,
+            names of contacts whose stiffness stands for rigid contact.
 
     Returns:
         The outcome: folder, exit status, message, summary. A run that created energy or did not converge is
@@ -107,10 +107,8 @@ def _run_of_scene(
     lacking = [name for name in ("step", "end") if name not in march]
     if lacking:
         raise UserError(f"run: a scene needs {' and '.join(f'`{name}=`' for name in lacking)}, s")
-    if resume:
-        raise UserError("run: found resume=True; a run of a scene keeps no checkpoints: march it again")
     asked = SceneRun(scene, **march)
-    return with_scene_errors(asked, run_scene(asked, folder_from(output, "scene"), overwrite))
+    return with_scene_errors(asked, run_scene(asked, folder_from(output, "scene"), overwrite, resume))
 
 
 def _refuse(names: Collection[str], what: str) -> None:

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import resource
+import signal
 from math import pi, sqrt
 from pathlib import Path
 from typing import Any
@@ -10,6 +13,7 @@ import numpy as np
 import pytest
 
 import gapbeam as gb
+from gapbeam.solver.scene.modal_march import Marcher
 
 GRAVITY, HEIGHT, STIFFNESS = 9.81, 0.1, 1e6
 
@@ -151,3 +155,85 @@ def test_results_are_not_replaced_by_accident(tmp_path: Path) -> None:
     with pytest.raises(gb.UserError, match="already holds results"):
         gb.run(ball(), step=1e-3, end=0.01, output=tmp_path / "a")
     assert gb.run(ball(), step=1e-3, end=0.01, output=tmp_path / "a", overwrite=True).exit_status == 0
+
+
+def rattling() -> gb.Scene:
+    """Return two masses, with friction, a wall that moves, a law with damping, and a load: all that has memory."""
+    a, b = gb.mass(1.0, motions=2, stiffness=100.0, name="a"), gb.mass(0.5, motions=2, stiffness=50.0, name="b")
+    law = gb.KelvinVoigt(stiffness=1e5, damping=5.0)
+    hole = gb.Contact(
+        a["at"], gb.Disc(0.02), law, friction=0.2, sliding=1e-3, name="hole", wall=lambda t: (0.003 * np.sin(9 * t), 0)
+    )
+    bump = gb.Contact((a["at"], b["at"]), gb.HalfPlane(0.01, normal=(0.6, 0.8)), law, name="bump")
+    push = gb.Force(a["at"], lambda t: 5.0 * np.sin(12.0 * t), name="push")
+    return gb.Scene(a, b, contacts=[hole, bump], loads=[push])
+
+
+@pytest.mark.parametrize("left", ["interrupted", "killed"])
+def test_a_run_that_was_stopped_continues_to_the_same_bits(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, left: str
+) -> None:
+    """Records, impacts and figures of a run that was stopped twice are those of one that was not."""
+    asked: dict[str, Any] = {"step": 2e-4, "end": 4.0, "every": 3, "errors": False}
+    whole = gb.run(rattling(), output=tmp_path / "whole", **asked)
+    assert whole.exit_status == 0
+    assert whole.summary["gates"]["impacts"] > 10
+    advance, blocks = Marcher.advance, []
+
+    def stopping(self: Marcher, steps: int, record: bool = False, energies: bool = False) -> Any:
+        blocks.append(steps)
+        if len(blocks) in (4, 7) and left == "killed":
+            raise MemoryError("killed")
+        if len(blocks) in (4, 7):
+            os.kill(os.getpid(), signal.SIGTERM)
+        return advance(self, steps, record, energies)
+
+    monkeypatch.setattr(Marcher, "advance", stopping)
+    for number in range(2):
+        if left == "killed":
+            with pytest.raises(MemoryError):
+                gb.run(rattling(), output=tmp_path / "part", resume=number > 0, checkpoint=0.0, **asked)
+        else:
+            stopped = gb.run(rattling(), output=tmp_path / "part", resume=number > 0, **asked)
+            assert stopped.exit_status == 143
+    again = gb.run(rattling(), output=tmp_path / "part", resume=True, **asked)
+    assert again.exit_status == 0
+    assert len(again.summary["resumed"]) >= 1
+    assert not (tmp_path / "part" / "checkpoint").exists()
+    one, other = (gb.open_results(folder).history for folder in (whole, again))
+    assert one.identical(other)
+    for file in ("impacts.csv",):
+        assert (tmp_path / "whole" / file).read_bytes() == (tmp_path / "part" / file).read_bytes()
+    for key in ("energy", "gates", "peak_contact_force", "contact_episodes", "impacts", "convergence"):
+        assert again.summary[key] == whole.summary[key]
+    done = gb.run(rattling(), output=tmp_path / "part", resume=True, **asked)
+    assert done.message.startswith("was done before")
+
+
+def test_another_scene_is_not_continued(tmp_path: Path) -> None:
+    """A changed clearance, a changed load, an observer: refused, and nothing in the folder changes."""
+    asked: dict[str, Any] = {"step": 2e-4, "end": 0.1, "output": tmp_path / "a", "errors": False}
+    gb.run(rattling(), **asked)
+    before = (tmp_path / "a" / "history.h5").read_bytes()
+    with pytest.raises(gb.UserError, match="another scene"):
+        gb.run(rattling().with_({"hole.friction": 0.1}), resume=True, **asked)
+    with pytest.raises(gb.UserError, match="another scene"):
+        gb.run(rattling().with_({"push.value": 1.0}), resume=True, **asked)
+    with pytest.raises(gb.UserError, match="observers"):
+        gb.run(rattling(), resume=True, observers=[print], **asked)
+    assert (tmp_path / "a" / "history.h5").read_bytes() == before
+
+
+def test_a_full_disk_ends_with_status_6(tmp_path: Path) -> None:
+    """A limit of file sizes stands for a full disk: the folder stays readable, and the run continues with more room."""
+    asked: dict[str, Any] = {"step": 2e-4, "end": 2.0, "output": tmp_path / "a", "errors": False}
+    before = resource.getrlimit(resource.RLIMIT_FSIZE)
+    gb.run(rattling(), step=2e-4, end=0.01, output=tmp_path / "b", errors=False)  # machine code is kept on the disk
+    try:
+        resource.setrlimit(resource.RLIMIT_FSIZE, (300_000, before[1]))
+        outcome = gb.run(rattling(), **asked)
+    finally:
+        resource.setrlimit(resource.RLIMIT_FSIZE, before)
+    assert outcome.exit_status == 6
+    assert "history.h5" in outcome.message
+    assert gb.run(rattling(), resume=True, **asked).exit_status == 0

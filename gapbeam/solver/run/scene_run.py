@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import json
 import logging
 import resource
 import time
@@ -19,7 +20,7 @@ from gapbeam.meshes.versions.installed_versions import python_versions
 from gapbeam.solver.case.gates_table import Gates
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError, UserError
-from gapbeam.solver.record_table import SUMMARY_FILE
+from gapbeam.solver.record_table import CHECKPOINT_FOLDER, SUMMARY_FILE
 from gapbeam.solver.run.interruption import Signals, Wish
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.atomic_files import disk_reported, written
@@ -27,8 +28,9 @@ from gapbeam.solver.run.output.folder_lock import locked
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.impact_file import write_impacts
 from gapbeam.solver.run.output.log_file import log_file
-from gapbeam.solver.run.output.results_folder import check_folder, prepare_folder, write_summary
+from gapbeam.solver.run.output.results_folder import check_folder, clear, prepare_folder, write_summary
 from gapbeam.solver.run.scene_accounts import SceneAccounts, contacts_of, promises_balance
+from gapbeam.solver.run.scene_checkpoint import SceneCheckpoint, fingerprint, refuse_other
 from gapbeam.solver.run.scene_records import Rows, SceneRecords
 from gapbeam.solver.run.scene_summary import describe_scene, figures_of, findings_of, remarks_of
 from gapbeam.solver.scene.condensed_arrays import StepRecords
@@ -56,6 +58,7 @@ class SceneRun:
         observers: Called after every record.
         period: Of the forcing, s; None: it has none.
         title: Of the results.
+        checkpoint: Wall time from one checkpoint to the next, s.
         errors: Whether the errors of the figures are estimated, by the same scene at half the step.
         penalty: Contacts, by name with stars, whose stiffness stands for rigid contact: their errors include what a
             rigid contact would change, by the same scene with twice the stiffness.
@@ -71,6 +74,7 @@ class SceneRun:
     observers: Sequence[Observer] = ()
     period: float | None = None
     title: str = ""
+    checkpoint: float = 300.0
     errors: bool = True
     penalty: Sequence[str] = ()
 
@@ -127,37 +131,50 @@ class SceneRun:
         return self.scene.with_(changes) if changes else None
 
 
-def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False) -> Outcome:
+def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False, resume: bool = False) -> Outcome:
     """March a scene into a results folder.
 
     Args:
         asked: What to run.
         folder: Where results go.
         overwrite: Replace the results of an earlier run.
+        resume: Continue from its last checkpoint, to the same bits; from the start where it has none yet.
 
     Returns:
         The outcome; its exit status is not zero when the run created energy, did not converge or was interrupted, and
         what was computed up to then is on disk.
 
     Raises:
-        UserError: An argument is out of range, or the folder holds results or cannot be written.
+        UserError: An argument is out of range, the folder holds results, those of another scene, or cannot be written.
     """
     asked.check()
+    if resume and asked.observers:
+        raise UserError("run: found resume=True with observers; what they keep is in no checkpoint: march again")
     limits = asked.limits
-    check_folder(folder, overwrite, overwrite)
+    check_folder(folder, overwrite or resume, overwrite)
     with Signals(None) as signals:
         marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
         steps = steps_to(asked.end, marcher.t, marcher.h)
+        mark = fingerprint(marcher, asked.end, asked.every)
+        march = SceneMarch(asked, marcher, steps, limits, signals)
         with locked(folder):
-            prepare_folder(folder)
+            left = _left(folder, mark) if resume else {}
+            if left.get("exit_status") == 0:
+                return Outcome(folder, 0, f"was done before: {left['message']}", left)
+            checkpoint = SceneCheckpoint(mark, marcher, march.accounts, march.records)
+            kept = checkpoint.restore(folder) if resume else None
+            if kept is None:
+                prepare_folder(folder)
             with log_file(folder):
-                summary = _opening(asked, folder, marcher)
-                march = SceneMarch(asked, marcher, steps, limits, signals)
+                summary = _opening(asked, folder, marcher) | {"fingerprint": mark}
+                if kept is not None:
+                    summary["resumed"] = [*left.get("resumed", ()), marcher.t]
+                    LOG.info("continues from t = %.6g s, step %d, to the same bits", marcher.t, marcher.count)
                 try:
                     with disk_reported(folder):
                         write_summary(folder, summary)
                         signals.march_begins()
-                        march.write(folder)
+                        march.write(folder, checkpoint, kept)
                     march.judge()
                     summary |= {"status": "completed", "exit_status": 0}
                     summary["message"] = f"{marcher.count} steps, {march.balance_words}"
@@ -178,9 +195,26 @@ def run_scene(asked: SceneRun, folder: Path, overwrite: bool = False) -> Outcome
     return Outcome(folder, summary["exit_status"], summary["message"], summary)
 
 
+def _left(folder: Path, mark: str) -> dict[str, Any]:
+    """Return the summary of an earlier run of the same scene; empty where there is none.
+
+    Raises:
+        UserError: It is one of another scene.
+    """
+    path = folder / SUMMARY_FILE
+    try:
+        found = json.loads(path.read_text(encoding="utf-8"))
+    except (OSError, ValueError):
+        return {}
+    if not isinstance(found, dict):
+        return {}
+    refuse_other(found.get("fingerprint"), mark, path)
+    return found
+
+
 def _opening(asked: SceneRun, folder: Path, marcher: Marcher) -> dict[str, Any]:
-    window = asked.period if asked.period is not None else asked.end - marcher.t
-    share = min(0.05 * window, asked.end - marcher.t)
+    window = asked.period if asked.period is not None else asked.end - marcher.t0
+    share = min(0.05 * window, asked.end - marcher.t0)
     return {
         "title": asked.title or folder.name,
         "status": "running",
@@ -238,19 +272,35 @@ class SceneMarch:
             f"a scheme that promises no energy balance: it {'took' if taken >= 0.0 else 'created'} {abs(taken):.3g} J"
         )
 
-    def write(self, folder: Path) -> None:
+    def write(self, folder: Path, checkpoint: SceneCheckpoint, kept: int | None) -> None:
         """March to the end into a results folder.
+
+        Args:
+            folder: Where results go.
+            checkpoint: What is kept from time to time, and where the march is interrupted.
+            kept: Records of an earlier run that stay; None: it begins.
 
         Raises:
             RunError: A gate is passed, a step did not converge, the disk is full, or the user asked to stop.
         """
-        clock, writer = time.perf_counter(), HistoryWriter(folder, self.records.labels, None, self.records.variables)
+        clock = saved = time.perf_counter()
+        writer = HistoryWriter(folder, self.records.labels, kept, self.records.variables)
         try:
             for rows in self.rows():
-                writer.append(rows)
+                if rows is not None:
+                    writer.append(rows)
+                elif time.perf_counter() - saved > self.asked.checkpoint:
+                    writer.commit()
+                    checkpoint.save(folder, writer.records)
+                    saved = time.perf_counter()
             writer.close()
+            clear(folder, CHECKPOINT_FOLDER)
         except NotWritten:
             writer.abandon()
+            raise
+        except Interrupted:
+            writer.close()
+            checkpoint.save(folder, writer.records)
             raise
         except BaseException:
             writer.close()
@@ -260,20 +310,22 @@ class SceneMarch:
             with suppress(NotWritten):
                 write_impacts(folder, self.records.labels["face"], self.accounts.impacts)
 
-    def rows(self) -> Iterator[Rows]:
-        """March to the end, and yield the records of each block of steps.
+    def rows(self) -> Iterator[Rows | None]:
+        """March to the end, and yield the records of each block of steps, and None where a march may be continued.
 
         Raises:
             RunError: As `write`, but for the disk; after the records before it.
         """
         marcher, every = self.marcher, self.asked.every
         block = every if self.asked.observers else max(every, BLOCK // every * every)
-        yield self.records.first(marcher, self.accounts)
+        if marcher.count == 0:
+            yield self.records.first(marcher, self.accounts)
         while marcher.count < self.steps:
             yield from self._advance(min(block, self.steps - marcher.count))
             for observer in self.asked.observers:
                 observer(SceneStep(marcher))
             self._listen()
+            yield None
 
     def _listen(self) -> None:
         heard = self.signals.heard

@@ -50,7 +50,7 @@ def with_scene_errors(asked: SceneRun, outcome: Outcome) -> Outcome:
     Where a signal ends the estimate, the summary has no errors, and the exit status is that of the signal.
     """
     off = any(os.environ.get(name) == value for name, value in NO_ERRORS.items())
-    if outcome.exit_status != 0 or not asked.errors or off:
+    if outcome.exit_status != 0 or not asked.errors or off or "errors" in outcome.summary:
         return outcome
     clock, summary = time.perf_counter(), dict(outcome.summary)
     with Signals(None) as signals:
@@ -109,7 +109,7 @@ def marched(asked: SceneRun, signals: Signals) -> MotionRecord:
     marcher = marcher_of(asked.scene, asked.step, asked.start, asked.scheme)
     limits = Gates(accept_energy_growth=True, accept_energy_loss=True)
     march = SceneMarch(asked, marcher, steps_to(asked.end, marcher.t, marcher.h), limits, signals)
-    parts = list(march.rows())
+    parts = [rows for rows in march.rows() if rows is not None]
     records = {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     return _motion(as_history(records, march.records.labels))
 

@@ -5,16 +5,18 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
-from mpi4py import MPI
 from numpy.typing import NDArray
 from scipy.spatial import cKDTree
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.run.output.point_order import SAME_PLACE
 from gapbeam.solver.system.operators import Array, Indices
+
+if TYPE_CHECKING:
+    from mpi4py import MPI
 
 PIECE = 2**15  # rows at once
 TAG = 71
@@ -49,7 +51,7 @@ class RankRows:
         """Whether the whole table has the rows rank by rank. Collective."""
         first = sum(self.comm.allgather(len(self.places))[: self.comm.rank])
         natural = np.array_equal(self.places, first + np.arange(len(self.places)))
-        return bool(self.comm.allreduce(natural, op=MPI.LAND))
+        return all(self.comm.allgather(natural))
 
 
 @dataclass(frozen=True)
@@ -212,6 +214,6 @@ def taken(
         begin += len(piece)
         if begin == rows.count:
             begin, layer = 0, layer + 1
-    if not rows.comm.allreduce(bool(np.all(np.isfinite(result))), op=MPI.LAND):
+    if not all(rows.comm.allgather(bool(np.all(np.isfinite(result))))):
         raise ValueError("other things than finite numbers")
     return result if layered else result[0]

@@ -1,0 +1,157 @@
+"""Checkpoints of runs of scenes: all that a march, its accounts and its records need to continue to the same bits."""
+
+from __future__ import annotations
+
+import hashlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gapbeam.solver.diagnostics.energy_gates import EnergyGates
+from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.errors import UserError
+from gapbeam.solver.run.checkpoint.checkpoint_files import (
+    BrokenCheckpoint,
+    Contents,
+    found,
+    read_checkpoint,
+    write_checkpoint,
+)
+from gapbeam.solver.run.scene_accounts import SceneAccounts
+from gapbeam.solver.run.scene_records import SceneRecords
+from gapbeam.solver.scene.modal_march import Marcher
+from gapbeam.solver.system.operators import Array
+
+SAMPLES = 65  # times at which loads and walls of two scenes are compared
+MARCHED = ("q", "v", "a", "y", "F", "z", "inputs", "ledger", "peaks")
+SEEN = ("impacts", "largest_growth", "largest_loss", "violations")
+
+
+def fingerprint(marcher: Marcher, end: float, every: int) -> str:
+    """Return a hash of a scene that is about to march: matrices, contacts, start, scheme, values of loads and walls."""
+    scene, total = marcher.scene, hashlib.sha256()
+    times: Array = np.asarray(np.linspace(marcher.t, end, SAMPLES), dtype=float)
+    arrays: list[Array] = [*marcher.linear, marcher.slabs.work, marcher.q, marcher.v, marcher.z, scene.offsets]
+    arrays += [load.table(times) for load in scene.loads]
+    arrays.append(scene.walls(times))
+    for one in arrays:
+        total.update(np.ascontiguousarray(one).tobytes())
+    for contact in scene.contacts:
+        total.update(f"{contact.name} {contact.region.kind.name} {contact.law.kind.name}".encode())
+        total.update(contact.law.kind.spring.py_func.__code__.co_code)
+    total.update(repr((marcher.h, marcher.t, end, every, tuple(marcher.scheme), list(scene.point_names))).encode())
+    return total.hexdigest()
+
+
+@dataclass(frozen=True)
+class SceneCheckpoint:
+    """What continues.
+
+    Attributes:
+        mark: Fingerprint of the run.
+        marcher: The march.
+        accounts: What it counts.
+        records: What it records.
+    """
+
+    mark: str
+    marcher: Marcher
+    accounts: SceneAccounts
+    records: SceneRecords
+
+    def save(self, folder: Path, written: int) -> None:
+        """Write a checkpoint after the present step.
+
+        Args:
+            folder: Results folder.
+            written: Records up to now.
+
+        Raises:
+            NotWritten: It could not be written; those before it are as they were.
+        """
+        marcher, accounts, records = self.marcher, self.accounts, self.records
+        arrays = {name: getattr(marcher, name) for name in MARCHED}
+        arrays |= {"work": marcher.slabs.work, "spent": marcher.slabs.spent, "speed": records.speed}
+        arrays |= {f"accounts {name}": getattr(accounts, name) for name in accounts.kept}
+        gates, ledger = accounts.gates, dict(vars(accounts.ledger))
+        header = {
+            "kind": "scene",
+            "mark": self.mark,
+            "time": marcher.t,
+            "done": marcher.count,
+            "passes": marcher.passes,
+            "records": written,
+            "last_record": records.time,
+            "ledger": ledger | {"load_work": ledger["load_work"].tolist()},
+            "gates": {name: getattr(gates, name) for name in SEEN},
+            "faces": [list(gates.watched(i)) for i in range(len(accounts.impacts))],
+            "impacts": [one.as_json() for one in accounts.impacts],
+        }
+        write_checkpoint(folder, marcher.count, header, arrays, lambda _: iter(()))
+
+    def restore(self, folder: Path) -> int | None:
+        """Bring march, accounts and records to the last checkpoint that can be read.
+
+        Returns:
+            Records to keep; None: there is no checkpoint.
+
+        Raises:
+            UserError: The checkpoint is one of another scene, step or start, or none can be read.
+        """
+        faults = []
+        for path in found(folder):
+            try:
+                contents = read_checkpoint(path)
+                self._take(contents)
+                return int(contents.header["records"])
+            except (BrokenCheckpoint, KeyError, ValueError, TypeError) as error:
+                faults.append(f"{path}: {error}")
+        if faults:
+            raise UserError("no checkpoint can be read: " + "; ".join(faults) + "; start again with `overwrite=True`")
+        return None
+
+    def _take(self, contents: Contents) -> None:
+        header, marcher, accounts = contents.header, self.marcher, self.accounts
+        refuse_other(header.get("mark"), self.mark, contents.path)
+        for name in MARCHED:
+            getattr(marcher, name)[:] = contents.array(name)
+        marcher.slabs.work[:], marcher.slabs.spent[:] = contents.array("work"), contents.array("spent")
+        marcher.count, marcher.passes = int(header["done"]), int(header["passes"])
+        self.records.speed, self.records.time = contents.array("speed"), float(header["last_record"])
+        for name in accounts.kept:
+            getattr(accounts, name)[:] = contents.array(f"accounts {name}")
+        accounts.ledger = _ledger(header["ledger"])
+        _restore_gates(accounts.gates, header)
+        for one, stored in zip(accounts.impacts, header["impacts"], strict=True):
+            one.restore(stored)
+
+
+def refuse_other(found_mark: Any, mark: str, where: Path) -> None:
+    """Refuse to continue another run.
+
+    Raises:
+        UserError: The marks differ.
+    """
+    if found_mark != mark:
+        raise UserError(
+            f"{where}: found the run of another scene, step, end, start or loads; expected the same to continue; "
+            "choose another `output=`, or start again with `overwrite=True`"
+        )
+
+
+def _ledger(stored: Mapping[str, Any]) -> Ledger:
+    return Ledger(**{**stored, "load_work": np.array(stored["load_work"], dtype=float)})
+
+
+def _restore_gates(gates: EnergyGates, header: Mapping[str, Any]) -> None:
+    for name in SEEN:
+        setattr(gates, name, type(getattr(gates, name))(header["gates"][name]))
+    for i, (face, created, energy) in enumerate(header["faces"]):
+        gates.open_faces[i] = face == 1
+        if np.isfinite(created):
+            gates.entries[i] = (created, energy)
+        else:
+            gates.entries.pop(i, None)

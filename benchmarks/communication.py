@@ -39,7 +39,7 @@ from gapbeam.solver.run.checkpoint.dof_layout import layout_of
 from gapbeam.solver.run.checkpoint.state_arrays import stored
 from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.parallel_tables import Pieces, on_rank_zero_with
-from gapbeam.solver.system.snapshots import Snapshots
+from gapbeam.solver.system.semi_discrete import Snapshots
 
 CELLS, RANKS = (4, 8), (1, 2, 4)
 STEPS = 40

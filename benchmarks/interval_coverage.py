@@ -9,8 +9,7 @@ import sys
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.statistics.batch_interval import interval_of_mean
-from gapbeam.solver.diagnostics.statistics.judgment import verdict_on
+from gapbeam.solver.diagnostics.statistics.batch_interval import interval_of_mean, verdict_on
 from tests.shared.rattlers import between_stops, marched
 from tests.verification.test_interval_coverage import ornstein_uhlenbeck
 

@@ -22,9 +22,8 @@ from gapbeam.postprocess.signals.steady_figures import steady
 from gapbeam.solver.beam_theory.spring_beam import SpringBeam
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.record_table import STANDARD_GRAVITY as G
-from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import respond
-from gapbeam.studies.trials.starts import seated
+from gapbeam.studies.trials.starts import KeptBody, seated
 
 BEAM = SpringBeam(length=0.510, bending=2.1e11 * 0.02 * 0.012**3 / 12.0, mass=7919.0 * 0.02 * 0.012)
 PLATEAUS = (  # mode, printed root, printed thresholds of k1 (N/m) and k2 (N m/rad), the limits that these belong to

@@ -11,9 +11,8 @@ from __future__ import annotations
 from collections.abc import Iterator, Sequence
 
 from benchmarks.table import Cell, Table, options
-from gapbeam.solver.sections.box_section import BoxSection
-from gapbeam.solver.sections.i_section import ISection
 from gapbeam.solver.sections.polygon_section import PolygonSection
+from gapbeam.solver.sections.section_choice import BoxSection, ISection
 from gapbeam.solver.sections.section_table import SectionTable
 
 HIGH, WIDE, POISSON = 0.04, 0.03, 0.3

@@ -19,13 +19,13 @@ from benchmarks.stationary_cases import StationaryCase, beam, noise_defect, rigi
 from gapbeam import read_case
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.statistics.missed_impacts import missed_share
+from gapbeam.solver.diagnostics.statistics.block_means import missed_share
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.march.step_blocks import Wanted, marched
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import statistics_of
-from gapbeam.studies.trials.kept_body import KeptBody
+from gapbeam.studies.trials.starts import KeptBody
 from tests.shared.rattlers import Rattler, between_stops, in_a_hole, sliding_on_a_stop
 from tests.shared.rattlers import marched as rattling
 

@@ -6,9 +6,8 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from gapbeam.postprocess.signals.figure_names import MEAN_FORCE
-from gapbeam.studies.error_estimate.key_figures import Averages, key_figures
+from gapbeam.studies.error_estimate.force_peaks import Averages, Span, key_figures
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.error_estimate.spans import Span
 
 
 def true_errors(summary: Mapping[str, Any], other: MotionRecord) -> Iterator[tuple[dict[str, Any], float]]:

@@ -26,8 +26,8 @@ from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.studies.error_estimate.companions import FINEST_MODES, FINEST_SHAPES
+from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SETTLED
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.error_estimate.spans import BEYOND_HORIZON, SETTLED
 from gapbeam.studies.trials.refined_mesh import mesh_keys
 
 FINER, CELLS, STIFFER = 8, 0.25, 8.0  # steps, cell size and computed contact stiffness, over those of the run

@@ -17,9 +17,8 @@ from gapbeam.solver.contact.laws.law_choice import Law
 from gapbeam.solver.integrators.scheme_choice import Scheme
 from gapbeam.solver.integrators.time_scheme import SOFT_CONTACT, TimeScheme
 from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.supports.regions.around_region import AroundRegion
-from gapbeam.solver.supports.regions.hole import Hole
-from gapbeam.solver.supports.regions.region_choice import RegionChoice
+from gapbeam.solver.supports.regions.region import AroundRegion
+from gapbeam.solver.supports.regions.region_choice import Hole, RegionChoice
 from gapbeam.solver.table import models_in, type_name
 
 TILTED = 0.15  # share of the loads with a direction beside the bending direction

@@ -7,8 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from benchmarks.drawn_schema.earlier import earlier_folder
-from gapbeam.solver.attachments.fluid_table import Fluid
-from gapbeam.solver.attachments.joint_table import ElasticJoint
+from gapbeam.solver.attachments.attachment_tables import ElasticJoint, Fluid
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.factor_checks import factor_needed

@@ -78,7 +78,7 @@ WARM = (
     "gapbeam.postprocess.comparison.comparison_report",
     "gapbeam.postprocess.report.html_page",
     "gapbeam.postprocess.report.sections.run_section",
-    "gapbeam.postprocess.report.sections.several_runs_section",
+    "gapbeam.postprocess.report.sections.run_section",
     "h5netcdf.legacyapi",
     "xarray.backends.h5netcdf_",
 )

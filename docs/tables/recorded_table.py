@@ -10,7 +10,7 @@ import numpy as np
 
 sys.path.insert(0, str(Path(__file__).resolve().parents[2]))
 
-from gapbeam.solver.loads.recorded_force import RecordedForce
+from gapbeam.solver.loads.point_load import RecordedForce
 from gapbeam.solver.loads.recorded_function import signal_of
 
 ROWS = (5, 10, 20, 40)

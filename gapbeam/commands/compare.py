@@ -65,7 +65,7 @@ def compare(
 
 def _kind() -> Kind:
     from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.comparison_section import COMPARISON_FILE, comparison_sections
+    from gapbeam.postprocess.report.sections.curve_section import COMPARISON_FILE, comparison_sections
 
     return Kind("comparison", "Comparison", (COMPARISON_FILE,), comparison_sections)
 

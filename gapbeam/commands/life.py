@@ -62,7 +62,7 @@ def life(
 
 def _kind() -> Kind:
     from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.life_section import LIFE_FILE, life_sections
+    from gapbeam.postprocess.report.sections.curve_section import LIFE_FILE, life_sections
 
     return Kind("life", "Life", (LIFE_FILE,), life_sections)
 

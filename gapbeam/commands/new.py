@@ -138,7 +138,7 @@ def one_of(known: object) -> Callable[[str], str]:
     names = [str(name) for name in known]  # type: ignore[attr-defined]
 
     def read(text: str) -> str:
-        from gapbeam.solver.wording.near_names import near
+        from gapbeam.solver.wording.short_words import near
 
         if text.strip() in names:
             return text.strip()

@@ -47,7 +47,7 @@ def stability(
 
 def _kind() -> Kind:
     from gapbeam.postprocess.report.folder_report import Kind
-    from gapbeam.postprocess.report.sections.stability_section import STABILITY_FILE, stability_sections
+    from gapbeam.postprocess.report.sections.tradeoff_section import STABILITY_FILE, stability_sections
 
     return Kind("stability", "Stability", (STABILITY_FILE,), stability_sections)
 

@@ -48,8 +48,8 @@ def sweep(
     fault of the input, 6 results could not be written.
     """
     from gapbeam.commands.compare import fraction
-    from gapbeam.studies.sweep.run_sweep import run_sweep
     from gapbeam.studies.sweep.sweep_plan import Sweep
+    from gapbeam.studies.sweep.sweep_tables import run_sweep
     from gapbeam.studies.trials.axes import read_axis
 
     crew = workers_from(workers, scheduler, slurm)

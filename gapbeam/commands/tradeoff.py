@@ -13,7 +13,7 @@ from gapbeam.commands.terminal import screen
 if TYPE_CHECKING:
     from gapbeam.postprocess.report.folder_report import Kind
     from gapbeam.solver.run.outcome import Outcome
-    from gapbeam.studies.tradeoff.stored_tradeoff import Taken
+    from gapbeam.studies.tradeoff.run_tradeoff import Taken
 
 WIDTH = 180  # columns of the table where there is no terminal to fit it to
 MINUTES = 12.0

@@ -78,7 +78,7 @@ def set_up_of(case: Case) -> SetUp:
     from gapbeam.postprocess.results.supports_of_run import supports_of
     from gapbeam.postprocess.scene.set_up import SetUp
     from gapbeam.solver.assembly.case_mesh import mesh_of_case
-    from gapbeam.solver.loads.load_directions import axis_point
+    from gapbeam.solver.loads.load_choice import axis_point
     from gapbeam.solver.run.output.field_grid import MESHIO_CELLS, around
     from gapbeam.solver.run.output.run_summary import describe_supports
 
@@ -119,7 +119,7 @@ def _mask(beam: Beam) -> SectionMask:
 def _arrows(case: Case) -> Iterator[LoadArrow]:
     """Yield the loads of a case."""
     from gapbeam.postprocess.scene.set_up import LoadArrow
-    from gapbeam.solver.loads.load_directions import axis_point, unit_direction
+    from gapbeam.solver.loads.load_choice import axis_point, unit_direction
     from gapbeam.solver.loads.places import LineForce, PointForce, SupportWalls
     from gapbeam.solver.loads.support_walls import moved_by
 

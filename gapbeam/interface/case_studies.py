@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from gapbeam.studies.identification.run_identification import IdentificationResult
     from gapbeam.studies.life.run_life import LifeResult
     from gapbeam.studies.stability.run_stability import StabilityResult
-    from gapbeam.studies.sweep.run_sweep import SweepResult
+    from gapbeam.studies.sweep.sweep_tables import SweepResult
     from gapbeam.studies.tradeoff.run_tradeoff import TradeoffResult
 
 LOG = logging.getLogger("gapbeam")
@@ -80,8 +80,8 @@ def sweep(
     """
     refuse_ranks("sweep")
     crew = as_workers(workers)
-    from gapbeam.studies.sweep.run_sweep import run_sweep
     from gapbeam.studies.sweep.sweep_plan import Sweep
+    from gapbeam.studies.sweep.sweep_tables import run_sweep
 
     check_range("starts", starts, 1, 10_000)
     check_range("seed", seed, 0)

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 from gapbeam.interface.case_source import CaseSource, shared_case
 from gapbeam.solver.case.reading.overrides import Overrides
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.wording.compared_numbers import apart
+from gapbeam.solver.wording.short_words import apart
 
 if TYPE_CHECKING:
     from mpi4py import MPI

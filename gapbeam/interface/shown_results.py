@@ -282,7 +282,7 @@ def _place(folder: Path, output: str | PathLike[str] | None, name: str) -> Path 
     """Return the folder that was asked for, after refusing one that nothing should be written into."""
     from gapbeam.postprocess.results.damaged_files import as_written
     from gapbeam.solver.run.output.output_paths import check_place
-    from gapbeam.studies.stored_records import refuse_links
+    from gapbeam.studies.study_folder import refuse_links
 
     place = None if output is None else Path(output)
     if place is not None:

@@ -2,6 +2,10 @@
 
 Frame: the beam axis is x, 0 <= x <= length, with the supported end at x = 0. The bending direction is y in 2D
 and z in 3D, across the thickness; y is across the width in 3D. The axis of the beam is where these are zero.
+
+Names of the groups of cells and facets of a beam.
+
+The parts of a beam whose cross-section changes along it.
 """
 
 from __future__ import annotations
@@ -9,11 +13,32 @@ from __future__ import annotations
 import math
 from dataclasses import dataclass
 from itertools import pairwise
+from typing import NamedTuple
 
-from gapbeam.meshes.beam_step import BeamStep
 from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.section_patches import SectionPatches
+
+
+class BeamStep(NamedTuple):
+    """A part of a beam with one cross-section.
+
+    Attributes:
+        start: Where it begins along the beam, m.
+        end: Where it ends, m.
+        thickness: Its size in the bending direction, m.
+        width: Its size across the bending plane, m.
+        section: Its cross-section, of patches of the section of the whole beam; None: it fills thickness and width.
+        filled: Which patches of the section of the whole beam those are; () without a section.
+    """
+
+    start: float
+    end: float
+    thickness: float
+    width: float
+    section: SectionPatches | None = None
+    filled: tuple[bool, ...] = ()
+
 
 SNAP = 1.0e-9
 """Coordinates this close to each other, relative to the thickness, are taken to be the same."""
@@ -210,3 +235,24 @@ class BeamGeometry:
 
 def _shown(point: tuple[float, ...]) -> str:
     return f"({', '.join(f'{value:g}' for value in point)})"
+
+
+BODY = "body"
+"""The group of all cells."""
+
+ENDS = {"end": 3, "tip": 4}
+"""Facets across the beam and their tags in meshes that gapbeam builds; end is at x = 0, tip at x = length."""
+
+_FIRST_TAGS, _FURTHER_TAGS = (1, 2), 11
+
+
+def contact_faces(geometry: BeamGeometry) -> tuple[str, ...]:
+    """Return the names of the groups of facets that face a support."""
+    return tuple(span.name for span in geometry.spans)
+
+
+def groups_of(geometry: BeamGeometry) -> dict[str, int]:
+    """Return all groups of facets and their tags in meshes that gapbeam builds."""
+    names = contact_faces(geometry)
+    tags = (*_FIRST_TAGS, *range(_FURTHER_TAGS, _FURTHER_TAGS + len(names)))
+    return dict(zip(names, tags, strict=False)) | ENDS

@@ -10,7 +10,7 @@ import numpy.typing as npt
 from dolfinx.mesh import entities_to_geometry
 from mpi4py import MPI
 
-from gapbeam.meshes.group_names import ENDS
+from gapbeam.meshes.beam_geometry import ENDS
 from gapbeam.meshes.tagged_mesh import TaggedMesh
 from gapbeam.meshes.versions.mesh_geometry import geometry_order
 

@@ -1,4 +1,7 @@
-"""A mesh whose contact faces have names."""
+"""A mesh whose contact faces have names.
+
+The mesh of a straight beam, built by gmsh on rank 0 and distributed.
+"""
 
 from __future__ import annotations
 
@@ -8,6 +11,14 @@ import numpy as np
 import numpy.typing as npt
 from dolfinx.mesh import Mesh, MeshTags
 from mpi4py import MPI
+
+from gapbeam.meshes.beam_geometry import BeamGeometry, groups_of
+from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
+from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
+from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.sizing.expected_size import STRUCTURED, expected_cells
+from gapbeam.meshes.sizing.mesh_size import BeamSizing
 
 
 @dataclass(frozen=True)
@@ -65,3 +76,86 @@ class TaggedMesh:
         found = self.facets.find(self.groups[group])
         owned = self.mesh.topology.index_map(self.dimension - 1).size_local
         return np.asarray(found[found < owned], dtype=np.int32)
+
+
+MOST_CELLS = 2_000_000
+"""More cells than this are a mistake in a size: a direct solver could not use them."""
+
+
+def build_beam(comm: MPI.Comm, geometry: BeamGeometry, sizing: BeamSizing) -> TaggedMesh:
+    """Build and distribute the mesh of a beam.
+
+    Facets end exactly at the edge of the support, and every point of the geometry is a vertex. Quadrilaterals
+    and hexahedra form layers; triangles and tetrahedra are unstructured. Cells of round sections are curved, of
+    second order. Two builds give the same mesh. Where the cross-section changes along the beam, the layers of its
+    largest one go on through all of it, and those beside the material are taken out.
+
+    Args:
+        comm: Communicator over which the mesh is distributed.
+        geometry: The beam; the same on all ranks.
+        sizing: Cell type and sizes; the same on all ranks.
+
+    Returns:
+        Mesh with a group of facets for each face of a support, end (x = 0) and tip (x = length).
+
+    Raises:
+        MeshError: on all ranks, for sizes that make no sense or when gmsh fails.
+
+    Collective.
+    """
+    with gmsh_session(comm):
+        groups = on_rank_zero(comm, lambda: _draw(geometry, sizing))
+        mesh, cells, facets = mesh_from_gmsh(comm, geometry.dimension, groups)
+    return TaggedMesh(mesh, cells, facets, groups)
+
+
+def _draw(geometry: BeamGeometry, sizing: BeamSizing) -> dict[str, int]:
+    """Mesh the beam in the current gmsh model; returns the tags of its facet groups."""
+    import gmsh
+
+    from gapbeam.meshes.gmsh_models.structured import (
+        beam_layers,
+        beside_sections,
+        beside_slice,
+        check_faces,
+        draw_section,
+        draw_structured,
+        name_faces,
+    )
+    from gapbeam.meshes.gmsh_models.unstructured import draw_unstructured
+
+    unit = geometry.thickness  # gmsh's tolerances are absolute: it sees a beam of thickness 1
+    cell = sizing.cell_of(geometry.dimension)
+    with gmsh_errors("building the mesh", "a mesh of the beam"):
+        _refuse_too_many(expected_cells(geometry, sizing))
+        outside: list[tuple[int, int]] = []
+        if geometry.section is not None:
+            bodies = draw_section(geometry.section, sizing.layers_along(geometry), geometry.edges, unit)
+            outside = beside_sections(geometry, bodies)
+        elif cell in STRUCTURED:
+            layers = beam_layers(geometry, sizing)
+            outside = beside_slice(geometry, draw_structured(geometry, layers, unit), layers[-1])
+        else:
+            draw_unstructured(geometry, sizing.cell_length(geometry), unit)
+        if not outside:
+            name_faces(geometry, unit)
+        gmsh.model.mesh.generate(geometry.dimension)
+        if outside:  # not before: meshes are extruded through them
+            gmsh.model.removeEntities(outside, recursive=True)
+            name_faces(geometry, unit)
+        if geometry.section is not None and geometry.section.curved:
+            gmsh.model.mesh.setOrder(2)
+        gmsh.model.mesh.affineTransform([unit, 0, 0, 0, 0, unit, 0, 0, 0, 0, unit, 0])
+        gmsh.model.mesh.renumberNodes()
+        check_faces(geometry.dimension)
+    return groups_of(geometry)
+
+
+def _refuse_too_many(count: float) -> None:
+    if count > MOST_CELLS:
+        raise MeshError(
+            "mesh sizes",
+            found=f"sizes that make about {count:.2g} cells",
+            expected=f"at most {MOST_CELLS}",
+            hint="Sizes are in m; the layers multiply.",
+        )

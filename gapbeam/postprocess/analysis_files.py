@@ -11,8 +11,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gapbeam.postprocess.signals.cycle_counts import CycleCounts
-from gapbeam.postprocess.signals.power_density import PowerDensity
-from gapbeam.postprocess.signals.shock_spectrum import ShockSpectrum
+from gapbeam.postprocess.signals.shock_spectrum import PowerDensity, ShockSpectrum
 
 FREQUENCY = "frequency (Hz)"
 

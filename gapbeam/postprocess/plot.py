@@ -18,42 +18,46 @@ from gapbeam.postprocess.analysis_files import (
     shock_table,
     write_tables,
 )
-from gapbeam.postprocess.figures.amplitude_spectrum import draw_amplitude_spectrum
-from gapbeam.postprocess.figures.contact_figure import draw_contact
 from gapbeam.postprocess.figures.contact_map import draw_contact_map
-from gapbeam.postprocess.figures.energy_figure import draw_energy
+from gapbeam.postprocess.figures.curve_figures import draw_impacts, draw_response_curve, draw_wear
 from gapbeam.postprocess.figures.figure_style import journal_style, save
-from gapbeam.postprocess.figures.impacts_figure import draw_impacts
-from gapbeam.postprocess.figures.orbits_figure import (
+from gapbeam.postprocess.figures.motion_figures import (
+    draw_contact,
+    draw_energy,
     draw_orbits,
     farthest,
     moves_in_space,
     rooms_at_probes,
     shifts_at_probes,
 )
-from gapbeam.postprocess.figures.period_peaks import draw_period_peaks
-from gapbeam.postprocess.figures.phase_portrait import draw_phase_portrait
-from gapbeam.postprocess.figures.power_density_figure import draw_power_density
-from gapbeam.postprocess.figures.record_lines_figure import draw_cycles, draw_shock_spectrum
-from gapbeam.postprocess.figures.response_curve import draw_response_curve
-from gapbeam.postprocess.figures.time_history import draw_time_history
-from gapbeam.postprocess.figures.wear_figure import draw_wear
-from gapbeam.postprocess.results.bounded_json import read_json
+from gapbeam.postprocess.figures.record_lines_figure import draw_cycles, draw_power_density, draw_shock_spectrum
+from gapbeam.postprocess.figures.signal_figures import (
+    draw_amplitude_spectrum,
+    draw_period_peaks,
+    draw_phase_portrait,
+    draw_time_history,
+)
+from gapbeam.postprocess.results.bounded_files import read_json
 from gapbeam.postprocess.results.chosen_records import chosen_records
-from gapbeam.postprocess.results.impacts_of_run import impacts_of
-from gapbeam.postprocess.results.points_of_run import points_of
-from gapbeam.postprocess.results.repeated_period import is_periodic, motion_of
+from gapbeam.postprocess.results.columns_of_run import impacts_of, points_of, wear_of
 from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.postprocess.results.run_watch import is_periodic, motion_of
 from gapbeam.postprocess.results.supports_of_run import supports_of
-from gapbeam.postprocess.results.wear_of_run import wear_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.analysis_tables import as_data, as_text
 from gapbeam.postprocess.signals.cycle_counts import SNCurve, cycle_counts, cycle_data, cycle_rows
 from gapbeam.postprocess.signals.impact_tables import impact_data, impact_rows, in_span
 from gapbeam.postprocess.signals.periodicity import TOLERANCE
-from gapbeam.postprocess.signals.power_density import density_data, density_rows, power_density
 from gapbeam.postprocess.signals.probe_analysis import Acceleration, Analysis, Options, analyze
-from gapbeam.postprocess.signals.shock_spectrum import DAMPING, shock_data, shock_rows, shock_spectrum
+from gapbeam.postprocess.signals.shock_spectrum import (
+    DAMPING,
+    density_data,
+    density_rows,
+    power_density,
+    shock_data,
+    shock_rows,
+    shock_spectrum,
+)
 from gapbeam.postprocess.signals.smoothing import POINTS, Sampling
 from gapbeam.postprocess.signals.spectra import Window
 from gapbeam.solver.record_table import CURVE_FILE, HISTORY

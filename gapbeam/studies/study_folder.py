@@ -1,19 +1,141 @@
-"""The folder that a study writes: a fit place, held by one process from before the first computation to the end."""
+"""The folder that a study writes: a fit place, held by one process from before the first computation to the end.
+
+Records of sweeps and identifications that are on disk: what they must hold to be gone on with.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping, Sequence
 from contextlib import contextmanager, suppress
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Annotated, Any, TypeVar
 
-from gapbeam.solver.errors import NotWritten
+from pydantic import AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
+
+from gapbeam.postprocess.results_errors import ResultsError
+from gapbeam.solver.errors import NotWritten, UserError
 from gapbeam.solver.run.output.folder_lock import by_one, locked
 from gapbeam.solver.run.output.output_paths import check_place
-from gapbeam.studies.stored_records import refuse_links
+from gapbeam.solver.wording.short_words import printable
 
 if TYPE_CHECKING:
     from mpi4py import MPI
+_Number = Annotated[float, Strict(), AllowInfNan(False)]
+_Whole = Annotated[int, Strict()]
+_Text = Annotated[str, Strict()]
+REMEDY = "choose another `output=`, or pass `overwrite=True` to begin anew"
+
+
+class _Stored(BaseModel):
+    """A table that may hold more than what is asked for here."""
+
+    model_config = ConfigDict(extra="allow")
+
+
+class StoredFigure(_Stored):
+    """A figure with its scatter."""
+
+    unit: _Text
+    mean: _Number
+    scatter: _Number
+    mean_in_g: _Number | None = None
+    error: _Number | None = None
+
+
+class StoredResponse(_Stored):
+    """A response of a sweep."""
+
+    values: dict[_Text, _Text]
+    direction: _Text
+    start: _Text
+    verdict: _Text
+    exit_status: _Whole = Field(ge=0, le=255)
+    message: _Text
+    notes: list[_Text]
+    response: _Text | None = None
+    figures: dict[_Text, StoredFigure] = {}
+    seconds: dict[_Text, _Number] = {}
+
+
+class StoredPiece(_Stored):
+    """An experiment of an identification with one set of values."""
+
+    values: list[_Number]
+    experiment: _Whole = Field(ge=0)
+    start: _Whole = Field(ge=0)
+    verdict: _Text
+    response: _Text
+    exit_status: _Whole = Field(ge=0, le=255)
+    message: _Text
+    figures: dict[_Text, StoredFigure] = {}
+
+
+Kind = TypeVar("Kind", bound=_Stored)
+
+
+def checked(found: Any, kind: type[Kind], path: Path) -> dict[str, Any]:
+    """Return a record as it was read, after making sure that it is one.
+
+    Args:
+        found: What the file holds.
+        kind: Of record that it must be.
+        path: The file, for the message.
+
+    Raises:
+        ResultsError: Something is missing, or is not what it must be: the first five of all such places.
+    """
+    try:
+        kind.model_validate(found)
+    except ValidationError as error:
+        faults = error.errors(include_url=False, include_input=False, include_context=False)
+        text = [f"{printable('.'.join(map(str, fault['loc'])) or 'the whole')}: {fault['msg']}" for fault in faults]
+        raise ResultsError(path, "; ".join(text[:5]), "a record as gapbeam writes it", REMEDY) from error
+    record: dict[str, Any] = found
+    return record
+
+
+def refuse_links(*folders: Path, places: Sequence[Path] = ()) -> None:
+    """Refuse to write where links lead out of a folder of ours.
+
+    Args:
+        folders: Whose entries are about to be written, as far as they are there.
+        places: Files and folders that must be no links themselves.
+
+    Raises:
+        UserError: One of their entries is a link, or one of the places is.
+    """
+    for place in places:
+        if place.is_symlink():
+            raise UserError(
+                f"{place} is a link; gapbeam does not write through it: remove it, or choose another `output=`"
+            )
+    for folder in folders:
+        links = sorted(entry.name for entry in folder.iterdir() if entry.is_symlink()) if folder.is_dir() else []
+        if links:
+            text = ", ".join(map(printable, links[:5]))
+            raise UserError(
+                f"{folder} holds links ({text}); expected plain files and folders, which is what "
+                "gapbeam writes there. "
+                "Choose another `output=`, or remove the links"
+            )
+
+
+def differing(before: dict[str, Any], now: dict[str, Any], words: Mapping[str, str] | None = None) -> str:
+    """Return in words in which keys two plans differ, the first five of them; "" where they are the same.
+
+    Args:
+        before: One plan.
+        now: The other.
+        words: What keys are called in a message, where that is not their name.
+    """
+    words = words or {}
+    keys = [key for key in {**before, **now} if before.get(key) != now.get(key)]
+    text = "; ".join(
+        f"{words.get(key, printable(key))}: {printable(repr(before.get(key)))} there, "
+        f"{printable(repr(now.get(key)))} now"
+        for key in keys[:5]
+    )
+    return text + (f" and {len(keys) - 5} more keys" if len(keys) > 5 else "")
 
 
 @contextmanager

@@ -8,9 +8,9 @@ from collections.abc import Callable
 from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.beam_mesh import build_beam
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.tagged_mesh import build_beam
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 
 comm = MPI.COMM_WORLD

@@ -12,12 +12,11 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.postprocess.report.sections.errors_table import errors_table
+from gapbeam.postprocess.report.sections.verdict_tables import errors_table
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.companions import COARSER, HALF_STEP, Companion
-from gapbeam.studies.error_estimate.force_peaks import force_peaks
+from gapbeam.studies.error_estimate.force_peaks import Span, force_peaks
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.error_estimate.spans import Span
 from gapbeam.studies.trials import response
 from tests.shared.command import DEMO, RATTLE, alone, called, on_ranks, settings
 from tests.shared.interrupted import stopped_after

@@ -9,7 +9,7 @@ import pytest
 from PIL import Image
 
 import gapbeam
-from gapbeam.postprocess.figures.orbits_figure import rooms_at_probes
+from gapbeam.postprocess.figures.motion_figures import rooms_at_probes
 from gapbeam.postprocess.render import RenderError, render
 from gapbeam.postprocess.results.supports_of_run import supports_of
 from gapbeam.postprocess.scene import offscreen

@@ -26,7 +26,7 @@ from benchmarks.table import Table
 from gapbeam.command_line import _dispatch, _terminal_handler
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.user_mesh.msh_file import load_msh
-from gapbeam.postprocess.results.bounded_json import read_json
+from gapbeam.postprocess.results.bounded_files import read_json
 from gapbeam.postprocess.results.damaged_files import as_written
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import ResultsError
@@ -46,9 +46,9 @@ from gapbeam.solver.record_table import (
 )
 from gapbeam.solver.run.output.disk_space import check_space, size_of_results
 from gapbeam.solver.run.output.history_file import HistoryWriter
-from gapbeam.studies.stored_records import StoredPiece, StoredResponse, checked, refuse_links
+from gapbeam.studies.study_folder import StoredPiece, StoredResponse, checked, refuse_links
 from gapbeam.studies.sweep.sweep_plan import Sweep, chains_of, point_file, prepare, read_points
-from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
+from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key
 from gapbeam.studies.trials.axes import points_of, read_axis
 from tests.regression.test_postprocess_plot import sine_records
 from tests.shared.case_texts import GOOD, written

@@ -21,9 +21,8 @@ from gapbeam.solver.faults import CaseError
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.studies.identification.identification_file import read_identification, unit_of_key
 from gapbeam.studies.sweep.sweep_point import span
-from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import respond
-from gapbeam.studies.trials.starts import seated
+from gapbeam.studies.trials.starts import KeptBody, seated
 from tests.shared.command import PROJECT, alone, called_in_turn
 from tests.shared.reports import report_on
 

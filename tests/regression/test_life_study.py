@@ -13,7 +13,7 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock, Verdict
-from gapbeam.postprocess.report.sections.life_section import life_sections
+from gapbeam.postprocess.report.sections.curve_section import life_sections
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.faults import CaseError
 from gapbeam.studies.life.case_rates import CaseRates

@@ -68,9 +68,8 @@ errors = "none"
 """
 CHANGES = (
     (
-        "from gapbeam.solver.contact.laws.kelvin_voigt",
-        "from gapbeam.solver.contact.laws.made_up_spring import CubicStop\n"
-        "from gapbeam.solver.contact.laws.kelvin_voigt",
+        "from gapbeam.solver.contact.laws.law_choice",
+        "from gapbeam.solver.contact.laws.made_up_spring import CubicStop\nfrom gapbeam.solver.contact.laws.law_choice",
     ),
     ("PiecewiseLinear | ElasticPlastic,", "PiecewiseLinear | ElasticPlastic | CubicStop,"),
 )

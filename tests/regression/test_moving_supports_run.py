@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.postprocess.figures.orbits_figure import rooms_at_probes, shifts_at_probes
+from gapbeam.postprocess.figures.motion_figures import rooms_at_probes, shifts_at_probes
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.solver.case.case_writer import case_to_toml

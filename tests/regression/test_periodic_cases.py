@@ -16,7 +16,7 @@ from mpi4py import MPI
 from PIL import Image
 
 import gapbeam
-from gapbeam.postprocess.figures.response_curve import draw_response_curve
+from gapbeam.postprocess.figures.curve_figures import draw_response_curve
 from gapbeam.postprocess.plot import plot
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.solver.case.analysis_table import Periodic

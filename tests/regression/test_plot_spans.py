@@ -12,7 +12,7 @@ from PIL import Image
 from gapbeam.postprocess.plot import plot
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.postprocess.signals.power_density import power_density
+from gapbeam.postprocess.signals.shock_spectrum import power_density
 from gapbeam.postprocess.signals.signal import SignalError
 from gapbeam.solver.record_table import CASE_FILE
 from tests.shared.command import alone, called_in_turn

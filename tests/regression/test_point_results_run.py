@@ -12,7 +12,7 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.plot import DATA_FILE, FOLDER
-from gapbeam.postprocess.results.points_of_run import points_of
+from gapbeam.postprocess.results.columns_of_run import points_of
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.record_table import POINTS_FILE

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from gapbeam.postprocess.figures.energy_figure import draw_energy
+from gapbeam.postprocess.figures.motion_figures import draw_energy
 from gapbeam.postprocess.plot import plot
 from gapbeam.postprocess.results.results import open_results
 from gapbeam.postprocess.results_errors import OptionError

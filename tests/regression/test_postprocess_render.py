@@ -16,10 +16,10 @@ from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.postprocess.scene import film, offscreen
 from gapbeam.postprocess.scene.camera_window import Window, scale_of_support, scale_of_whole
 from gapbeam.postprocess.scene.motion_range import motion_of
+from gapbeam.postprocess.scene.plane_view import Shot, views_of
 from gapbeam.postprocess.scene.run_scene import Studio
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
-from gapbeam.postprocess.scene.view_choice import Shot, views_of
 from tests.unit.test_postprocess_synthetic import plane_beam, solid_beam, write_fields, write_results
 
 CLEARANCE = 1.07e-4

@@ -12,7 +12,8 @@ import gapbeam
 from benchmarks.predictions import both
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.models.model import build_model
-from gapbeam.studies.prediction import case_description, large_prediction, trial_prediction
+from gapbeam.studies.prediction import case_description, trial_prediction
+from gapbeam.studies.prediction import trial_prediction as large_prediction
 from gapbeam.studies.prediction.case_description import describe_case
 from gapbeam.studies.prediction.trial_prediction import predict
 from tests.shared.command import DEMO, alone, called, settings

@@ -12,11 +12,9 @@ import pytest
 from pypdf import PdfReader
 
 from gapbeam.commands.report import report
-from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, Verdict
-from gapbeam.postprocess.report.charts import Chart
-from gapbeam.postprocess.report.envelope import envelope, thinning_words
+from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, Verdict, number, percent
+from gapbeam.postprocess.report.charts import Chart, envelope, thinning_words
 from gapbeam.postprocess.report.html_page import html_of
-from gapbeam.postprocess.report.number_text import number, percent
 from gapbeam.postprocess.report.pdf_page import BrowserError
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.record_table import CURVE_FILE, HISTORY_FILE, SUMMARY_FILE

@@ -11,13 +11,12 @@ import pytest
 import gapbeam
 from gapbeam.commands.study_choice import report_kinds
 from gapbeam.postprocess.report.charts import Chart
+from gapbeam.postprocess.report.folder_report import span_report
 from gapbeam.postprocess.report.moving_scene import MovingScene
-from gapbeam.postprocess.report.span_report import span_report
-from gapbeam.postprocess.results.impacts_of_run import impacts_of
-from gapbeam.postprocess.results.span_of_run import span_of
+from gapbeam.postprocess.results.columns_of_run import impacts_of
+from gapbeam.postprocess.results.run_watch import span_of
 from gapbeam.postprocess.results_errors import OptionError
-from gapbeam.studies.report.span_statistics import statistics_of_span
-from gapbeam.studies.report.span_wear import wear_of_span
+from gapbeam.studies.report.span_statistics import statistics_of_span, wear_of_span
 from gapbeam.studies.report.write_report import write_report
 from tests.regression.test_random_statistics_run import CASE, KEYS
 from tests.regression.test_report_command import blocks_of, tables

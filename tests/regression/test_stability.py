@@ -14,8 +14,7 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import CaseError
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.trials.axes import Axis, read_axis
-from gapbeam.studies.trials.grid import run_grid, table
-from gapbeam.studies.trials.trial import try_case
+from gapbeam.studies.trials.trial import run_grid, table, try_case
 from tests.shared.command import DEMO, PROJECT, alone, called
 from tests.shared.models import beam_case
 

@@ -10,8 +10,7 @@ import pytest
 import gapbeam
 from gapbeam.studies.error_estimate.companion_marches import companion_motions
 from gapbeam.studies.error_estimate.companions import COARSER, HALF_STEP, Companion
-from gapbeam.studies.trials.kept_body import KeptBody
-from gapbeam.studies.trials.starts import seated
+from gapbeam.studies.trials.starts import KeptBody, seated
 from tests.shared.case_texts import assert_says
 from tests.shared.command import alone, called
 from tests.shared.interrupted import differing, run_in_parts

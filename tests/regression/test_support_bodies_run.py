@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 import gapbeam
-from gapbeam.postprocess.figures.orbits_figure import shifts_at_probes
+from gapbeam.postprocess.figures.motion_figures import shifts_at_probes
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.sections.contact_section import contact_section
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions

@@ -14,14 +14,14 @@ from PIL import Image
 
 import gapbeam
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.postprocess.signals.record_figures import figures_of_record
 from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.postprocess.signals.steady_figures import figures_of_record
 from gapbeam.postprocess.study_figures.response_census import census, census_words
 from gapbeam.postprocess.study_figures.sweep_branches import draw_branches
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import CaseError
-from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import march
+from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.system.semi_discrete import MASS, VALUE
 from gapbeam.studies.sweep.sweep_plan import Chain, Sweep, Task, chains_of, finished, point_file

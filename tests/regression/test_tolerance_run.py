@@ -11,11 +11,10 @@ from mpi4py import MPI
 import gapbeam
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.studies.tradeoff.fidelity_levels import Level
-from gapbeam.studies.tradeoff.level_errors import Judged, window_differences
+from gapbeam.studies.tradeoff.level_errors import Grounds, Judged, percent, window_differences
 from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
-from gapbeam.studies.tradeoff.promise import Grounds, percent
 from gapbeam.studies.tradeoff.run_promise import with_promise
-from gapbeam.studies.tradeoff.stored_tradeoff import Taken
+from gapbeam.studies.tradeoff.run_tradeoff import Taken
 from tests.shared.command import DEMO, alone, called, settings
 from tests.unit.test_tolerance import write_stored
 

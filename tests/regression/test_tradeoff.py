@@ -18,8 +18,12 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
 from gapbeam.studies.tradeoff.fidelity_levels import Level, plan_levels
 from gapbeam.studies.tradeoff.level_errors import (
+    WHOLE,
+    Grounds,
     Judged,
+    choice,
     differences,
+    doubts,
     front,
     judged,
     predictable_periods,
@@ -27,9 +31,7 @@ from gapbeam.studies.tradeoff.level_errors import (
     uncertainty,
 )
 from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel
-from gapbeam.studies.tradeoff.promise import WHOLE, Grounds, choice, doubts
-from gapbeam.studies.tradeoff.run_tradeoff import tradeoff_folder
-from gapbeam.studies.tradeoff.stored_tradeoff import stored_choice, study_key
+from gapbeam.studies.tradeoff.run_tradeoff import stored_choice, study_key, tradeoff_folder
 from gapbeam.studies.tradeoff.tradeoff_report import write_study
 from gapbeam.studies.tradeoff.tradeoff_study import overrides_as_mapping, run_study
 from tests.shared.command import PROJECT, alone, called, called_in_turn, settings

@@ -10,8 +10,8 @@ import pytest
 
 import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock
-from gapbeam.postprocess.report.sections.wear_section import wear_section
-from gapbeam.postprocess.results.wear_of_run import wear_of
+from gapbeam.postprocess.report.sections.contact_section import wear_section
+from gapbeam.postprocess.results.columns_of_run import wear_of
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.errors import UserError

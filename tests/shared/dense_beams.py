@@ -9,9 +9,8 @@ from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 
 
 def dense_beam(size: int = 8, points: int = 12, seed: int = 0, damping: float = 0.3) -> SemiDiscreteSystem:

@@ -12,15 +12,14 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.contact.formulations.circle_contact import circle_contact
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
 from gapbeam.solver.contact.laws.law_choice import Law
-from gapbeam.solver.contact.laws.shaped_law import shaped_law
+from gapbeam.solver.contact.laws.ramp_law import shaped_law
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 
 AROUND = 8  # points around a section, which a station stands for
 LAWS: TypeAdapter[Law] = TypeAdapter(Law)

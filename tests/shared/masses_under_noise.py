@@ -35,9 +35,8 @@ from gapbeam.solver.march.compiled.record_instants import instants_of
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Array, Interface
+from gapbeam.solver.system.operators import Array, Interface, Load
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 from tests.shared.rattlers import CONTACT_TIME, DAMPING, STIFFNESS, TEMPERATURE
 
 SETTLING = 8.0 / DAMPING  # s; what the start has left of the energy is exp(-8)

@@ -32,9 +32,8 @@ from gapbeam.solver.march.python.march import EffectiveOperators, March, begun
 from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 
 DAMPING = 0.2  # c / m, 1/s: the energy relaxes in 5 s
 TEMPERATURE = 1.0  # J; mass, spring and gap are 1 as well

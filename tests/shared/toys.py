@@ -16,9 +16,8 @@ from gapbeam.solver.march.python.march import EffectiveOperators, March, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 
 SCHEMES: dict[str, TimeScheme] = {
     **{name: scheme_of(name) for name in scheme_names() if name not in scheme_names("impulses")},

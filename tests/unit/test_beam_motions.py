@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 import gapbeam
-from gapbeam.solver.assembly.attached_motions import model_motions
+from gapbeam.solver.assembly.assembled_system import model_motions
 from gapbeam.solver.case.beam_motions import beam_motions, motions_in_words
 from gapbeam.solver.case.case import Case
 

@@ -10,7 +10,7 @@ from gapbeam.solver.case.case import Damping
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.integrators.scheme_choice import scheme_of
-from gapbeam.solver.loads.harmonic_force import HarmonicForce
+from gapbeam.solver.loads.point_load import HarmonicForce
 from tests.shared.case_texts import assert_says, faults_of, spoiled, written
 
 

@@ -13,7 +13,7 @@ from matplotlib.collections import PathCollection, QuadMesh
 from gapbeam.postprocess.figures.contact_map import draw_contact_map
 from gapbeam.postprocess.figures.figure_style import journal_style
 from gapbeam.postprocess.plot import DATA_FILE, FOLDER, plot
-from gapbeam.postprocess.results.points_of_run import PointMap, points_of
+from gapbeam.postprocess.results.columns_of_run import PointMap, points_of
 from gapbeam.postprocess.results_errors import ResultsError
 from gapbeam.solver.record_table import POINT_COLUMNS, POINTS_FILE, SUMMARY_FILE
 from tests.regression.test_postprocess_plot import sine_records

@@ -10,7 +10,7 @@ from hypothesis import given
 from hypothesis import strategies as some
 
 from gapbeam.postprocess.report.sections.curve_section import curve_section
-from gapbeam.postprocess.results.curve_parts import branch_parts, stable_parts
+from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
 
 POINTS = some.lists(
     some.tuples(some.sampled_from([True, False, None]), some.sampled_from(["", "", "fold"])), max_size=12

@@ -34,11 +34,20 @@ from gapbeam.studies.error_estimate.figure_errors import (
     RIGID_FACTOR,
     FigureError,
     figure_errors,
+    horizon_of,
     quantile_of_means,
+    repeats,
 )
-from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks, lost_in_steps
-from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
-from gapbeam.studies.error_estimate.key_figures import Averages, key_figures
+from gapbeam.studies.error_estimate.force_peaks import (
+    Averages,
+    Span,
+    contact_windows,
+    doubtful_peaks,
+    force_peaks,
+    key_figures,
+    lost_in_steps,
+    spans_of,
+)
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 from gapbeam.studies.error_estimate.run_errors import (
     RunErrors,
@@ -49,8 +58,7 @@ from gapbeam.studies.error_estimate.run_errors import (
     last_line,
     without_errors,
 )
-from gapbeam.studies.error_estimate.spans import Span, spans_of
-from gapbeam.studies.trials import kept_body
+from gapbeam.studies.trials import starts as kept_body
 from tests.shared.command import DEMO
 
 FREQUENCY, INTERVAL = 20.0, 1.0e-4

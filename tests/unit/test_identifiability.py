@@ -14,8 +14,7 @@ from gapbeam.studies.identification.identifiability import (
     spread_of,
 )
 from gapbeam.studies.identification.identification_tables import Search
-from gapbeam.studies.identification.misfit import BudgetSpentError
-from gapbeam.studies.identification.parameter_search import evolve, jacobian, polish, search
+from gapbeam.studies.identification.misfit import BudgetSpentError, evolve, jacobian, polish, search
 
 X = np.array([0.1, 0.7, 1.1, 1.9, 2.2, 3.1, 3.3, 4.2])
 Y = np.array([1.03, 1.42, 1.38, 2.13, 2.02, 2.71, 2.55, 3.21])

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.diagnostics.statistics.largest_of_map import largest_of_map
+from gapbeam.solver.diagnostics.statistics.batch_interval import largest_of_map
 
 BLOCKS, POINTS, DRAWS = 100, 30, 100
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.diagnostics.face_updates import (
+from gapbeam.solver.diagnostics.contact_episodes import (
     CLOSED,
     OPEN,
     RESOLVING_STEPS,

@@ -9,9 +9,14 @@ import pytest
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sizing.cell_length import GROWTH, CellLength
-from gapbeam.meshes.sizing.layers import LARGEST_RATIO, even_partition, structured_partition
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.sizing.mesh_size import (
+    GROWTH,
+    LARGEST_RATIO,
+    BeamSizing,
+    CellLength,
+    even_partition,
+    structured_partition,
+)
 
 LENGTH, THICKNESS, WIDTH, SUPPORT = 0.51, 0.012, 0.02, 0.05
 

@@ -11,14 +11,12 @@ from dolfinx.mesh import entities_to_geometry
 from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.beam_mesh import build_beam
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.distribution.slices import owners, slices
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.mesh_figures import describe
-from gapbeam.meshes.sizing.cell_length import GROWTH
-from gapbeam.meshes.sizing.mesh_size import BeamSizing, Cell
-from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.meshes.sizing.mesh_size import GROWTH, BeamSizing, Cell
+from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
 
 pytestmark = pytest.mark.versions
 

@@ -5,11 +5,9 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.loads.random_function import RandomSignal, filter_length, sample_rate
-from gapbeam.solver.loads.shared_noise import SharedNoise
+from gapbeam.solver.loads.random_function import RandomSignal, SharedNoise, filter_length, sample_rate
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.system_load import Load, factor_rows_of
+from gapbeam.solver.system.operators import Array, Load, factor_rows_of
 
 LOW = PowerSpectrum((5.0, 60.0), (1.0, 1.0))
 HIGH = PowerSpectrum((5.0, 80.0), (1.0, 2.0))

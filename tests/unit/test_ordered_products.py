@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import gapbeam
-from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.system.operators import row_product
 from gapbeam.studies.trials.response import respond
 from tests.shared.command import PROJECT
 

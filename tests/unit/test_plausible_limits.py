@@ -16,7 +16,7 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.modes.contact_modes import held_modes
-from gapbeam.solver.wording.compared_numbers import ROUND_OFF, apart, exceeds
+from gapbeam.solver.wording.short_words import ROUND_OFF, apart, exceeds
 from tests.shared.case_texts import BEAM
 
 PLANE = '[[support]]\nname = "a"\nfrom = 0.0\nto = 0.1\nclearance = 1e-4\n'

@@ -5,9 +5,8 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.diagnostics.statistics.block_ends import BlockEnds
-from gapbeam.solver.diagnostics.statistics.point_statistics import FEW, PointStatistics
-from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED
+from gapbeam.solver.diagnostics.statistics.block_means import BlockEnds
+from gapbeam.solver.diagnostics.statistics.run_statistics import FEW, SUMMED, PointStatistics
 
 INTERVAL, COUNT, POINTS = 1.0e-3, 5000, 3
 

@@ -11,8 +11,8 @@ import pytest
 from gapbeam.postprocess.report.blocks import TableBlock
 from gapbeam.postprocess.report.charts import Chart
 from gapbeam.postprocess.report.html_page import html_of
-from gapbeam.postprocess.report.sections.points_section import points_section
-from gapbeam.postprocess.results.points_of_run import points_of
+from gapbeam.postprocess.report.sections.statistics_section import points_section
+from gapbeam.postprocess.results.columns_of_run import points_of
 from tests.shared.reports import report_on
 from tests.unit.test_contact_map import AREA, map_of, ring, run_with
 

@@ -10,8 +10,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from gapbeam.postprocess.results.results import open_results
-from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning, probe_signal
-from gapbeam.postprocess.signals.signal_peaks import peaks, peaks_per_period
+from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning, peaks, peaks_per_period, probe_signal
 from gapbeam.postprocess.signals.smoothing import moving_average, resample, smooth
 from tests.unit.test_postprocess_synthetic import write_results
 

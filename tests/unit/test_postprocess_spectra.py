@@ -10,9 +10,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from gapbeam.postprocess.signals.harmonics import distortion, harmonics
 from gapbeam.postprocess.signals.signal import Signal, SignalError, SignalWarning
-from gapbeam.postprocess.signals.spectra import spectrum
+from gapbeam.postprocess.signals.spectra import distortion, harmonics, spectrum
 
 FORCING = 20.0
 # order: amplitude, phase

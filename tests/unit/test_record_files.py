@@ -12,8 +12,8 @@ import pytest
 from gapbeam.solver.case.checks.periodic_checks import TYPE
 from gapbeam.solver.case.reading.case_reader import read_case, warnings
 from gapbeam.solver.loads import record_file
-from gapbeam.solver.loads.record_checks import MOST_ROWS
 from gapbeam.solver.loads.record_file import read_record
+from gapbeam.solver.loads.recorded_load import MOST_ROWS
 from gapbeam.solver.models.time_step import frequency_of_interest
 from tests.shared.case_texts import GOOD, assert_says, faults_of, written
 

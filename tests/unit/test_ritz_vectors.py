@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 
-from gapbeam.solver.models.reduction.modal_basis import INDEPENDENT
-from gapbeam.solver.models.reduction.ritz_vectors import first_kept, unit_directions
+from gapbeam.solver.models.reduction.modal_basis import INDEPENDENT, first_kept, unit_directions
 
 SIZE, ROUND_OFF = 40, 2.0e-14  # products with a stiff K cancel
 

@@ -7,7 +7,7 @@ import pytest
 
 from gapbeam.postprocess.figures.room_in_support import room_of
 from gapbeam.postprocess.results.supports_of_run import RunFace
-from gapbeam.postprocess.scene.ring import inner_radii, outer_radius, ring_of
+from gapbeam.postprocess.scene.support_surface import inner_radii, outer_radius, ring_of
 
 CLEARANCE = 1.0e-4  # m
 HEXAGON = (0.0, 60.0, 120.0, 180.0, -120.0, -60.0)

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from gapbeam.postprocess.report.sections.scene_section import scene_of
-from gapbeam.postprocess.report.sections.still_scene import resting_beam, still_scene_of
+from gapbeam.postprocess.report.sections.scene_section import resting_beam, scene_of, still_scene_of
 from gapbeam.postprocess.results.results import open_results
 from tests.regression.test_postprocess_plot import sine_records
 from tests.unit.test_moving_scene import planar_run

@@ -7,9 +7,7 @@ import pytest
 
 from gapbeam.solver.case.placed_support import PlacedSupport
 from gapbeam.solver.supports.layout import Layout
-from gapbeam.solver.supports.regions.region import Placement
-from gapbeam.solver.supports.regions.slot import Slot
-from gapbeam.solver.supports.regions.stop import Stop
+from gapbeam.solver.supports.regions.region import Placement, Slot, Stop
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.supports.support_tables import BaseAndGland
 

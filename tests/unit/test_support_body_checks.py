@@ -11,9 +11,8 @@ import pytest
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.computed_defaults import contact_damping, lightest_supported
 from gapbeam.solver.case.reading.case_reader import read_case, read_case_text
-from gapbeam.solver.models.contact_scales import contact_duration
-from gapbeam.solver.models.time_step import frequency_of_interest
-from gapbeam.solver.supports.body_motions import body_motions, body_shifts
+from gapbeam.solver.models.time_step import contact_duration, frequency_of_interest
+from gapbeam.solver.supports.layout import body_motions, body_shifts
 from tests.shared.case_texts import BEAM, assert_says, faults_of, written
 
 GOOD = (

@@ -13,8 +13,13 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.faults import CaseError
-from gapbeam.solver.models.contact_scales import contact_duration
-from gapbeam.solver.models.time_step import frequency_of_interest, rounded_down, time_step, with_time_step
+from gapbeam.solver.models.time_step import (
+    contact_duration,
+    frequency_of_interest,
+    rounded_down,
+    time_step,
+    with_time_step,
+)
 from gapbeam.studies.trials.trial import try_case
 from tests.shared.command import DEMO, RATTLE, alone, called, settings
 from tests.shared.models import COARSE, GRAVITY, beam_case, beam_model

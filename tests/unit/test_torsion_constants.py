@@ -9,11 +9,8 @@ import pytest
 from scipy.sparse import csc_matrix, identity, kron
 from scipy.sparse.linalg import spsolve
 
-from gapbeam.solver.sections.box_section import BoxSection
-from gapbeam.solver.sections.i_section import ISection
-from gapbeam.solver.sections.rectangle import RectangularSection
-from gapbeam.solver.sections.round_section import RoundSection
-from gapbeam.solver.sections.tube_section import TubeSection
+from gapbeam.solver.sections.section_choice import BoxSection, ISection
+from gapbeam.solver.sections.simple_sections import RectangularSection, RoundSection, TubeSection
 from gapbeam.solver.sections.warping_function import torsion_of_blocks
 
 RECTANGLE = RectangularSection(type="rectangle")

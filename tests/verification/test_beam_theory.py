@@ -8,8 +8,7 @@ import pytest
 
 from benchmarks.roots import LIMIT, MODES, SPRINGS, compare
 from gapbeam.solver.beam_theory.frequency_roots import clamped_roots, free_roots, pinned_roots, roots, sliding_roots
-from gapbeam.solver.beam_theory.mode_shapes_of_theory import mode_shape
-from gapbeam.solver.beam_theory.spring_beam import SpringBeam
+from gapbeam.solver.beam_theory.spring_beam import SpringBeam, mode_shape
 
 INF = np.inf
 FAR = (0.0, 1e-12, 1e-3, 1.0, 1e3, 1e8, INF)

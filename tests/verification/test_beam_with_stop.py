@@ -16,9 +16,8 @@ import gapbeam
 from gapbeam.solver.contact.laws.contact_law import kelvin_voigt
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 from tests.shared.toys import SCHEMES, steps_of
 
 GAP, STOP, FORCE = 1.0e-4, 1.0e8, -1000.0

@@ -15,11 +15,10 @@ from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
-from gapbeam.solver.march.gathered_steps import MOST_STEPS, StepBlock
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
-from gapbeam.solver.march.step_blocks import Wanted, step_blocks_of
+from gapbeam.solver.march.step_blocks import MOST_STEPS, StepBlock, Wanted, step_blocks_of
 from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.snapshots import Snapshots
+from gapbeam.solver.system.semi_discrete import Snapshots
 from tests.shared.dense_beams import dense_beam, thrown_start
 
 STEPS, DT = 150, 1.0e-4

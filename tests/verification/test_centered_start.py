@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import gapbeam
 from gapbeam.solver.case.centered_pose import centered_pose
-from gapbeam.solver.supports.play import play_of
+from gapbeam.solver.supports.support_tables import play_of
 from tests.shared.case_texts import assert_says
 
 LENGTH, THICKNESS = 0.4, 0.02

@@ -19,7 +19,7 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.case.rigid_motion import NAMES
 from gapbeam.solver.contact.formulations.circle_contact import circle_contact
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
@@ -32,9 +32,8 @@ from gapbeam.solver.supports.regions.around_face import BoreFace
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
-from gapbeam.solver.system.operators import Array, Interface, RankOnes
+from gapbeam.solver.system.operators import Array, Interface, Load, RankOnes
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 from gapbeam.studies.trials.response import TrialResponse, respond
 from gapbeam.studies.trials.starts import seated
 from tests.verification.test_orbits_in_a_ring import (

@@ -14,7 +14,7 @@ import pytest
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.contact.laws.damper import DampedPoint, Damper
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, damping
-from gapbeam.solver.contact.laws.mixed_law import LawGroup, mixed_law
+from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.errors import NotConverged

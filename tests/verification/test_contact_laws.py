@@ -16,7 +16,7 @@ from scipy.integrate import solve_ivp
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, kelvin_voigt
 from gapbeam.solver.contact.laws.damper import Damper
-from gapbeam.solver.contact.laws.hunt_crossley import hunt_crossley_product, nearly_elastic_product
+from gapbeam.solver.contact.laws.law_choice import hunt_crossley_product, nearly_elastic_product
 from gapbeam.solver.contact.laws.springs import Spring, power
 from gapbeam.solver.march.python.march import EffectiveOperators, March, march
 from gapbeam.solver.system.accepted_step import Step

@@ -20,7 +20,7 @@ from hypothesis import strategies as st
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.contact.solve.slip_solve import solve_slip
 from gapbeam.solver.integrators.scheme_choice import scheme_of
@@ -28,9 +28,8 @@ from gapbeam.solver.integrators.time_scheme import TimeScheme
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 from tests.shared.toys import IMPLICIT, SCHEMES, ledger_of, steps_of
 
 MASS, PRESSED, MU = 2.0, 30.0, 0.3  # kg, N, no unit

@@ -12,7 +12,7 @@ import pytest
 import gapbeam
 from gapbeam.solver.contact.solve import friction_solve
 from gapbeam.solver.contact.solve.condensation import CondensedOperator
-from gapbeam.solver.contact.solve.slip_problem import Sliding
+from gapbeam.solver.contact.solve.friction_solve import Sliding
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
 from gapbeam.solver.diagnostics.step_counts import image_drift
 from gapbeam.solver.integrators.scheme_choice import scheme_of

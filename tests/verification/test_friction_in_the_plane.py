@@ -17,7 +17,7 @@ from scipy.sparse import csr_matrix
 
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.integrators.time_scheme import TimeScheme
@@ -25,9 +25,8 @@ from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Array, Interface
+from gapbeam.solver.system.operators import Array, Interface, Load
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 from tests.shared.toys import IMPLICIT, SCHEMES, steps_of
 
 MASS, SPRING, WEIGHT, MU = 1.0, 1.0e4, 10.0, 0.1  # kg, N/m, N, no unit

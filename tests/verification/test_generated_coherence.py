@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.report.blocks import TableBlock, Words
-from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
-from gapbeam.solver.loads.coherence.gaussian_coherence import GaussianCoherence
+from gapbeam.postprocess.report.sections.contact_section import random_loads_section
+from gapbeam.solver.loads.coherence.coherence_table import GaussianCoherence
 from gapbeam.solver.loads.generated_coherence import bandwidth, compared_coherence
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.report.blocks import TableBlock, Words
-from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
+from gapbeam.postprocess.report.sections.contact_section import random_loads_section
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
 

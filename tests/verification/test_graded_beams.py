@@ -13,7 +13,7 @@ from mpi4py import MPI
 from scipy.linalg import eigh
 
 import gapbeam
-from gapbeam.meshes.sizing.cell_length import CellLength
+from gapbeam.meshes.sizing.mesh_size import CellLength
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.element_spacing import graded_count, graded_places, longest_element
 from gapbeam.solver.case.model_table import SPACING_OF_WAVE, BeamModel

@@ -12,8 +12,7 @@ from scipy.stats import kstest, rayleigh
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.impact_list import MOST, ImpactList
-from gapbeam.solver.diagnostics.impacts import Impacts
-from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.march_diagnostics import Accounts, Impacts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march

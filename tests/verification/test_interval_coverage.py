@@ -9,14 +9,15 @@ from scipy.stats import norm
 
 from gapbeam.solver.diagnostics.statistics.batch_interval import (
     batch_means,
+    burn_in,
     interval_of_mean,
     interval_of_percentile,
+    kendall,
     standard_error,
     stopping_interval,
+    verdict_on,
 )
-from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockMeans
-from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time, effective_samples
-from gapbeam.solver.diagnostics.statistics.judgment import burn_in, kendall, verdict_on
+from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockMeans, correlation_time, effective_samples
 
 SEEDS = 300
 VALUES = 2000

@@ -142,7 +142,7 @@ def test_forces_balance_the_momentum_in_every_step(name: str) -> None:
 
 
 def _attached(model: Any) -> list[Any]:
-    from gapbeam.solver.assembly.attached_motions import attached_rows
+    from gapbeam.solver.assembly.assembled_system import attached_rows
 
     return attached_rows(model.case, model.body.patterns)
 

@@ -21,7 +21,7 @@ from gapbeam.solver.case.checks.case_warnings import warnings
 from gapbeam.solver.case.computed_defaults import Default, contact_damping
 from gapbeam.solver.case.reading.case_reader import case_to_toml, read_case
 from gapbeam.solver.contact.laws.contact_law import make_law
-from gapbeam.solver.contact.laws.kelvin_voigt import kelvin_voigt_ratio, kelvin_voigt_restitution
+from gapbeam.solver.contact.laws.law_choice import kelvin_voigt_ratio, kelvin_voigt_restitution
 from gapbeam.solver.models.model import build_model
 from tests.shared.case_texts import assert_says, faults_of, spoiled, written
 from tests.shared.models import COARSE, beam_case

@@ -9,8 +9,7 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from gapbeam.studies.life.limits import wear_to_limits
-from gapbeam.studies.life.worn_march import Array, Blocks, DepthRates, Worn, wear_down
+from gapbeam.studies.life.worn_march import Array, Blocks, DepthRates, Worn, wear_down, wear_to_limits
 
 LIMIT, GAP, FASTEST = 1.0e-4, 1.0e-4, 1.0e-12  # m, m, m/s
 Law = Callable[[Array], Array]

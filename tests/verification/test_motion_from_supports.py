@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import gapbeam
-from gapbeam.solver.diagnostics.support_line import support_line
+from gapbeam.solver.diagnostics.history_rows import support_line
 from gapbeam.solver.supports.support import Array
 from tests.verification.test_moving_supports import LENGTH, WEIGHT, motion, recorded, tables
 

@@ -10,8 +10,7 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.solver.diagnostics.contact_peaks import by_face
-from gapbeam.solver.diagnostics.point_contact import PointContact
+from gapbeam.solver.diagnostics.point_contact import PointContact, by_face
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.system.operators import Array

@@ -14,10 +14,9 @@ import gapbeam
 from gapbeam.meshes.sections.polygon_outline import PolygonOutline
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.models.model import build_model
-from gapbeam.solver.sections.box_section import BoxSection
-from gapbeam.solver.sections.i_section import ISection
 from gapbeam.solver.sections.polygon_section import PolygonSection
 from gapbeam.solver.sections.saint_venant import SaintVenantFigures, saint_venant
+from gapbeam.solver.sections.section_choice import BoxSection, ISection
 from gapbeam.solver.sections.section_table import solid_shear
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array

@@ -13,11 +13,13 @@ import pytest
 from mpi4py import MPI
 
 import gapbeam
-from gapbeam.solver.loads.coherence.double_integrals import joint_acceptance
-from gapbeam.solver.loads.coherence.exponential_coherence import ExponentialCoherence
-from gapbeam.solver.loads.coherence.full_coherence import FullCoherence
-from gapbeam.solver.loads.coherence.gaussian_coherence import GaussianCoherence
-from gapbeam.solver.loads.line_patterns import line_patterns
+from gapbeam.solver.loads.coherence.coherence_table import (
+    ExponentialCoherence,
+    FullCoherence,
+    GaussianCoherence,
+    joint_acceptance,
+)
+from gapbeam.solver.loads.generated_coherence import line_patterns
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model, build_model

@@ -15,9 +15,15 @@ from scipy.stats import chi2, kstest
 
 import gapbeam
 from gapbeam.postprocess.report.blocks import TableBlock, Words
-from gapbeam.postprocess.report.sections.random_loads_section import random_loads_section
-from gapbeam.solver.loads.counted_noise import noise_key, normal_block
-from gapbeam.solver.loads.random_function import RandomSignal, filter_length, filter_response, sample_rate
+from gapbeam.postprocess.report.sections.contact_section import random_loads_section
+from gapbeam.solver.loads.random_function import (
+    RandomSignal,
+    filter_length,
+    filter_response,
+    noise_key,
+    normal_block,
+    sample_rate,
+)
 from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.run.run_case import run_case

@@ -15,17 +15,15 @@ from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.scheme_choice import scheme_of
 from gapbeam.solver.march.python.march import EffectiveOperators, March
 from gapbeam.solver.periodic.floquet import FOLD, NEIMARK_SACKER, PERIOD_DOUBLING, STABLE, ordered
-from gapbeam.solver.periodic.marched_period_map import MarchedMap
+from gapbeam.solver.periodic.marched_period_map import MarchedMap, shoot_marched
 from gapbeam.solver.periodic.modal_period_map import ModalMap
-from gapbeam.solver.periodic.newton_krylov import shoot_marched
 from gapbeam.solver.periodic.shooting import shoot
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.supports.support_tables import BaseAndGland
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.modal_coordinates import modal_system
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem
-from gapbeam.solver.system.system_load import Load
 from tests.shared.toys import stopped_oscillator
 from tests.verification.test_periodic_orbit import HARMONICS, LARGEST_FORCE, MEAN, STATE
 

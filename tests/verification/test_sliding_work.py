@@ -13,7 +13,7 @@ from scipy.sparse import csr_matrix
 
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.scheme_choice import scheme_of
@@ -24,9 +24,8 @@ from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, 
 from gapbeam.solver.models.model import build_model
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
-from gapbeam.solver.system.system_load import Load
 from gapbeam.studies.trials.response import respond
 from gapbeam.studies.trials.starts import seated
 from tests.verification.test_orbits_in_a_ring import (

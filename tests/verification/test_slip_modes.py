@@ -11,7 +11,7 @@ from scipy.sparse import csr_matrix
 
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.contact.laws.damper import CoulombFriction
 from gapbeam.solver.contact.laws.springs import Spring
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST_STEPS
@@ -21,10 +21,9 @@ from gapbeam.solver.march.compiled.record_instants import instants_of
 from gapbeam.solver.march.python.march import EffectiveOperators, March, begun, march
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Array, Interface
+from gapbeam.solver.system.operators import Array, Interface, Load
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State, imaged
 from gapbeam.solver.system.slip_modes import SlipModes
-from gapbeam.solver.system.system_load import Load
 
 MASS, WALL, DT = 2.0, 8.0e6, 1.0e-5
 HALF = pi * sqrt(MASS / WALL)  # s: a bounce on the wall

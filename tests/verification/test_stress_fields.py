@@ -19,8 +19,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import FIELDS, FIELDS_FILE, STRESS_FIELDS
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of
 from gapbeam.solver.run.output.field_files import FieldWriter
-from gapbeam.solver.system.semi_discrete import VALUE, State
-from gapbeam.solver.system.snapshots import Snapshots
+from gapbeam.solver.system.semi_discrete import VALUE, Snapshots, State
 from tests.verification.test_stress_at_probes import LENGTH, MODELS, PLACE, THICKNESS, WEIGHT, model_of
 
 ASKED = {"output": {"stress": True}}

@@ -11,13 +11,12 @@ from scipy.sparse import csr_matrix
 
 import gapbeam
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.load_choice import load_direction
 from gapbeam.solver.models.support_bodies import with_support_bodies
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Interface
+from gapbeam.solver.system.operators import Interface, Load
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State
-from gapbeam.solver.system.system_load import Load
 from tests.verification.test_own_contact import GRAVITY, LENGTH, MASS, PLACES, THICKNESS, tables
 from tests.verification.test_support_bodies import SOFT_CONTACT, on_two
 

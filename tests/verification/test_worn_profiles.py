@@ -13,11 +13,9 @@ from scipy.optimize import brentq
 
 import gapbeam
 from gapbeam.solver.faults import CaseError
-from gapbeam.studies.life.case_rates import CaseRates
-from gapbeam.studies.life.limits import wear_to_limits
-from gapbeam.studies.life.point_rates import PointRates
+from gapbeam.studies.life.case_rates import CaseRates, PointRates
 from gapbeam.studies.life.profiles import of_faces
-from gapbeam.studies.life.worn_march import Array, Blocks, Worn
+from gapbeam.studies.life.worn_march import Array, Blocks, Worn, wear_to_limits
 
 LENGTH, WIDTH, MASS = 0.2, 0.02, 7850.0 * 0.2 * 0.01 * 0.02
 GRAVITY, STIFFNESS, COEFFICIENT = 1000.0, 1.0e9, 1.0e-13  # m/s^2, Pa/m, 1/Pa

@@ -13,9 +13,8 @@ from scipy.optimize import brentq
 import gapbeam
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
-from gapbeam.solver.contact.laws.elastic_plastic import ElasticPlastic
-from gapbeam.solver.contact.laws.piecewise_linear import PiecewiseLinear
-from gapbeam.solver.contact.laws.shaped_law import shaped_law
+from gapbeam.solver.contact.laws.law_tables import ElasticPlastic, PiecewiseLinear
+from gapbeam.solver.contact.laws.ramp_law import shaped_law
 from tests.shared.interrupted import differing, run_in_parts
 from tests.shared.toys import SCHEMES, ledger_of, start, steps_of, stopped_oscillator
 from tests.verification.test_own_contact import AREA, LENGTH, MASS, stops, tables

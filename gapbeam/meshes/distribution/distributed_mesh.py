@@ -7,9 +7,9 @@ import numpy.typing as npt
 from dolfinx.mesh import Mesh, MeshTags
 from mpi4py import MPI
 
+from gapbeam.meshes.beam_geometry import ENDS
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.distribution.slices import slices
-from gapbeam.meshes.group_names import ENDS
 from gapbeam.meshes.versions.gmsh_reader import read_model
 
 

@@ -13,7 +13,7 @@ import numpy as np
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.delaunay_refinement import Indices, Triangulation
 from gapbeam.meshes.sections.polygon_outline import PolygonOutline
-from gapbeam.meshes.sections.section_curve import Array
+from gapbeam.meshes.sections.section_patches import Array
 
 SAMPLES = 60  # places from each end of a side at which its wanted length is looked up, closer and closer to the end
 NEAREST = 1.0e-9  # of the length of a side: the first of them

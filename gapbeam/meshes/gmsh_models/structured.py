@@ -1,17 +1,68 @@
-"""Layers of quadrilaterals or hexahedra, drawn in gmsh by extrusion."""
+"""Layers of quadrilaterals or hexahedra, drawn in gmsh by extrusion.
+
+The physical groups of a gmsh model that gapbeam drew.
+
+Extrusion over layers in gmsh: points to edges, edges to faces, faces to bodies.
+
+Hexahedra of a cross-section of patches, drawn in gmsh by extrusion along the beam.
+
+What layers of the largest cross-section of a beam with steps hold beside its material.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterator, Sequence
 from itertools import pairwise
 
 import gmsh
 import numpy as np
 
-from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.gmsh_models.layered_extrusion import Entities, extrude_beam, extruded
-from gapbeam.meshes.sizing.cell_length import CellLength
-from gapbeam.meshes.sizing.layers import Positions, even_partition, structured_partition
-from gapbeam.meshes.sizing.mesh_size import BeamSizing
+from gapbeam.meshes.beam_geometry import BODY, BeamGeometry, BeamStep, groups_of
+from gapbeam.meshes.mesh_errors import MeshError
+from gapbeam.meshes.sections.section_patches import SectionPatches, Side
+from gapbeam.meshes.sizing.mesh_size import BeamSizing, CellLength, Positions, even_partition, structured_partition
+
+Entities = list[tuple[int, int]]
+
+COHERENCE = "Geometry.AutoCoherence"
+
+
+def extruded(entities: Entities, axis: int, positions: Positions) -> tuple[Entities, Entities]:
+    """Extrude entities of one dimension over layers; returns their copies at the far end, and what lies in between."""
+    reach = positions[-1] - positions[0]
+    heights = (positions[1:] - positions[0]) / reach
+    heights[-1] = 1.0
+    direction = [0.0, 0.0, 0.0]
+    direction[axis] = float(reach)
+    made = gmsh.model.geo.extrude(
+        entities, *direction, numElements=[1] * len(heights), heights=heights.tolist(), recombine=True
+    )
+    between = entities[0][0] + 1
+    pairs = [(before, after) for before, after in pairwise(made) if after[0] == between]  # behind its copy
+    return [copy for copy, _ in pairs], [body for _, body in pairs]
+
+
+def extrude_beam(section: Entities, along: Positions, edges: Sequence[float], unit: float) -> list[Entities]:
+    """Extrude a section at x = 0 over the layers of a beam, one body between two edges.
+
+    Args:
+        section: Its entities.
+        along: Layer boundaries along x, in m.
+        edges: Those of them where bodies end, in m.
+        unit: What one unit of the gmsh model stands for, in m.
+
+    Returns:
+        The bodies between each two edges, in the order of the section.
+    """
+    bodies = []
+    gmsh.option.setNumber(COHERENCE, 0)  # after each body, it would go through all bodies before
+    ends = [int(np.searchsorted(along, edge)) for edge in edges]
+    for first, last in pairwise((0, *ends, len(along) - 1)):
+        section, made = extruded(section, 0, along[first : last + 1] / unit)
+        bodies.append(made)
+    gmsh.model.geo.removeAllDuplicates()
+    gmsh.option.setNumber(COHERENCE, 1)
+    return bodies
 
 
 def beam_layers(geometry: BeamGeometry, sizing: BeamSizing) -> list[Positions]:
@@ -71,3 +122,147 @@ def _sides(section: Entities, axis: int, geometry: BeamGeometry, positions: Posi
         section, made = extruded(section, axis, positions[first : last + 1] / unit)
         found += made
     return found
+
+
+_BODY_TAG = 1
+_NEAR = 1.0e-6
+
+
+def name_faces(geometry: BeamGeometry, unit: float) -> None:
+    """Add the physical groups to the current gmsh model.
+
+    Args:
+        geometry: The beam that was drawn, in m.
+        unit: What one unit of the gmsh model stands for, in m.
+    """
+    dimension = geometry.dimension
+    groups = groups_of(geometry)
+    entities: dict[str, list[int]] = {name: [] for name in groups}
+    for _, tag in gmsh.model.getEntities(dimension - 1):
+        box = gmsh.model.getBoundingBox(dimension - 1, tag)
+        for name in _faces_at(geometry, unit, box):
+            entities[name].append(tag)
+    gmsh.model.addPhysicalGroup(dimension, [tag for _, tag in gmsh.model.getEntities(dimension)], _BODY_TAG, BODY)
+    for name, tags in entities.items():
+        gmsh.model.addPhysicalGroup(dimension - 1, tags, groups[name], name)
+
+
+def check_faces(dimension: int) -> None:
+    """Make sure that gmsh meshed the body and every face: reading an empty group would leave ranks waiting.
+
+    Raises:
+        MeshError: a group has no elements.
+    """
+    for dim, tag in gmsh.model.getPhysicalGroups():
+        entities = gmsh.model.getEntitiesForPhysicalGroup(dim, tag)
+        if not any(len(tags) for entity in entities for tags in gmsh.model.mesh.getElements(dim, entity)[1]):
+            name = gmsh.model.getPhysicalName(dim, tag)
+            raise MeshError(f"mesh of dimension {dimension}", found=f"no elements in {name}", expected="some")
+
+
+def _faces_at(geometry: BeamGeometry, unit: float, box: tuple[float, ...]) -> list[str]:
+    """The faces that a plane piece with this bounding box belongs to."""
+    low, high = box[:3], box[3:]
+    bending = geometry.dimension - 1
+
+    def lies_at(axis: int, value: float) -> bool:
+        return all(abs(side[axis] - value / unit) < _NEAR for side in (low, high))
+
+    if lies_at(0, 0.0):
+        return ["end"]
+    if lies_at(0, geometry.length):
+        return ["tip"]
+    here = geometry.at(0.5 * (low[0] + high[0]) * unit)
+    if here.section is None:
+        below, above = (lies_at(bending, side * here.thickness) for side in (-0.5, 0.5))
+    else:
+        side = _side_of(here.section, unit, (*low[1:], *high[1:]))
+        below, above = side == "below", side == "above"
+    return [
+        span.name
+        for span in geometry.spans
+        if (below or above if span.around else below if span.below else above)
+        and span.start / unit - _NEAR <= low[0]
+        and high[0] <= span.end / unit + _NEAR
+    ]
+
+
+def _side_of(section: SectionPatches, unit: float, box: tuple[float, ...]) -> Side:
+    """The side of the curve from which a surface with these smallest and largest y and z was extruded."""
+    for curve in section.curves:
+        lows, highs = (tuple(map(pick, curve.start, curve.end)) for pick in (min, max))
+        if all(abs(found - here / unit) < _NEAR for found, here in zip(box, (*lows, *highs), strict=True)):
+            return curve.side
+    return "inside"
+
+
+def draw_section(patches: SectionPatches, along: Positions, edges: Sequence[float], unit: float) -> list[Entities]:
+    """Draw the section at x = 0 and extrude it over the layers, in the current gmsh model.
+
+    Args:
+        patches: The section, in m.
+        along: Layer boundaries along x, in m.
+        edges: Those of them between which the beam is one volume a patch, in m.
+        unit: What one unit of the gmsh model stands for, in m.
+
+    Returns:
+        The volumes between each two edges, in the order of the patches.
+    """
+    model = gmsh.model.geo
+    points = {place: model.addPoint(0.0, place[0] / unit, place[1] / unit) for place in patches.points}
+    center = model.addPoint(0.0, 0.0, 0.0) if patches.curved else 0
+    curves = []
+    for curve in patches.curves:
+        start, end = points[curve.start], points[curve.end]
+        curves.append(model.addCircleArc(start, center, end) if curve.arc else model.addLine(start, end))
+        model.mesh.setTransfiniteCurve(curves[-1], curve.cells + 1)
+    surfaces = []
+    for patch in patches.patches:
+        loop = model.addCurveLoop([-curves[number] if backward else curves[number] for number, backward in patch])
+        surfaces.append((2, model.addPlaneSurface([loop])))
+        model.mesh.setTransfiniteSurface(surfaces[-1][1])
+        model.mesh.setRecombine(*surfaces[-1])
+    volumes = extrude_beam(surfaces, along, edges, unit)
+    if center:
+        model.remove([(0, center)])
+    model.synchronize()
+    return volumes
+
+
+def beside_sections(geometry: BeamGeometry, volumes: list[Entities]) -> Entities:
+    """Return the volumes that are not of the material.
+
+    Args:
+        geometry: The beam.
+        volumes: Those between each two edges, in the order of the patches of its section.
+    """
+    return [
+        volume
+        for step, found in _by_step(geometry, volumes)
+        for volume, filled in zip(found, step.filled, strict=True)
+        if not filled
+    ]
+
+
+def beside_slice(geometry: BeamGeometry, surfaces: list[Entities], across: Positions) -> Entities:
+    """Return the surfaces of a slice that are not of the material.
+
+    Args:
+        geometry: The beam.
+        surfaces: Those between each two edges, in the order of the bands of the slice.
+        across: Boundaries of the layers across the slice, m.
+    """
+    return [
+        surface
+        for step, found in _by_step(geometry, surfaces)
+        for surface, (low, high) in zip(found, bands(geometry, across), strict=True)
+        if abs(low + high) > step.thickness
+    ]
+
+
+def _by_step(geometry: BeamGeometry, bodies: list[Entities]) -> Iterator[tuple[BeamStep, Entities]]:
+    """Yield the part of the beam that bodies between two edges belong to, with these; nothing without steps."""
+    ends = pairwise((0.0, *geometry.edges, geometry.length))
+    for (start, end), found in zip(ends, bodies, strict=True):
+        if geometry.steps:
+            yield geometry.at(0.5 * (start + end)), found

@@ -10,8 +10,7 @@ import gmsh
 import numpy as np
 
 from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.sizing.cell_length import CellLength
-from gapbeam.meshes.sizing.layers import structured_partition
+from gapbeam.meshes.sizing.mesh_size import CellLength, structured_partition
 
 
 def draw_unstructured(geometry: BeamGeometry, cell_length: CellLength, unit: float) -> None:

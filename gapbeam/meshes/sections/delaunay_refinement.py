@@ -14,7 +14,7 @@ import numpy.typing as npt
 
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.polygon_outline import BoolArray
-from gapbeam.meshes.sections.section_curve import Array
+from gapbeam.meshes.sections.section_patches import Array
 
 Indices = npt.NDArray[np.int64]
 ROUNDS = 200

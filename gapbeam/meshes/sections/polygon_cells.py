@@ -16,8 +16,15 @@ import numpy as np
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.sections.delaunay_refinement import Indices, edges_of, refined_delaunay
 from gapbeam.meshes.sections.polygon_outline import SAME, BoolArray, PolygonOutline
-from gapbeam.meshes.sections.section_curve import Array, Place, SectionCurve, Side
-from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches, patches_of
+from gapbeam.meshes.sections.section_patches import (
+    Array,
+    Place,
+    SectionCurve,
+    SectionPatches,
+    Side,
+    grid_patches,
+    patches_of,
+)
 
 SLACK = 0.05  # of a cell
 JOINED = 0.4  # least sine of the corners of a quadrilateral that two triangles make

@@ -1,4 +1,7 @@
-"""A cross-section as patches with four sides each, from which layers of hexahedra are extruded."""
+"""A cross-section as patches with four sides each, from which layers of hexahedra are extruded.
+
+The curves that bound the patches of a cross-section: straight lines and arcs.
+"""
 
 from __future__ import annotations
 
@@ -6,8 +9,34 @@ from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from itertools import pairwise, product
+from typing import Literal
 
-from gapbeam.meshes.sections.section_curve import Place, SectionCurve, Side
+import numpy as np
+import numpy.typing as npt
+
+Array = npt.NDArray[np.float64]
+Place = tuple[float, float]
+Side = Literal["inside", "below", "above"]
+
+
+@dataclass(frozen=True)
+class SectionCurve:
+    """A line, or an arc of less than half a turn about the axis of the beam, from one point to another.
+
+    Attributes:
+        start: y and z of the first point, m.
+        end: Those of the last one, m.
+        cells: Number of cells along it.
+        arc: Whether it is an arc about y = z = 0.
+        side: Whether supports below or above the beam can touch it; "inside": neither of them.
+    """
+
+    start: Place
+    end: Place
+    cells: int
+    arc: bool = False
+    side: Side = "inside"
+
 
 CELLS_THROUGH = 4
 """Default number of structured cells through the thickness and across the width."""

@@ -8,8 +8,15 @@ from dataclasses import replace
 from itertools import pairwise, product
 
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.sections.section_curve import Place, SectionCurve, Side
-from gapbeam.meshes.sections.section_patches import QUADRANTS, SectionPatches, grid_patches, patches_of
+from gapbeam.meshes.sections.section_patches import (
+    QUADRANTS,
+    Place,
+    SectionCurve,
+    SectionPatches,
+    Side,
+    grid_patches,
+    patches_of,
+)
 
 SAME = 1.0e-9  # of the size of a section: lines this close to each other are one
 CLOSE = 1.0e-4  # of the size of a section: lines are not closer than this, or cells between them would be slivers

@@ -7,9 +7,9 @@ import numpy as np
 from scipy.sparse import coo_array
 from scipy.sparse.csgraph import connected_components
 
-from gapbeam.meshes.group_names import BODY
+from gapbeam.meshes.beam_geometry import BODY
 from gapbeam.meshes.mesh_errors import MeshError
-from gapbeam.meshes.user_mesh.cell_types import CELL_TYPES, Facets, Nodes
+from gapbeam.meshes.user_mesh.frame_check import CELL_TYPES, Facets, Nodes
 
 
 def check_elements(where: str, dimension: int, groups: dict[str, int]) -> tuple[dict[str, Nodes], Facets]:

@@ -6,8 +6,7 @@ import difflib
 
 import gmsh
 
-from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.group_names import BODY, ENDS, contact_faces
+from gapbeam.meshes.beam_geometry import BODY, ENDS, BeamGeometry, contact_faces
 from gapbeam.meshes.mesh_errors import MeshError
 
 _KINDS = {0: "points", 1: "curves", 2: "surfaces", 3: "volumes"}

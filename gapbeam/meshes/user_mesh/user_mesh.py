@@ -8,11 +8,10 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from gapbeam.meshes.beam_geometry import BeamGeometry
+from gapbeam.meshes.beam_geometry import BODY, BeamGeometry
 from gapbeam.meshes.distribution.distributed_mesh import mesh_from_gmsh
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.gmsh_models.gmsh_session import gmsh_errors, gmsh_session
-from gapbeam.meshes.group_names import BODY
 from gapbeam.meshes.mesh_errors import MeshError
 from gapbeam.meshes.section_figures import mean_section
 from gapbeam.meshes.tagged_mesh import TaggedMesh
@@ -65,7 +64,7 @@ def _load(path: Path, geometry: BeamGeometry) -> dict[str, int]:
     import gmsh
 
     from gapbeam.meshes.user_mesh.element_check import check_elements
-    from gapbeam.meshes.user_mesh.facing_check import check_facing
+    from gapbeam.meshes.user_mesh.frame_check import check_facing
     from gapbeam.meshes.user_mesh.group_check import check_groups
     from gapbeam.meshes.user_mesh.msh_file import load_msh
     from gapbeam.meshes.user_mesh.surface_check import check_surface

@@ -8,8 +8,8 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.results.repeated_period import motion_of
 from gapbeam.postprocess.results.results import Results
+from gapbeam.postprocess.results.run_watch import motion_of
 from gapbeam.postprocess.signals.period_windows import FEWEST
 from gapbeam.postprocess.signals.periodicity import last_periods
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal

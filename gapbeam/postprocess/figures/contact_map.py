@@ -15,7 +15,7 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.figures.figure_style import DOUBLE, GRAY, face_style, letter, panels
-from gapbeam.postprocess.results.points_of_run import PointMap
+from gapbeam.postprocess.results.columns_of_run import PointMap
 
 _HEIGHT = 2.3  # inches of a row
 _DIGITS = 9  # of places that count as one
@@ -37,7 +37,7 @@ def draw_contact_map(points: Mapping[str, PointMap]) -> Figure:
 
     Args:
         points: Of the faces of one support, by name, at least one; see
-            `gapbeam.postprocess.results.points_of_run.points_of`.
+            `gapbeam.postprocess.results.columns_of_run.points_of`.
     """
     around = {face: one for face, one in points.items() if one.around}
     planes = {face: one for face, one in points.items() if not one.around}

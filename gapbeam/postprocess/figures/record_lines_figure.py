@@ -1,4 +1,7 @@
-"""Figures with a line for each column of a record: shock response spectra, and cycles beyond a range."""
+"""Figures with a line for each column of a record: shock response spectra, and cycles beyond a range.
+
+Figure: power spectral densities of a record, with the interval that its length leaves.
+"""
 
 from __future__ import annotations
 
@@ -6,9 +9,9 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.figures.figure_style import COLORS, panels
+from gapbeam.postprocess.figures.figure_style import COLORS, GRAY, panels
 from gapbeam.postprocess.signals.cycle_counts import CycleCounts
-from gapbeam.postprocess.signals.shock_spectrum import ShockSpectrum
+from gapbeam.postprocess.signals.shock_spectrum import CONFIDENCE, PowerDensity, ShockSpectrum
 
 _STYLES = ("-", "--", ":", "-.")
 
@@ -44,3 +47,34 @@ def draw_cycles(found: CycleCounts) -> Figure:
 def _line(number: int) -> dict[str, object]:
     style = _STYLES[number // len(COLORS) % len(_STYLES)]
     return {"color": COLORS[number % len(COLORS)], "linestyle": style, "linewidth": 0.9}
+
+
+_DECADES = 9.0
+
+
+def draw_power_density(found: PowerDensity) -> Figure:
+    """Draw density over frequency, both logarithmic, a line for each probe, face or component.
+
+    Args:
+        found: With at least one column.
+    """
+    unit, factor = shown(found.unit)
+    figure, ((panel,),) = panels(1, 1, height=3.0)
+    top = 0.0
+    for number, (label, density) in enumerate(found.densities.items()):
+        values = factor * factor * density
+        top = max(top, float(values.max()))
+        style = _STYLES[number // len(COLORS) % len(_STYLES)]
+        color = COLORS[number % len(COLORS)]
+        panel.loglog(found.frequency, np.maximum(values, 1e-300), color=color, ls=style, lw=0.9, label=label)
+    panel.set_ylim(max(panel.get_ylim()[0], 10.0**-_DECADES * top), 3.0 * top)
+    panel.set_xlabel("frequency (Hz)")
+    square = f"({unit})²" if "/" in unit else f"{unit}²" if unit != "1" else "1"
+    panel.set_ylabel(f"density of {found.record.replace('_', ' ')} ({square}/Hz)")
+    panel.set_xlim(found.frequency[0], found.frequency[-1])
+    low, high = panel.get_ylim()
+    middle, place = low * (high / low) ** 0.15, found.frequency[0] * (found.frequency[-1] / found.frequency[0]) ** 0.03
+    spans = [[middle * (1.0 - found.least)], [middle * (found.most - 1.0)]]
+    panel.errorbar([place], [middle], spans, color=GRAY, capsize=2.0, lw=0.9, label=f"{CONFIDENCE:.0%} of any value")
+    figure.legend(*panel.get_legend_handles_labels(), loc="outside upper center", ncols=4)
+    return figure

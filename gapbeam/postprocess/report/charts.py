@@ -1,9 +1,16 @@
-"""The charts of reports: curves over axes, with choices, and surfaces."""
+"""The charts of reports: curves over axes, with choices, and surfaces.
+
+Long records drawn with few points that hide nothing: the smallest and the largest value of every interval.
+
+Numbers as a page holds them: bytes in base64, a few times shorter than digits.
+"""
 
 from __future__ import annotations
 
+import base64
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Literal
 
 import numpy as np
@@ -132,3 +139,56 @@ class Surface:
         expected = (len(self.across), len(self.along))
         if np.shape(self.heights) != expected:
             raise BlockError(f"{self.caption}: heights of shape {np.shape(self.heights)}; expected {expected}")
+
+
+MOST = 1600  # points of a curve: twice as many as a figure has pixels
+
+
+def envelope(x: FloatArray, y: FloatArray, most: int = MOST) -> tuple[FloatArray, FloatArray]:
+    """Return the smallest and the largest value of each of `most`/2 intervals of a record, in their order.
+
+    A record that is short enough is returned as it is. Every peak is drawn at its height; what is lost is what happens
+    between them within an interval.
+
+    Args:
+        x: (n,), increasing.
+        y: (n,).
+        most: Points to return at most, at least 2.
+
+    Returns:
+        Both, with at most `most` entries.
+    """
+    if x.size <= most:
+        return x, y
+    edges = np.linspace(0, x.size, most // 2 + 1).astype(int)
+    kept = []
+    for start, stop in pairwise(edges):
+        part = y[start:stop]
+        kept += sorted({start + int(np.argmin(part)), start + int(np.argmax(part))})
+    return x[kept], y[kept]
+
+
+def thinning_words(size: int, most: int = MOST) -> str:
+    """Return what a caption says of a record of a size; nothing where all of it is drawn."""
+    if size <= most:
+        return ""
+    return f" Of every {round(2 * size / most)} values the smallest and the largest are drawn."
+
+
+SHORTEST = 32767  # largest number of 16 bits
+
+
+def packed(values: np.ndarray) -> dict[str, str]:
+    """Return numbers as 32 bits each, row by row, as plotly packs them too: `dtype` and `bdata`."""
+    return {"dtype": "f4", "bdata": _text(np.asarray(values, dtype="<f4"))}
+
+
+def packed_shorts(values: np.ndarray) -> dict[str, str | float]:
+    """Return numbers as 16 bits each, to 1/32767 of the largest, which times `unit` are the numbers."""
+    largest = float(np.abs(values).max(initial=0.0)) or 1.0
+    steps = np.round(np.asarray(values, dtype=float) / largest * SHORTEST)
+    return {"dtype": "i2", "bdata": _text(steps.astype("<i2")), "unit": largest / SHORTEST}
+
+
+def _text(values: np.ndarray) -> str:
+    return base64.b64encode(np.ascontiguousarray(values).tobytes()).decode("ascii")

@@ -12,11 +12,10 @@ from pathlib import Path
 from jinja2 import Environment, StrictUndefined
 from markupsafe import Markup
 
-from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock
+from gapbeam.postprocess.report.blocks import Block, Report, ReportSection, TableBlock, cell, percent
 from gapbeam.postprocess.report.charts import Chart, Surface
 from gapbeam.postprocess.report.markdown_text import inline, paragraphs
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, scene_values
-from gapbeam.postprocess.report.number_text import cell, percent
 from gapbeam.postprocess.report.plotly_figures import chart_figure, surface_figure
 from gapbeam.postprocess.report.surface_picture import surface_picture
 from gapbeam.postprocess.results.bounded_files import read_plain

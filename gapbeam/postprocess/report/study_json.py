@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
-from gapbeam.postprocess.results.bounded_json import read_json
+from gapbeam.postprocess.results.bounded_files import read_json
 from gapbeam.postprocess.results_errors import ResultsError
 
 _REMEDY = "repeat the study that wrote it"

@@ -1,4 +1,15 @@
-"""The tables of a run beside its history, as columns: contact points, wear, impacts."""
+"""The tables of a run beside its history, as columns: contact points, wear, impacts.
+
+What the contact points of a run have met, from points.csv.
+
+Means of values of contact points over those at one place along the beam, or in one direction.
+
+Where the faces of a run wear, from wear.csv.
+
+Rows of numbers by face, as runs write them: one line a row, the face first.
+
+The impacts of a run, from impacts.csv.
+"""
 
 from __future__ import annotations
 
@@ -8,8 +19,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gapbeam.postprocess.results.face_rows import rows_by_face
-from gapbeam.postprocess.results_errors import OptionError
+from gapbeam.postprocess.results_errors import OptionError, ResultsError
 from gapbeam.solver.record_table import (
     IMPACT_COLUMNS,
     IMPACTS_FILE,
@@ -18,6 +28,121 @@ from gapbeam.solver.record_table import (
     WEAR_COLUMNS,
     WEAR_FILE,
 )
+
+_DIGITS = 9  # of places that count as one
+
+
+def means_by_place(places: np.ndarray, sums: np.ndarray, areas: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the different places, ascending, and the sum per area of the points at each.
+
+    Args:
+        places: Of the points, (m,), m or degrees.
+        sums: What each point has, (m,).
+        areas: That belong to them, (m,), m^2.
+    """
+    found, owners = np.unique(np.round(places, _DIGITS), return_inverse=True)
+    return found, np.bincount(owners, sums) / np.bincount(owners, areas)
+
+
+LARGEST = 200_000_000  # bytes, more than a run writes
+
+
+def rows_by_face(path: Path, columns: int, contents: str, may_lack: int = 0) -> dict[str, np.ndarray]:
+    """Return the rows of each face, (k, columns); empty where the file is not there, as in runs of earlier releases.
+
+    Args:
+        path: Of the file.
+        columns: Behind the face.
+        contents: What the file should hold, for messages.
+        may_lack: How many of the last cells may be empty, which are read as not-a-number.
+
+    Raises:
+        ResultsError: The file cannot be read.
+    """
+    if not path.is_file():
+        return {}
+    found: dict[str, list[list[float]]] = {}
+    try:
+        if path.stat().st_size > LARGEST:
+            raise ValueError(f"{path.stat().st_size} bytes")
+        for line in path.read_text(encoding="utf-8").splitlines()[1:]:
+            face, *cells = line.split(",")
+            if len(cells) != columns:
+                raise ValueError(f"the line {line[:80]!r}")
+            cells[columns - may_lack :] = [cell or "nan" for cell in cells[columns - may_lack :]]
+            found.setdefault(face, []).append([float(cell) for cell in cells])
+        rows = {face: np.array(lines) for face, lines in found.items()}
+        if not all(np.all(np.isfinite(one[:, : columns - may_lack])) for one in rows.values()):
+            raise ValueError("numbers that are not finite")
+    except (OSError, ValueError) as fault:
+        raise ResultsError(path, str(fault)[:200], contents, "repeat the run") from fault
+    return rows
+
+
+_MAY_LACK = 2  # impulse and first touch
+
+
+@dataclass(frozen=True)
+class PointMap:
+    """The contact points of a face, at the instants of the history records.
+
+    Attributes:
+        x: Places along the beam, (m,), m.
+        angle: Directions of the walls, degrees from straight down, positive toward +y, (m,).
+        area: That belongs to each point, (m,), m^2.
+        share: Share of time in contact, (m,).
+        deepest: Largest penetration, (m,), m; negative: the smallest gap.
+        impulse: Part of the impulse of the face, (m,), N s; not a number where it is not known.
+        first_touch: Time of the first record in contact, (m,), s; not a number: there is none.
+    """
+
+    x: np.ndarray
+    angle: np.ndarray
+    area: np.ndarray
+    share: np.ndarray
+    deepest: np.ndarray
+    impulse: np.ndarray
+    first_touch: np.ndarray
+
+    @property
+    def around(self) -> bool:
+        """Whether the face is met in several directions."""
+        return bool(np.ptp(self.angle) > 0.0)
+
+    @property
+    def pressed(self) -> np.ndarray:
+        """Impulse per area, (m,), N s/m^2."""
+        return np.asarray(self.impulse / self.area)
+
+    def along(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return places along the beam, m, and the mean of values of the points at each of them, by area."""
+        return means_by_place(self.x, values * self.area, self.area)
+
+    def turned(self, values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return directions, degrees, and the mean of values of the points in each of them, by area."""
+        return means_by_place(self.angle, values * self.area, self.area)
+
+    @property
+    def touched(self) -> bool:
+        """Whether a point was in contact at some record."""
+        return bool(np.any(np.isfinite(self.first_touch)))
+
+
+def points_of(folder: Path) -> dict[str, PointMap]:
+    """Return the points of each face; empty for runs without `output.points`, and of earlier releases.
+
+    Raises:
+        ResultsError: The file cannot be read.
+    """
+    names = list(POINT_COLUMNS)
+    rows = rows_by_face(folder / POINTS_FILE, len(names), "results of contact points, one a line", _MAY_LACK)
+    found = {}
+    for face, lines in rows.items():
+        columns = dict(zip(names, lines.T, strict=True))
+        kept = ("x", "angle", "area", "contact share", "deepest", "impulse", "first touch")
+        found[face] = PointMap(*(columns[name] for name in kept))
+    return found
+
 
 HISTORY_TABLE = "history"
 
@@ -102,3 +227,83 @@ def columns_of_table(folder: Path, name: str) -> list[Column]:
         for (title, unit), values in zip(table.columns.items(), numbers.T, strict=True)
     ]
     return [Column(("face",), "1", faces), *behind]
+
+
+@dataclass(frozen=True)
+class WearMap:
+    """What wears at the contact points of a face.
+
+    Attributes:
+        x: Places along the beam, (m,), m.
+        angle: Directions of the walls, degrees from straight down, positive toward +y, (m,).
+        area: That belongs to each point, (m,), m^2.
+        rate: Work rate of each point, (m,), W.
+        depth_rate: Of each point by itself, (m,), m/s; None: no coefficient is known.
+        settled: Work rate of each point behind the burn-in with the ends of its 95 % interval, (m, 3), W; None: the run
+            has no statistics.
+    """
+
+    x: np.ndarray
+    angle: np.ndarray
+    area: np.ndarray
+    rate: np.ndarray
+    depth_rate: np.ndarray | None
+    settled: np.ndarray | None = None
+
+    @property
+    def around(self) -> bool:
+        """Whether the face is met in several directions."""
+        return bool(np.ptp(self.angle) > 0.0)
+
+    @property
+    def density(self) -> np.ndarray:
+        """Work rate per area, (m,), W/m^2."""
+        return np.asarray(self.rate / self.area)
+
+    @property
+    def unevenness(self) -> float:
+        """The largest work rate per area over that of the whole face; 0 where nothing slides."""
+        mean = float(self.rate.sum() / self.area.sum())
+        return float(self.density.max()) / mean if mean > 0.0 else 0.0
+
+    def along(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return places along the beam, m, and the work rate per area of all points there, W/m^2."""
+        return means_by_place(self.x, self.rate, self.area)
+
+    def turned(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return directions, degrees, and the work rate per area of all points in each, W/m^2."""
+        return means_by_place(self.angle, self.rate, self.area)
+
+
+def wear_of(folder: Path) -> dict[str, WearMap]:
+    """Return the map of each face; empty for runs without [wear], and of earlier releases.
+
+    Raises:
+        ResultsError: The file cannot be read.
+    """
+    names = list(WEAR_COLUMNS)
+    rows = rows_by_face(folder / WEAR_FILE, len(names), "work at contact points, one a line", may_lack=4)
+    maps = {}
+    for face, found in rows.items():
+        columns = dict(zip(names, found.T, strict=True))
+        depth_rate = columns["depth rate"]
+        known = None if np.any(np.isnan(depth_rate)) else depth_rate
+        ends = np.column_stack([columns[name] for name in ("settled rate", "low", "high")])
+        settled = None if np.any(np.isnan(ends)) else ends
+        maps[face] = WearMap(columns["x"], columns["angle"], columns["area"], columns["work rate"], known, settled)
+    return maps
+
+
+_COLUMNS = 5  # closing time, approach speed, impulse, duration, stands for
+
+
+def impacts_of(folder: Path) -> dict[str, np.ndarray]:
+    """Return the impacts of each face that met any: (k, 5).
+
+    The columns are closing time, s, approach speed, m/s, impulse, N s, duration, s, and how many impacts a row stands
+    for. Empty for runs of earlier releases.
+
+    Raises:
+        ResultsError: The file cannot be read.
+    """
+    return rows_by_face(folder / IMPACTS_FILE, _COLUMNS, "impacts, one a line")

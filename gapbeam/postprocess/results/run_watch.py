@@ -1,4 +1,9 @@
-"""How far a run is, from what it leaves in its folder while it goes on; nothing is written, locked or held open."""
+"""How far a run is, from what it leaves in its folder while it goes on; nothing is written, locked or held open.
+
+Runs that computed one period of a periodic response: their records, going round as often as it takes.
+
+A span of time of a run: its records from one time to another, instead of all.
+"""
 
 from __future__ import annotations
 
@@ -8,15 +13,22 @@ import time
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cached_property
+from math import ceil
 from pathlib import Path
 from typing import Any, Literal
 
-from gapbeam.postprocess.results.bounded_files import read_plain
-from gapbeam.postprocess.results.bounded_json import read_json
+import numpy as np
+import xarray as xr
+
+from gapbeam.postprocess.results.bounded_files import read_json, read_plain
+from gapbeam.postprocess.results.chosen_records import chosen_records
+from gapbeam.postprocess.results.columns_of_run import impacts_of
 from gapbeam.postprocess.results.damaged_files import printable
-from gapbeam.postprocess.results.results import open_results
-from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.solver.record_table import LOCK_FILE, LOG_FILE, PROGRESS_FILE, SUMMARY_FILE
+from gapbeam.postprocess.results.results import Results, open_results
+from gapbeam.postprocess.results_errors import OptionError, ResultsError
+from gapbeam.postprocess.signals.impact_tables import in_span
+from gapbeam.solver.record_table import HISTORY, LOCK_FILE, LOG_FILE, PROGRESS_FILE, SUMMARY_FILE
 
 TAIL = 65536  # bytes of the log that are looked at
 BEGUN = 20.0  # s after which a run that holds its folder has a summary
@@ -132,3 +144,103 @@ def _log_lines(path: Path) -> tuple[str, str]:
         doubts = [words for _, _, level, words in said if level in ("WARNING", "ERROR")]
         return printable(doubts[-1]) if doubts else "", printable(said[-1][3]) if said else ""
     return "", ""
+
+
+ENOUGH = 16.0  # forcing periods
+
+
+def is_periodic(results: Results) -> bool:
+    """Return whether a run found a periodic response, so that its records are one period of it."""
+    return results.status == "completed" and (results.case.get("analysis") or {}).get("type") == "periodic"
+
+
+def motion_of(results: Results, frequency: float | None) -> xr.Dataset:
+    """Return the records of a run; of a computed periodic response as they repeat.
+
+    Args:
+        results: Of any run.
+        frequency: Of the forcing, Hz.
+
+    Raises:
+        ResultsError: The results cannot be read.
+    """
+    if frequency is None or not is_periodic(results):
+        return results.history
+    return repeated(results.history, frequency)
+
+
+def repeated(history: xr.Dataset, frequency: float) -> xr.Dataset:
+    """Return the records of whole cycles, first and last the same state, going on for 16 forcing periods at least.
+
+    Impulse, work and losses since the start go on growing.
+    """
+    time = np.asarray(history["time"].values, dtype=float)
+    span = float(time[-1] - time[0])
+    rounds = ceil(ENOUGH / max(span * frequency, 1.0))
+    running = {record.name for record in HISTORY if "since t = 0" in record.meaning}
+    first = history.isel(time=slice(0, 1))
+    parts = []
+    for turn in range(rounds):
+        part = history.isel(time=slice(1, None))
+        part = part.assign_coords(time=time[1:] + turn * span)
+        for name in running & set(map(str, part.data_vars)):
+            grown = history[name].isel(time=-1, drop=True) - history[name].isel(time=0, drop=True)
+            part[name] = part[name] + turn * grown
+        parts.append(part)
+    return xr.concat([first, *parts], dim="time")
+
+
+@dataclass(frozen=True)
+class SpanOfRun(Results):
+    """The records of a run in a span of time; whatever else it left is that of the whole run.
+
+    Attributes:
+        begin: First time, s; None: from the start.
+        end: Last time, s; None: to the end.
+    """
+
+    begin: float | None = None
+    end: float | None = None
+
+    @cached_property
+    def whole_history(self) -> xr.Dataset:
+        """All records of the run."""
+        return open_results(self.folder).history
+
+    @cached_property
+    def history(self) -> xr.Dataset:
+        """The records in the span."""
+        return chosen_records(self.whole_history, (), self.begin, self.end)
+
+    @property
+    def times(self) -> tuple[float, float]:
+        """Times of the first and the last record, s."""
+        return float(self.history["time"][0]), float(self.history["time"][-1])
+
+    @property
+    def impacts(self) -> dict[str, np.ndarray]:
+        """Impacts that began in the span, by face, as `impacts_of` has them."""
+        return in_span(impacts_of(self.folder), *self.times)
+
+
+def span_of(folder: Path, begin: float | None, end: float | None) -> SpanOfRun:
+    """Return a span of a run.
+
+    Args:
+        folder: Its results folder.
+        begin: First time, s; None: from the start.
+        end: Last time, s; None: to the end.
+
+    Raises:
+        ResultsError: The results cannot be read.
+        OptionError: A span with fewer than two records, or a run that computed one period of its response.
+    """
+    found = SpanOfRun(open_results(folder).folder, begin, end)
+    if is_periodic(found):
+        raise OptionError("the run computed one period of its response: no span of time can be chosen from it")
+    if found.history.sizes["time"] < 2:
+        raise OptionError(
+            f"there is one record only, at {found.times[0]:g} s, in the span of time asked for; expected two at least; "
+            "choose a longer span"
+        )
+    return found

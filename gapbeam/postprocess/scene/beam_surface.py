@@ -10,7 +10,7 @@ import numpy as np
 import pyvista as pv
 from vtkmodules.vtkFiltersGeometry import vtkDataSetSurfaceFilter
 
-from gapbeam.postprocess.scene.facing_facets import MeshedBody, facing
+from gapbeam.postprocess.scene.set_up import MeshedBody, facing
 from gapbeam.postprocess.scene.support_surface import SupportBoxes
 
 COLORED = "colored by"

@@ -15,8 +15,7 @@ from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.scene.beam_surface import COLORED, BeamSurface
 from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.motion_range import shown_displacement
-from gapbeam.postprocess.scene.ring import ring_of
-from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes
+from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes, ring_of
 from gapbeam.postprocess.scene.surface_color import ABOVE, BEAM, BELOW, CELLS, EDGE, REST, SurfaceColor
 
 _ANGLE = 10.0

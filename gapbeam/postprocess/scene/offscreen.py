@@ -1,10 +1,14 @@
-"""Off-screen drawing: finds out how this machine can draw without a window, before VTK is asked to."""
+"""Off-screen drawing: finds out how this machine can draw without a window, before VTK is asked to.
+
+Labels in rows: each goes to the first row where it covers no other one.
+"""
 
 from __future__ import annotations
 
 import os
 import subprocess
 import sys
+from collections.abc import Sequence
 from functools import cache
 
 CHOICE = "VTK_DEFAULT_OPENGL_WINDOW"
@@ -73,3 +77,25 @@ def _candidates() -> list[str]:
     chosen = os.environ.get(CHOICE, "")
     own = [""] if sys.platform != "linux" or os.environ.get("DISPLAY") else []
     return list(dict.fromkeys([*([chosen] if chosen else []), *WITHOUT_SCREEN, *own]))
+
+
+def rows_of(spans: Sequence[tuple[float, float]], most: int, apart: float) -> list[int | None]:
+    """Return the row of each label, 0 being nearest; None: no row has room for it.
+
+    Args:
+        spans: Where labels begin and end.
+        most: Rows.
+        apart: Room between two labels of a row.
+    """
+    rows: list[list[tuple[float, float]]] = [[] for _ in range(most)]
+    found = list[int | None]()
+    for first, last in spans:
+        free = (
+            number
+            for number, row in enumerate(rows)
+            if all(last + apart <= begin or first >= end + apart for begin, end in row)
+        )
+        found.append(next(free, None))
+        if found[-1] is not None:
+            rows[found[-1]].append((first, last))
+    return found

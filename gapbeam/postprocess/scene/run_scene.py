@@ -22,11 +22,11 @@ from gapbeam.postprocess.scene.camera_window import (
 from gapbeam.postprocess.scene.caption import caption_of
 from gapbeam.postprocess.scene.carrying_section import carrying_section
 from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of, shown_displacement
+from gapbeam.postprocess.scene.plane_view import Shot, views_of
 from gapbeam.postprocess.scene.sheet import ZOOM, Sheet, pixels, whole_place
 from gapbeam.postprocess.scene.support_surface import support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from gapbeam.postprocess.scene.traces import loudest_face, traces_of
-from gapbeam.postprocess.scene.view_choice import Shot, views_of
 
 Scale = Literal["auto"] | float
 

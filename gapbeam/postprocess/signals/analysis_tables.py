@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.signals.harmonics import HarmonicLine, distortion
 from gapbeam.postprocess.signals.probe_analysis import Analysis, SignalAnalysis
+from gapbeam.postprocess.signals.spectra import HarmonicLine, distortion
 
 
 def as_text(analysis: Analysis, title: str = "") -> str:

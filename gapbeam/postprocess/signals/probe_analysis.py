@@ -10,7 +10,6 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.results.results import Results
-from gapbeam.postprocess.signals.harmonics import HarmonicLine, harmonics
 from gapbeam.postprocess.signals.periodicity import (
     TOLERANCE,
     Periodicity,
@@ -19,16 +18,19 @@ from gapbeam.postprocess.signals.periodicity import (
     poincare_section,
 )
 from gapbeam.postprocess.signals.signal import (
+    PeriodPeaks,
     Signal,
     SignalError,
+    SignalPeaks,
     SignalWarning,
     component_name,
+    peaks,
+    peaks_per_period,
     probe_name,
     probe_signal,
 )
-from gapbeam.postprocess.signals.signal_peaks import PeriodPeaks, SignalPeaks, peaks, peaks_per_period
 from gapbeam.postprocess.signals.smoothing import POINTS, Sampling, smooth, smooth_over, window_of
-from gapbeam.postprocess.signals.spectra import Spectrum, Window, default_periods, spectrum
+from gapbeam.postprocess.signals.spectra import HarmonicLine, Spectrum, Window, default_periods, harmonics, spectrum
 
 Acceleration = Literal["absolute", "relative"]
 

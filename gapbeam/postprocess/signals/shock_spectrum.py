@@ -6,6 +6,14 @@ from rest, over the record. The filters are exact for a that is linear between i
 in place of a the pseudo spectrum is the static force of the same deflection.
 
 Source: Smallwood, Shock Vib. Bull. 51 (1981) 279; ISO 18431-4, equations of the relative displacement.
+
+Power spectral densities of records by Welch's method, with the interval that the length of the record leaves.
+
+The record is cut into windows that overlap by half and are weighted by Hann's; the squares of their transforms, without
+their means, are averaged. Densities are one-sided: their integral over frequency is the mean square. The mean of K
+windows is taken as chi-squared with 2 K / (1 + (1 - 1/K) / 18) degrees of freedom, as neighbors share a little.
+
+Source: Welch, IEEE Trans. Audio Electroacoust. 15 (1967); Percival and Walden, Spectral Analysis (1993), chapter 6.
 """
 
 from __future__ import annotations
@@ -15,11 +23,12 @@ from math import cos, exp, pi, sin, sqrt
 
 import numpy as np
 import xarray as xr
-from scipy.signal import lfilter
+from scipy.signal import lfilter, welch
+from scipy.stats import chi2
 
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.signals.record_columns import record_columns
-from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.postprocess.signals.signal import INTERVAL_MEANS, SignalError
 
 DAMPING = 0.05  # of critical: Q = 10
 PER_OCTAVE = 12
@@ -132,3 +141,115 @@ def shock_data(found: ShockSpectrum) -> dict[str, object]:
         "frequency": found.frequency.tolist(),
         "responses": {f"{label} {kind}".strip(): one.tolist() for (kind, label), one in found.responses.items()},
     }
+
+
+WINDOWS = 16  # in the record where no resolution is given
+LEAST = 8  # values in a window
+CONFIDENCE = 0.95
+
+
+@dataclass(frozen=True)
+class PowerDensity:
+    """The densities of a record, one for each of its probes, faces and components.
+
+    Attributes:
+        record: Its name.
+        unit: SI unit of the record; that of the densities is its square over Hz.
+        frequency: (k,), Hz, from one over the length of a window to half the sampling rate.
+        densities: (k,) by the labels of the column, without those that do not change.
+        rms: Of each column, about its mean, in the unit.
+        windows: How many were averaged.
+        least: Factor on a density to the lower end of its 95 % interval.
+        most: Factor to the upper end.
+        notes: What to read with care.
+    """
+
+    record: str
+    unit: str
+    frequency: np.ndarray
+    densities: dict[str, np.ndarray]
+    rms: dict[str, float]
+    windows: int
+    least: float
+    most: float
+    notes: tuple[str, ...] = ()
+
+    @property
+    def resolution(self) -> float:
+        """Spacing of the frequencies, Hz."""
+        return float(self.frequency[0])
+
+
+def power_density(history: xr.Dataset, record: str, resolution: float | None = None) -> PowerDensity:
+    """Return the power spectral densities of a record.
+
+    Args:
+        history: That holds the record, evenly spaced but for a last interval of other length.
+        record: Its name.
+        resolution: One over the length of a window, Hz; None: so that there are 16 windows.
+
+    Raises:
+        SignalError: Too short a record, for the resolution or at all; values that are not finite, or unevenly spaced.
+    """
+    columns = record_columns(history, record)
+    notes = []
+    if record in INTERVAL_MEANS:
+        notes.append(f"{record} is the mean over a record interval h: it takes (sin(pi f h) / (pi f h))^2 of its power")
+    first = next(iter(columns.values()))
+    time, unit = first.time, first.unit
+    interval = first.interval
+    size = _window_size(record, time.size, interval, resolution)
+    moving = {label: one.values for label, one in columns.items() if np.ptp(one.values) > 0.0}
+    if not moving:
+        raise SignalError(f"{record}: no value changes, there is no power to find")
+    found = {label: welch(one, 1.0 / interval, "hann", size, size // 2)[1][1:] for label, one in moving.items()}
+    windows = (time.size - size // 2) // (size - size // 2)
+    freedom = 2.0 * windows / (1.0 + (1.0 - 1.0 / windows) / 18.0)
+    least, most = (float(freedom / chi2.ppf(0.5 + 0.5 * sign * CONFIDENCE, freedom)) for sign in (1.0, -1.0))
+    frequency = np.fft.rfftfreq(size, interval)[1:]
+    rms = {label: float(np.std(one)) for label, one in moving.items()}
+    return PowerDensity(record, unit, frequency, found, rms, windows, least, most, tuple(notes))
+
+
+def density_rows(found: PowerDensity) -> list[str]:
+    """Return lines of text: rms and the strongest frequency of every column."""
+    rows = [
+        f"Power density of {found.record}, ({found.unit})^2/Hz: {found.windows} windows, every {found.resolution:.4g} "
+        f"Hz, {CONFIDENCE:.0%} between {found.least:.3g} and {found.most:.3g} of each value",
+        f"  {'':32}{'rms':>12}{'largest':>12}{'at Hz':>10}",
+    ]
+    for label, density in found.densities.items():
+        top = int(np.argmax(density))
+        rows.append(f"  {label:32}{found.rms[label]:12.5g}{density[top]:12.5g}{found.frequency[top]:10.5g}")
+    return [*rows, *(f"  {note}" for note in found.notes)]
+
+
+def density_data(found: PowerDensity) -> dict[str, object]:
+    """Return the densities as plain data."""
+    return {
+        "unit": found.unit,
+        "windows": found.windows,
+        "confidence": CONFIDENCE,
+        "least_factor": found.least,
+        "most_factor": found.most,
+        "frequency": found.frequency.tolist(),
+        "columns": {
+            label: {"rms": found.rms[label], "density": density.tolist()} for label, density in found.densities.items()
+        },
+        "notes": list(found.notes),
+    }
+
+
+def _window_size(record: str, count: int, interval: float, resolution: float | None) -> int:
+    size = 2 * (count // (WINDOWS + 1)) if resolution is None else round(1.0 / (resolution * interval))
+    if resolution is not None and size > count:
+        raise SignalError(
+            f"{record}: a resolution of {resolution:g} Hz takes {1.0 / resolution:.4g} s, and the record has "
+            f"{count * interval:.4g} s; at least {1.0 / (count * interval):.4g} Hz is possible"
+        )
+    if size < LEAST:
+        words = (
+            "too few" if resolution is None else f"a resolution of {resolution:g} Hz leaves {size} in a window, too few"
+        )
+        raise SignalError(f"{record}: {count} values; {words} for a power density, which takes {LEAST} in a window")
+    return size

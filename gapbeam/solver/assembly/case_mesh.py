@@ -7,14 +7,12 @@ from pathlib import Path
 import numpy as np
 from mpi4py import MPI
 
-from gapbeam.meshes.beam_geometry import BeamGeometry
-from gapbeam.meshes.beam_mesh import build_beam
-from gapbeam.meshes.beam_step import BeamStep
+from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep
 from gapbeam.meshes.contact_span import ContactSpan
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches
 from gapbeam.meshes.sections.shared_patches import shared_patches
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
-from gapbeam.meshes.tagged_mesh import TaggedMesh
+from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh
 from gapbeam.solver.case.case import Case
 

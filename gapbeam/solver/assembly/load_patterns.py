@@ -14,12 +14,11 @@ from typing import assert_never
 
 import numpy as np
 
-from gapbeam.solver.assembly.attached_motions import attached_motions
+from gapbeam.solver.assembly.assembled_system import attached_motions
 from gapbeam.solver.assembly.point_rows import PointRow
 from gapbeam.solver.assembly.section_rows import MotionRow, SectionRows, row_at
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.load_choice import Load, load_direction
 from gapbeam.solver.loads.load_parts import LoadPart, patterned
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.system.operators import Array, Operators

@@ -15,9 +15,8 @@ import numpy as np
 from gapbeam.solver.assembly.point_rows import PointRow, point_row
 from gapbeam.solver.assembly.section_cut import SectionCut, SectionCutter
 from gapbeam.solver.attachments.mean_motion import DISPLACEMENTS, MeanMotion
-from gapbeam.solver.loads.load_directions import axis_point
-from gapbeam.solver.system.operators import Array, Indices, Operators
-from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.loads.load_choice import axis_point
+from gapbeam.solver.system.operators import Array, Indices, Operators, row_product
 
 CENTERED = 1.0e-9  # of the radius of gyration: a centroid this near to the axis lies on it
 

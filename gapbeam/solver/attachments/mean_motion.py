@@ -14,6 +14,8 @@ from its centroid moves by small rotations with it, phi the twist:
     axial:     u - d_z theta - d_y psi
     lateral:   v + d_x psi - d_z phi
     vertical:  w + d_x theta + d_y phi
+
+What joints and masses add to the mean motions of cross-sections.
 """
 
 from __future__ import annotations
@@ -24,6 +26,7 @@ from typing import Literal
 
 import numpy as np
 
+from gapbeam.solver.loads.attachment import Attachment
 from gapbeam.solver.system.operators import Array
 
 MotionName = Literal["axial", "vertical", "lateral", "rotation", "lateral_rotation", "twist"]
@@ -114,3 +117,24 @@ class MeanMotion:
         arm[0] = -arm[1:] @ first
         found[0] = -arm / squares
         return found
+
+
+@dataclass(frozen=True)
+class Attached:
+    """A mass, a spring and a damper on one motion of a cross-section, or a hold that lets it have none.
+
+    Attributes:
+        motion: The motion.
+        attachment: Mass in kg or kg m^2, spring and damper to the frame of the supports; zeros for a hold.
+        held: Whether the section does not move so at all.
+        driven: Mass that gravity and the motion of the frame act on; None: the mass that is attached.
+        spread: Whether it is a part of something along the beam, which calls for no static shape of its own in a basis.
+        restrains: Whether nothing else may hold the body so: a mesh takes the spring into its stiffness.
+    """
+
+    motion: MeanMotion
+    attachment: Attachment
+    held: bool = False
+    driven: float | None = None
+    spread: bool = False
+    restrains: bool = False

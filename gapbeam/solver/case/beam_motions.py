@@ -11,17 +11,14 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Literal, Protocol
 
-from gapbeam.solver.attachments.attached import Attached
-from gapbeam.solver.attachments.joint_table import Joint
-from gapbeam.solver.attachments.mass_table import PointMass
-from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, MotionName
+from gapbeam.solver.attachments.attachment_tables import Joint, PointMass
+from gapbeam.solver.attachments.mean_motion import IN_PLANE, OUT_OF_PLANE, Attached, MotionName
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Case, Mesh
 from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.case.model_table import BeamModel, BeamMotion
 from gapbeam.solver.case.symmetry import moves_in_space
-from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.loads.load_directions import axis_point
+from gapbeam.solver.loads.load_choice import Load, axis_point
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import AnySupports
 

@@ -13,9 +13,7 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from gapbeam.solver.attachments.fluid_table import PlacedFluid
-from gapbeam.solver.attachments.joint_table import JointChoice
-from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.attachments.attachment_tables import JointChoice, PlacedFluid, PointMass
 from gapbeam.solver.case.analysis_table import Analysis, Transient
 from gapbeam.solver.case.beam_profile import BeamProfile
 from gapbeam.solver.case.beam_table import Beam as Beam

@@ -16,8 +16,7 @@ from collections.abc import Iterator, Sequence
 from gapbeam.solver.case.rigid_motion import RigidMotion
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
-from gapbeam.solver.supports.play import Play, play_of
-from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
+from gapbeam.solver.supports.support_tables import AnySupports, OneSupport, Play, play_of
 
 TOUCHES = 1.0e-9  # of the clearance or the play: round-off
 

@@ -6,11 +6,9 @@ from typing import Annotated, Literal
 
 from pydantic import BeforeValidator, Field
 
-from gapbeam.solver.contact.formulations.formulation_choice import Formulation
-from gapbeam.solver.contact.formulations.penalty import Penalty
+from gapbeam.solver.contact.formulations.formulation_choice import Formulation, Penalty
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
-from gapbeam.solver.contact.laws.kelvin_voigt import KelvinVoigt
-from gapbeam.solver.contact.laws.law_choice import Law
+from gapbeam.solver.contact.laws.law_choice import KelvinVoigt, Law
 from gapbeam.solver.table import NonNegative, Number, Positive, Table, Whole, named
 
 

@@ -14,7 +14,7 @@ from math import ceil
 import numpy as np
 from numpy.typing import NDArray
 
-from gapbeam.meshes.sizing.cell_length import CellLength
+from gapbeam.meshes.sizing.mesh_size import CellLength
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import bending_words, overhang_frequency
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 
 SHARE = 0.05  # of a period: 2.5 ms at 20 Hz, as Li et al. (2013), section 4.2, smooth
 

@@ -7,7 +7,7 @@ from typing import Protocol
 
 from gapbeam.solver.case.beam_table import Beam
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.wording.compared_numbers import apart
+from gapbeam.solver.wording.short_words import apart
 
 ROUNDING = 1.0e-12  # of the length of the beam
 

@@ -14,7 +14,7 @@ from __future__ import annotations
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default
 from gapbeam.solver.case.model_table import BeamModel, RigidModel
-from gapbeam.solver.sections.rectangle import RectangularSection
+from gapbeam.solver.sections.simple_sections import RectangularSection
 
 FACES = 2  # that squeeze a section
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 
-from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.attachments.attachment_tables import PointMass
 from gapbeam.solver.attachments.mean_motion import SIDEWAYS
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Case

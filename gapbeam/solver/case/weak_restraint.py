@@ -20,7 +20,7 @@ from math import inf, pi
 
 import numpy as np
 
-from gapbeam.solver.attachments.joint_table import bending_rank, holds_motion
+from gapbeam.solver.attachments.attachment_tables import bending_rank, holds_motion
 from gapbeam.solver.attachments.mean_motion import SIDEWAYS
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import Default, overhang_frequency, support_reaction

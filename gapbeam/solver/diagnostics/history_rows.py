@@ -1,4 +1,13 @@
-"""From instants of a march to records of the history."""
+"""From instants of a march to records of the history.
+
+The straight line that follows the supports: what motion relative to supports that move is counted from.
+
+    r(x, t) = sum_k (w_k(t) - w_k(0)) L_k(x),    u_rel = u - r
+
+L_k(x) is the line of least squares, at x, through the middles of all supports and joints, where the support that the
+motion w_k moves is displaced by a unit along its direction and all others are at rest. Supports that move alike give
+r = w; a support alone gives r = w, too. A body without inertia that touches two supports follows r.
+"""
 
 from __future__ import annotations
 
@@ -9,25 +18,58 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from gapbeam.solver.assembly.attached_motions import model_motions
+from gapbeam.solver.assembly.assembled_system import model_motions
 from gapbeam.solver.attachments.mean_motion import MeanMotion
+from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseWatch
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.output_instants import Instants, instant_of
 from gapbeam.solver.diagnostics.point_contact import PointContact
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
-from gapbeam.solver.diagnostics.support_line import support_line, supports_move
-from gapbeam.solver.loads.load_directions import axis_point
+from gapbeam.solver.loads.load_choice import axis_point, load_direction
+from gapbeam.solver.loads.places import SupportWalls
+from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.record_table import COMPONENTS, SLIP_MODES, TANGENTS
-from gapbeam.solver.supports.body_motions import BodyMotion, body_motions
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.reactions import Reactions
+from gapbeam.solver.supports.layout import BodyMotion, body_motions
+from gapbeam.solver.system.operators import Array, Load, Reactions
 from gapbeam.solver.system.semi_discrete import State
-from gapbeam.solver.system.system_load import Load
 
 if TYPE_CHECKING:
     from gapbeam.solver.models.model import Model
+NEAR = 1.0e-9  # of the length of the beam: supports at one place
+
+
+def supports_move(case: Case) -> bool:
+    """Return whether a load moves a support, beyond the change of a clearance."""
+    return any(isinstance(load.place, SupportWalls) and not load.place.opens for load in case.load)
+
+
+def support_line(case: Case, places: Sequence[float]) -> Array:
+    """Return L, by how much a unit of each motion of walls moves the line at places along the beam, (k, places, d).
+
+    Args:
+        case: The case, whose loads are in the order of its motions of walls; d is the dimension of its mesh.
+        places: x, m.
+    """
+    supports, dimension = case.layout.supports, case.mesh.dimension
+    x = np.array([*(0.5 * (one.start + one.end) for one in supports), *(joint.point for joint in case.joint)])
+    length = case.beam.length
+    degree = 1 if np.ptp(x) > NEAR * length else 0
+    middle = float(np.mean(x))
+    fit = np.linalg.pinv(np.vander((x - middle) / length, degree + 1, increasing=True))
+    powers = np.vander((np.asarray(places, dtype=float) - middle) / length, degree + 1, increasing=True)
+    follows: Array = np.asarray(powers @ fit, dtype=np.float64)
+    found = list[Array]()
+    for load in case.load:
+        if isinstance(load.place, SupportWalls):
+            moved = moved_by(load.place, case.layout)
+            share: Array = np.zeros(len(places))
+            if moved is not None and not load.place.opens:
+                share = follows[:, [one.name for one in supports].index(moved.name)]
+            found.append(share[:, None] * np.asarray(load_direction(load, dimension)))
+    return np.array(found).reshape(len(found), len(places), dimension)
+
 
 Rows = dict[str, Array]
 BODY_ROWS = ("support_displacement", "support_velocity", "support_force")

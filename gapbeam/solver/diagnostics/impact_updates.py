@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.jit import shared
-from gapbeam.solver.system.closed_part import closed_part
+from gapbeam.solver.system.slip_modes import closed_part
 
 UNSEEN = -1.0  # speed of a contact that began before the march
 

@@ -1,21 +1,159 @@
-"""What is kept of every accepted step of a march: energy ledger, gates, contact episodes, peaks, counts."""
+"""What is kept of every accepted step of a march: energy ledger, gates, contact episodes, peaks, counts.
+
+Impacts in figures: how many in a second, and how approach speed, impulse and duration are distributed.
+
+How long each face was in contact, and how often it closed, since t = 0.
+
+The impacts of every face of a march: what is running, what has ended, and the sum of the approach speeds.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
 
 from gapbeam.solver.case.case import Gates
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.diagnostics.contact_episodes import Episodes
-from gapbeam.solver.diagnostics.contact_peaks import Peaks
-from gapbeam.solver.diagnostics.contact_times import ContactTimes
+from gapbeam.solver.diagnostics.contact_episodes import Episodes, FaceTouches, after_touch
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger, enter_step, open_ledger, restate
-from gapbeam.solver.diagnostics.impacts import Impacts
-from gapbeam.solver.diagnostics.sliding_work import SlidingWork
+from gapbeam.solver.diagnostics.impact_list import COLUMNS, ImpactList
+from gapbeam.solver.diagnostics.impact_updates import UNSEEN, RunningImpact, after_gap, approach_speed
+from gapbeam.solver.diagnostics.point_contact import Peaks, SlidingWork, deepest_by_face
 from gapbeam.solver.diagnostics.step_counts import Tally
+from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.system.accepted_step import Step
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem, State
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem, State
+
+
+@dataclass
+class ContactTimes:
+    """Sums over the accepted steps of a march, by face.
+
+    A face is in contact over a step if a point of it has penetrated at the end of the step: the share of time in
+    contact then has an error of second order in the step. The balance of a step, in which a force acts as soon as
+    contact begins or ends within the step, would count a step too many for every contact. Where contact leaves no
+    penetration, pressure at the end of the step counts.
+
+    Attributes:
+        contact: To distinguish the faces.
+        by_depth: Whether penetration shows contact.
+        time: Time in contact, (faces,), s.
+        closings: How often it closed, (faces,).
+        closed: 1 where it was in contact when last seen, else 0, (faces,).
+    """
+
+    contact: ContactOperator
+    by_depth: bool
+    time: Array = field(init=False)
+    closings: Array = field(init=False)
+    closed: Array = field(init=False)
+
+    def __post_init__(self) -> None:
+        count = len(self.contact.face_names)
+        self.time, self.closings, self.closed = np.zeros(count), np.zeros(count), np.zeros(count)
+
+    @classmethod
+    def opened(cls, contact: ContactOperator, law: ContactLaw, start: State) -> ContactTimes:
+        """Return the times at the start of a march."""
+        by_depth = contact.symmetric and law.augmented is None and law.stores_energy
+        made = cls(contact, by_depth)
+        made.closed = made._closed_in(start)
+        return made
+
+    def see(self, step: Step) -> None:
+        """Take in an accepted step."""
+        before = zip(self.time, self.closings, self.closed, strict=True)
+        now = self._closed_in(step.new)
+        touches = [
+            after_touch(FaceTouches(*was), step.size, bool(closed)) for was, closed in zip(before, now, strict=True)
+        ]
+        self.time, self.closings, self.closed = np.array(touches).T.copy()
+
+    def _closed_in(self, state: State) -> Array:
+        touching = (state.depth if self.by_depth else state.pressure) > 0.0
+        return self.contact.faces_with(touching).astype(float)
+
+
+KEPT = ("approach", "depth", "begun", "speed", "duration", "rate")
+
+
+class Impacts:
+    """What `RunningImpact` holds, for all faces at once, and the impacts that have ended.
+
+    An impact lasts from the step in which a face closes to the step in which it has opened, as `ContactTimes` counts
+    them. Its impulse is all that acts between two times at which the face is open.
+
+    Attributes:
+        approach: Sum of the approach speeds of all closings since t = 0, (faces,), m/s.
+        depth: Largest penetration, (faces,), m.
+        begun: Impulse when the face was open last, (faces,), N s.
+        speed: Approach speed of the contact that has not ended, (faces,), m/s.
+        duration: Its duration so far, (faces,), s.
+        rate: How fast the gap closed in the last step, (faces,), m/s; where contact leaves no penetration, that is the
+            approach speed of an impact in the next one.
+        ended: The impacts of each face.
+    """
+
+    def __init__(self, depth: Array, closed: Array) -> None:
+        none = np.zeros(len(depth))
+        self.approach, self.begun, self.duration, self.rate = none.copy(), none.copy(), none.copy(), none.copy()
+        self.depth, self.speed = np.array(depth, dtype=float), np.where(closed > 0.0, UNSEEN, 0.0)
+        self.ended = tuple(ImpactList() for _ in none)
+
+    @classmethod
+    def opened(cls, system: SemiDiscreteSystem, law: ContactLaw, start: State) -> Impacts:
+        """Return the impacts at the start of a march. Collective for Nitsche's method."""
+        closed = ContactTimes.opened(system.contact, law, start).closed
+        return cls(deepest_by_face(system.contact, start, system.operators), closed)
+
+    def see(self, step: Step, before: Array, times: ContactTimes, depth: Array, impulse: Array) -> None:
+        """Take in an accepted step.
+
+        Args:
+            step: The step.
+            before: 1 where a face was in contact at its start, else 0, (faces,).
+            times: Contact times, with the step.
+            depth: Largest penetration at its end, (faces,), m.
+            impulse: Contact force over time since t = 0, (faces,), N s.
+        """
+        for face in range(len(depth)):
+            rate = approach_speed(float(self.depth[face]), float(depth[face]), step.size)
+            speed = rate if times.by_depth else float(self.rate[face])
+            running = RunningImpact(self.depth[face], self.begun[face], self.speed[face], self.duration[face])
+            was_closed, closed = bool(before[face]), bool(times.closed[face])
+            now, end = after_gap(running, was_closed, closed, speed, depth[face], impulse[face], step.size)
+            if closed and not was_closed:
+                self.approach[face] += speed
+            if end.ended:
+                start = step.new.time - end.lag - now.duration
+                self.ended[face].add(np.array([[start, running.speed, end.impulse, now.duration]]))
+            self.depth[face], self.begun[face], self.speed[face] = now.depth, now.begun, now.speed
+            self.duration[face], self.rate[face] = now.duration if closed else 0.0, rate
+
+    def as_json(self) -> dict[str, Any]:
+        """Return everything that is kept, for JSON; a depth that is not known is null."""
+        plain = {key: [x if np.isfinite(x) else None for x in getattr(self, key).tolist()] for key in KEPT}
+        return plain | {"ended": [one.as_json() for one in self.ended]}
+
+    def restore(self, data: Mapping[str, Any]) -> None:
+        """Bring impacts, as they are at a start, to what was stored.
+
+        Raises:
+            KeyError: Something is missing; likewise ValueError and TypeError where it is not of the right form.
+        """
+        for key in KEPT:
+            found = np.array([-np.inf if x is None else x for x in data[key]], dtype=float)
+            if found.shape != self.depth.shape or not np.all(np.isfinite(found) | (key == "depth")):
+                raise ValueError(f"{key} of {len(found)} faces, expected finite numbers of {len(self.depth)}")
+            setattr(self, key, found)
+        for mine, stored in zip(self.ended, data["ended"], strict=True):
+            mine.restore(stored)
+
 
 UNGUARDED = Gates(accept_energy_growth=True)
 
@@ -93,3 +231,42 @@ class Accounts:
         self.impacts.see(step, closed, self.times, depth, self.peaks.impulse)
         self.sliding.see(step, self.system.operators)
         self.gates.check(step, self.ledger)
+
+
+PERCENTILES = (5, 50, 95)
+HIGHEST = "largest"
+
+
+def impact_figures(impacts: Impacts, layout: Layout, seconds: float) -> dict[str, Any]:
+    """Return the figures of the impacts of each support and of each of its faces, by name.
+
+    Args:
+        impacts: Of a march.
+        layout: Its supports, whose faces are those of the march in this order.
+        seconds: Span of the march, s.
+    """
+    lists, found = iter(impacts.ended), dict[str, Any]()
+    for support in layout.supports:
+        mine = [next(lists) for _ in support.faces]
+        faces = {face.name: figures_of_lists([one], seconds) for face, one in zip(support.faces, mine, strict=True)}
+        found[support.name] = figures_of_lists(mine, seconds) | {"faces": faces}
+    return found
+
+
+def figures_of_lists(lists: Sequence[ImpactList], seconds: float) -> dict[str, Any]:
+    """Return count, rate and distributions of the impacts of some lists together, over a span of time, s."""
+    count = sum(one.count for one in lists)
+    every = [one.every for one in lists]
+    rows = np.concatenate([np.repeat(one.rows, one.every // min(every), axis=0) for one in lists])
+    found: dict[str, Any] = {"count": count, "rate": count / seconds if seconds > 0.0 else 0.0}
+    found["kept_one_in"] = max(every)
+    for number, name in enumerate(COLUMNS[1:], start=1):
+        values = rows[:, number]
+        found[name] = _distribution(values) if len(values) else None
+    return found
+
+
+def _distribution(values: np.ndarray) -> dict[str, float]:
+    """Return mean, percentiles and largest value."""
+    shares = {f"percentile_{p}": float(np.percentile(values, p)) for p in PERCENTILES}
+    return {"mean": float(values.mean()), **shares, HIGHEST: float(values.max())}

@@ -7,9 +7,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.contact_peaks import by_face, deepest_by_face, friction_by_face
 from gapbeam.solver.diagnostics.energy_ledger import restraint_energy
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.point_contact import by_face, deepest_by_face, friction_by_face
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State
 

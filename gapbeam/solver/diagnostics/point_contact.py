@@ -6,20 +6,40 @@ With the penetrations d0 and d1 at the records at both ends of an interval dt:
 
 P is the mean pressure of the law over the interval, damping included. The impulse of a face is that of the march; its
 points share it as they share the load. Where a record is written for every step, first touch and time in contact go by
-the rule of the faces, see `gapbeam.solver.diagnostics.contact_times`, and P is the pressure of a step of the discrete
-gradient. Contacts that begin and end between two records are not seen.
+the rule of the faces, see `gapbeam.solver.diagnostics.march_diagnostics`, and P is the pressure of a step of the
+discrete gradient. Contacts that begin and end between two records are not seen.
+
+What contact did to each face since t = 0: impulse, largest penetration, largest forces.
+
+The work of sliding: the integral of N |v_t| over time at every contact point.
+
+    W = sum over steps of N |s|
+
+N is the normal force of a point in the balance of a step, s the way that the point moves along its face in the step.
+Over the time T it is the work rate W / T. Friction with the coefficient mu takes mu W from the motion of a point that
+slides; W itself is measured without friction as well. `gapbeam.solver.system.slip_modes` says which part of it is
+impact, sliding and sticking.
+
+Source: Archard, Journal of Applied Physics 24 (1953) 981, for wear in proportion to W; Pettigrew, Taylor, Fisher,
+Yetisir and Smith, Nuclear Engineering and Design 185 (1998) 249, for the work rate.
 """
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
+from gapbeam.solver.diagnostics.contact_episodes import Peak, after_forces
+from gapbeam.solver.record_table import SLIP_MODES
+from gapbeam.solver.system.accepted_step import Step
+from gapbeam.solver.system.operators import Array, Operators
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, SemiDiscreteSystem, State
+from gapbeam.solver.system.slip_modes import by_mode, impact_share, pressed_after, pressed_span
 
 PIECE = 500  # records that are seen at once
 KEPT = ("begin", "last", "depth", "touch_speed", "first_touch", "time", "load", "deepest")
@@ -150,3 +170,138 @@ class PointContact:
         owned = np.zeros((len(x), interface.size))
         owned[:, interface.slots] = x[:, interface.owned]
         return self.system.operators.sum(owned)
+
+
+@dataclass
+class Peaks:
+    """Impulse and peaks of every face, and the contact iterations since the last report.
+
+    Attributes:
+        contact: To distinguish the faces.
+        impulse: Contact force integrated over time on each face, N s.
+        square: Its square integrated over time on each face, N^2 s; of the mean force of each step.
+        deepest: Largest penetration so far on each face, m.
+        force: Largest contact force so far on each face, N.
+        friction: Largest friction force so far on each face, N.
+        iterations: Contact iterations since the last record.
+    """
+
+    contact: ContactOperator
+    impulse: Array = field(init=False)
+    square: Array = field(init=False)
+    deepest: Array = field(init=False)
+    force: Array = field(init=False)
+    friction: Array = field(init=False)
+    iterations: int = 0
+
+    def __post_init__(self) -> None:
+        count = len(self.contact.face_names)
+        self.impulse, self.square = np.zeros(count), np.zeros(count)
+        self.force, self.friction = np.zeros(count), np.zeros(count)
+        self.deepest = np.full(count, -np.inf)
+
+    def see(self, step: Step, operators: Operators) -> Array:
+        """Take in an accepted step; return the largest penetrations at its end, m. Collective for Nitsche's method."""
+        contact, traction = self.contact, step.stage.traction
+        forces = by_face(contact, contact.weights * step.stage.pressure)
+        rubbing = np.zeros_like(forces)
+        if traction is not None:
+            rubbing = np.linalg.norm(friction_by_face(contact, traction), axis=1)
+        depths = deepest_by_face(contact, step.new, operators)
+        peaks = [
+            after_forces(Peak(*before), step.size, *now)
+            for before, now in zip(self._columns(), zip(forces, rubbing, depths, strict=True), strict=True)
+        ]
+        self.impulse, self.square, self.force, self.friction, self.deepest = np.array(peaks).T.copy()
+        self.iterations += step.iterations
+        return depths
+
+    def _columns(self) -> Iterator[tuple[float, float, float, float, float]]:
+        """Yield the peaks of each face."""
+        return zip(self.impulse, self.square, self.force, self.friction, self.deepest, strict=True)
+
+
+def by_face(contact: ContactOperator, values: Array) -> Array:
+    """Return the sums of values (m,) over the points of each face, (faces,)."""
+    return np.asarray(np.bincount(contact.faces, weights=values, minlength=len(contact.face_names)), dtype=float)
+
+
+def friction_by_face(contact: ContactOperator, traction: Array) -> Array:
+    """Return the friction force of tractions (m, k) on each face, (faces, k), N."""
+    forces = contact.weights[:, None] * traction
+    return np.stack([by_face(contact, along) for along in forces.T], axis=1)
+
+
+def deepest_by_face(contact: ContactOperator, state: State, operators: Operators) -> Array:
+    """Return the largest penetration of each face in a state, (faces,), m. Collective for Nitsche's method."""
+    penetration = contact.penetration_of(state, operators)
+    return np.array([penetration[points].max() for points in contact.points_of_faces])
+
+
+@dataclass
+class SlidingWork:
+    """Sums over the accepted steps of a march.
+
+    Attributes:
+        contact: To distinguish the faces; its `measures_sliding` says whether anything is measured.
+        work: W at each point, (m,), J; (0,) where nothing is measured.
+        parts: Its parts by `SLIP_MODES`, (3, m), J.
+        pressed_for: How long each face has been pressed, (faces,), s; infinite: since the march began; 0 where nothing
+            is measured.
+    """
+
+    contact: ContactOperator
+    work: Array
+    parts: Array
+    pressed_for: Array
+
+    @classmethod
+    def opened(cls, contact: ContactOperator, start: State) -> SlidingWork:
+        """Return the sums at the start of a march."""
+        size = contact.size if contact.measures_sliding else 0
+        pressed = (by_face(contact, np.maximum(start.pressure, 0.0)) > 0.0) & contact.measures_sliding
+        return cls(contact, np.zeros(size), np.zeros((len(SLIP_MODES), size)), np.where(pressed, np.inf, 0.0))
+
+    @property
+    def by_face(self) -> Array | None:
+        """W of each face, (faces,), J; None: not measured."""
+        return by_face(self.contact, self.work) if self.contact.measures_sliding else None
+
+    @property
+    def parts_by_face(self) -> Array | None:
+        """The parts of W of each face, (faces, 3), J; None: not measured."""
+        if not self.contact.measures_sliding:
+            return None
+        return np.stack([by_face(self.contact, part) for part in self.parts], axis=-1)
+
+    def see(self, step: Step, operators: Operators) -> None:
+        """Take in an accepted step. Collective where sliding is measured."""
+        contact, modes = self.contact, self.contact.slip_modes
+        if not contact.measures_sliding:
+            return
+        change = contact.interface.trace(step.new.u[VALUE] - step.old.u[VALUE], operators)
+        moved = contact.turned(step.stage.opening).slip(change)
+        force = np.maximum(contact.weights * step.stage.pressure, 0.0)
+        ways = np.linalg.norm(moved, axis=1)
+        done = force * ways
+        self.work += done
+        pressed = by_face(contact, force) > 0.0
+        spans = self._spans(step, pressed, operators)
+        for point in np.flatnonzero(done):
+            face = contact.faces[point]
+            share = impact_share(self.pressed_for[face], spans[face], modes)
+            self.parts[:, point] += by_mode(done[point], ways[point] / step.size, share, modes)
+        for face, touches in enumerate(pressed):
+            self.pressed_for[face] = pressed_after(self.pressed_for[face], spans[face], touches)
+
+    def _spans(self, step: Step, pressed: NDArray[np.bool_], operators: Operators) -> Array:
+        """Return how long each face is pressed in a step, if a force acts on it, (faces,), s."""
+        spans, closing = np.full(len(pressed), step.size), np.flatnonzero(pressed & (self.pressed_for == 0.0))
+        if len(closing):
+            before = self.contact.penetration_of(step.old, operators)
+            depth = self.contact.penetration_of(step.new, operators)
+            for face in closing:
+                points = self.contact.points_of_faces[face]
+                deepest = points[np.argmax(depth[points])]
+                spans[face] = pressed_span(0.0, before[deepest], depth[deepest], step.size)
+        return spans

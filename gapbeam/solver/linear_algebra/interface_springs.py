@@ -1,4 +1,7 @@
-"""Springs between DOFs of the interface, added to a distributed matrix."""
+"""Springs between DOFs of the interface, added to a distributed matrix.
+
+A linear map on the vectors of a rank as PETSc's matrix, which knows nothing but its products.
+"""
 
 from __future__ import annotations
 
@@ -37,3 +40,18 @@ def enlarge_by_springs(matrix: PETSc.Mat, springs: Springs, total: Callable[[Arr
     sparse = PETSc.Mat().createAIJ(matrix.getSizes(), csr=(starts, columns, values), comm=matrix.comm)
     matrix.axpy(1.0, sparse, structure=PETSc.Mat.Structure.DIFFERENT_NONZERO_PATTERN)
     sparse.destroy()
+
+
+class _Product:
+    def __init__(self, product: Callable[[Array], Array]) -> None:
+        self._product = product
+
+    def mult(self, _matrix: PETSc.Mat, x: PETSc.Vec, y: PETSc.Vec) -> None:
+        y.array[:] = self._product(x.array_r)
+
+
+def as_matrix(product: Callable[[Array], Array], like: PETSc.Mat) -> PETSc.Mat:
+    """Return a symmetric linear map as PETSc's matrix, laid out like another one. Collective."""
+    matrix = PETSc.Mat().createPython(like.getSizes(), _Product(product), comm=like.comm)
+    matrix.setUp()
+    return matrix

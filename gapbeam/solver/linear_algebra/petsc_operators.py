@@ -22,10 +22,9 @@ from gapbeam.solver.assembly.mass_matrix import mass_matrix
 from gapbeam.solver.linear_algebra.deflation.deflated_factor import DeflatedFactor
 from gapbeam.solver.linear_algebra.deflation.deflation import Deflation
 from gapbeam.solver.linear_algebra.deflation.smooth_modes import smooth_modes
-from gapbeam.solver.linear_algebra.interface_springs import add_springs, enlarge_by_springs
+from gapbeam.solver.linear_algebra.interface_springs import add_springs, as_matrix, enlarge_by_springs
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
 from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
-from gapbeam.solver.linear_algebra.shell_matrix import as_matrix
 from gapbeam.solver.linear_algebra.solver_choice import FACTORED, LinearSolver
 from gapbeam.solver.linear_algebra.substructuring.substructured_factor import factor_on_ranks, not_factored
 from gapbeam.solver.system.operators import Array, Factor, Interface, RankOnes, Springs

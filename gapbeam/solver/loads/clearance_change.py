@@ -21,7 +21,7 @@ from pydantic import Field
 from scipy.interpolate import CubicHermiteSpline, PchipInterpolator, PPoly
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.moving_support import MovingSupport
+from gapbeam.solver.loads.support_motion import MovingSupport
 from gapbeam.solver.loads.time_function import TimeFunction, smooth
 from gapbeam.solver.table import Name, NonNegative, Number
 

@@ -10,10 +10,9 @@ from typing import Annotated
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.counted_noise import noise_key
-from gapbeam.solver.loads.shared_noise import SharedNoise
+from gapbeam.solver.loads.random_function import SharedNoise, noise_key
 from gapbeam.solver.table import Name, NonNegative, Number, Table
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 MOST = 1000  # rows
 LONGEST_DELAY = 1.0e6  # s

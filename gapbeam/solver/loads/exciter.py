@@ -11,7 +11,7 @@ from typing import Literal
 from pydantic import Field
 
 from gapbeam.solver.loads.attachment import Attachment, StaticForce
-from gapbeam.solver.loads.harmonic_force import HarmonicPointForce
+from gapbeam.solver.loads.point_load import HarmonicPointForce
 from gapbeam.solver.table import Name, NonNegative, Number
 
 UNITS = {"mass": "kg", "stiffness": "N/m", "damping": "N s/m", "preload": "N"}

@@ -1,25 +1,29 @@
-"""The choice of loads: the tables [[load]] of a case, distinguished by their `type`."""
+"""The choice of loads: the tables [[load]] of a case, distinguished by their `type`.
+
+What the loads of a case together drive a motion with: frequencies, and the weight.
+
+Directions of loads as unit vectors, and points on the beam axis as coordinates.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import Annotated
 
+import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.loads.base_motion import BaseMotion
 from gapbeam.solver.loads.clearance_change import ClearanceChange
-from gapbeam.solver.loads.constant_force import ConstantForce
 from gapbeam.solver.loads.exciter import Exciter
 from gapbeam.solver.loads.gravity import Gravity
-from gapbeam.solver.loads.harmonic_force import HarmonicForce
-from gapbeam.solver.loads.harmonic_support_motion import HarmonicSupportMotion
+from gapbeam.solver.loads.places import SupportAcceleration
+from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, RecordedForce
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
-from gapbeam.solver.loads.recorded_force import RecordedForce
-from gapbeam.solver.loads.recorded_motion import RecordedMotion
-from gapbeam.solver.loads.recorded_support_motion import RecordedSupportMotion
 from gapbeam.solver.loads.step_force import StepForce
+from gapbeam.solver.loads.support_motion import BaseMotion, HarmonicSupportMotion, RecordedMotion, RecordedSupportMotion
 from gapbeam.solver.loads.swept_sine import SweptSineLoad
+from gapbeam.solver.system.operators import Array
 
 Load = Annotated[
     Gravity
@@ -40,3 +44,33 @@ Load = Annotated[
 ]
 
 NO_LOADS: tuple[Load, ...] = ()
+
+
+def forcing_frequencies(loads: Iterable[Load]) -> list[float]:
+    """Return the frequencies at which loads repeat, Hz, each once, ascending; none beside a load that never repeats."""
+    loads = tuple(loads)
+    if not all(load.repeats for load in loads):
+        return []
+    return sorted({load.forcing_frequency for load in loads if load.forcing_frequency is not None})
+
+
+def load_direction(load: Load, dimension: int) -> Array:
+    """Return the direction of the forces of a load, (dimension,): against that of a motion of the support."""
+    along = unit_direction(load.direction, dimension, load.default_sense)
+    return np.asarray(-along) if isinstance(load.place, SupportAcceleration) else along
+
+
+def unit_direction(direction: tuple[float, ...] | None, dimension: int, sense: float) -> Array:
+    """Return a unit vector; by default along the bending axis, upward for sense 1, downward for -1."""
+    if direction is None:
+        unit = np.zeros(dimension)
+        unit[-1] = sense
+        return unit
+    given = np.array(direction, dtype=float)
+    return np.asarray(given / np.linalg.norm(given))
+
+
+def axis_point(point: float | tuple[float, ...]) -> Array:
+    """Return a point as (3,): a number is a place on the beam axis."""
+    given = np.atleast_1d(np.array(point, dtype=float))
+    return np.pad(given, (0, 3 - len(given)))

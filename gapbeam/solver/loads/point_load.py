@@ -1,12 +1,106 @@
-"""What all forces at a point have in common."""
+"""What all forces at a point have in common.
+
+What all harmonic loads have in common: amplitude, frequency, phase and a smooth start.
+
+A harmonic force at a point: f = N(x_p)^T e s(t), s in N.
+
+A constant force at a point: f = N(x_p)^T e F at all times, from the seat on.
+
+A recorded force at a point: f = N(x_p)^T e s(t), s in N from a file.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Iterator, Mapping
+from functools import partial
+from math import pi, radians, sin
+from typing import ClassVar, Literal, Self
 
 from pydantic import Field
 
 from gapbeam.solver.loads.load_table import LoadTable
 from gapbeam.solver.loads.places import PointForce
-from gapbeam.solver.table import Number, Vector
+from gapbeam.solver.loads.recorded_load import RecordedLoad
+from gapbeam.solver.loads.time_function import Harmonic, TimeFunction, constant
+from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
+from gapbeam.solver.wording.short_words import apart, exceeds
+
+HARMONICS = 5.0
+"""Multiples of the forcing frequency that are of interest."""
+
+
+class HarmonicLoad(LoadTable):
+    """A harmonic load amplitude * sin(2 pi frequency t + phase), ramped smoothly from zero."""
+
+    amplitude: Number = Field(description="amplitude, in the unit of the quantity", examples=[20.0])
+    frequency: Positive = Field(description="forcing frequency, Hz", examples=[20.0])
+    phase: Number = Field(default=0.0, description="phase at t = 0, degrees")
+    ramp: NonNegative = Field(default=0.0, description="time over which the amplitude rises smoothly from 0, s")
+    direction: Vector | None = Field(
+        default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
+    )
+
+    def time_function(self) -> TimeFunction:
+        """Return the ramped sine, or its derivative that is a force or an acceleration."""
+        harmonic = Harmonic(self.amplitude, self.frequency, self.phase, self.ramp)
+        return TimeFunction(
+            partial(harmonic.value, derivative=self.derivative), partial(harmonic.mean, derivative=self.derivative)
+        )
+
+    @property
+    def peak(self) -> float:
+        """A (2 pi f)^derivative, N or m/s^2."""
+        return abs(self.amplitude) * float((2.0 * pi * self.frequency) ** self.derivative)
+
+    @property
+    def forcing_frequency(self) -> float:
+        """The frequency, Hz."""
+        return self.frequency
+
+    @property
+    def frequency_of_interest(self) -> tuple[float, str]:
+        """Five times the frequency: contact makes harmonics."""
+        return HARMONICS * self.frequency, f"{HARMONICS:g} times the highest forcing frequency"
+
+    @property
+    def rise_time(self) -> float:
+        """Duration of the ramp, s."""
+        return self.ramp
+
+    def at_full_amplitude(self) -> Self:
+        """Return the load without its ramp."""
+        return self.model_copy(update={"ramp": 0.0})
+
+    def frequency_words(self, step: float) -> tuple[str, str]:
+        """Return the frequency, and the steps in a period."""
+        return f"{self.frequency:g} Hz", f"{1.0 / (self.frequency * step):.4g} steps per period"
+
+    @property
+    def amplitude_unit(self) -> str:
+        """Unit of the amplitude."""
+        return "N"
+
+    @property
+    def curve_units(self) -> Mapping[str, str]:
+        """Units of frequency and amplitude."""
+        return {"frequency": "Hz", "amplitude": self.amplitude_unit}
+
+    @property
+    def acts(self) -> bool:
+        """Whether the load does anything to the beam."""
+        return self.amplitude != 0.0
+
+    def unusual_values(self) -> Iterator[str]:
+        """Yield a load that does nothing."""
+        if not self.acts:
+            yield "amplitude = 0: it does nothing"
+
+    def unusual_in_run(self, end: float) -> Iterator[str]:
+        """Yield a load that starts with a jump, or that never reaches its amplitude."""
+        if exceeds(self.ramp, end):
+            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))
+        if self.ramp == 0 and abs(sin(radians(self.phase))) > 1e-9:
+            yield f"phase = {self.phase:g} without a ramp: the load starts with a jump"
 
 
 class PointLoad(LoadTable):
@@ -20,3 +114,69 @@ class PointLoad(LoadTable):
     def place(self) -> PointForce:
         """The point."""
         return PointForce(self.point)
+
+
+class HarmonicPointForce(HarmonicLoad, PointLoad):
+    """A harmonic force at a point, by itself or from a machine that is fixed to the beam."""
+
+    amplitude: Number = Field(description="amplitude of the force, N", examples=[20.0])
+
+
+class HarmonicForce(HarmonicPointForce):
+    """A harmonic force at a point."""
+
+    type: Literal["harmonic_force"] = Field(description="kind of load")
+    name: Name = Field(default="force", description="name in results and messages, different for every load")
+
+
+class ConstantForce(PointLoad):
+    """A constant force at a point, part of the static seat: the beam starts at rest under it."""
+
+    static: ClassVar[bool] = True
+
+    type: Literal["constant_force"] = Field(description="kind of load")
+    name: Name = Field(default="force", description="name in results and messages, different for every load")
+    amplitude: Number = Field(description="the force along the direction, N", examples=[20.0])
+    direction: Vector | None = Field(
+        default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
+    )
+
+    def time_function(self) -> TimeFunction:
+        """Return s(t) = amplitude."""
+        return constant(self.amplitude)
+
+    @property
+    def peak(self) -> float:
+        """The size of the force, N."""
+        return abs(self.amplitude)
+
+    @property
+    def forcing_frequency(self) -> None:
+        """None: it is static."""
+
+    @property
+    def frequency_of_interest(self) -> None:
+        """None: it is static."""
+
+    @property
+    def rise_time(self) -> float:
+        """0: it acts before the run."""
+        return 0.0
+
+    def at_full_amplitude(self) -> Self:
+        """Return the load itself."""
+        return self
+
+    def frequency_words(self, step: float) -> None:
+        """Return None: it is static."""
+
+    def unusual_values(self) -> Iterator[str]:
+        """Yield a load that does nothing."""
+        if self.amplitude == 0.0:
+            yield "amplitude = 0: it does nothing"
+
+
+class RecordedForce(RecordedLoad, PointLoad):
+    """A force at a point, recorded over time, N after scaling."""
+
+    type: Literal["recorded_force"] = Field(description="kind of load")

@@ -15,10 +15,32 @@ some of them: the mean square is exactly the integral of S, and the ends of a ba
 is stationary and Gaussian and does not repeat. Blocks of it are filtered by fast Fourier transforms (overlap and save).
 
 Source: Oppenheim and Schafer, Discrete-Time Signal Processing (2010), chapters 7 and 8.
+
+Independent normal numbers by their count: any of them at any time, the same ones wherever they are asked for.
+
+A counter-based generator turns a key and a counter into random bits without a state. The key is a hash of the seed
+and of a name, the counter is the place in the sequence; pairs of uniform numbers become pairs of normal ones (Box and
+Muller), which takes a fixed number of bits.
+
+Source: Salmon, Moraes, Dror and Shaw, Parallel random numbers: as easy as 1, 2, 3 (2011); Philox4x64-10 of NumPy.
+
+What a random signal shares with another one: the white noise of the other one, and how much of it at which phase.
+
+    X2 = S2^(1/2) (G W1 + (1 - |G|^2)^(1/2) W2),    X1 = S1^(1/2) W1,    G = gamma exp(i phi - 2 pi i f T)
+
+W1 and W2 are independent white noises. The spectrum of X2 is S2 whatever G is; S12, the mean of conj(X1) X2, has the
+coherence gamma = |S12| / (S1 S2)^(1/2) and the phase phi - 2 pi f T. gamma and phi are straight lines between rows,
+constant beyond the first and the last. gamma exp(i phi) is smoothed over neighbors on the grid of the filter, which
+lowers gamma where phi changes fast, as at 0 Hz. The whole samples of T shift the white noise, so that the filter does
+not depend on how long the delay is.
+
+Source: Shinozuka, J. Acoust. Soc. Am. 49 (1971), for the factors of a cross-spectral matrix; Bendat and Piersol, Random
+Data (2010), chapter 5, for coherence and phase.
 """
 
 from __future__ import annotations
 
+import hashlib
 from collections.abc import Hashable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -28,13 +50,88 @@ from typing import TypeVar
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.loads.counted_noise import noise_key, normal_block
 from gapbeam.solver.loads.ramp import ramped
-from gapbeam.solver.loads.shared_noise import SharedNoise
-from gapbeam.solver.loads.spectra.grid_smoothing import smoothed
-from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
+from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum, smoothed
 from gapbeam.solver.loads.time_function import piecewise_mean
 from gapbeam.solver.system.operators import Array, Indices
+
+WORDS = 4  # of 64 bits that a count of the generator gives
+ORIGIN = 2**62  # counts before the first block: numbers before t = 0 are asked for as well
+_UNIT = 2.0**-53
+
+
+def noise_key(seed: int, name: str) -> int:
+    """Return the key of a sequence, 128 bits: sequences of other seeds or names are independent."""
+    return int.from_bytes(hashlib.sha256(f"{seed} {name}".encode()).digest()[:16], "little")
+
+
+def normal_block(key: int, block: int, size: int) -> Array:
+    """Return a block of independent normal numbers of mean 0 and variance 1, (size,).
+
+    Args:
+        key: Of the sequence.
+        block: Number of the block; it may be negative.
+        size: A multiple of 4.
+    """
+    bits = np.random.Philox(key=key, counter=ORIGIN + block * (size // WORDS)).random_raw(size)
+    first, second = (bits.reshape(-1, 2).T >> np.uint64(11)).astype(float) * _UNIT
+    radius, angle = np.sqrt(-2.0 * np.log(first + _UNIT)), 2.0 * np.pi * second
+    return np.stack([radius * np.cos(angle), radius * np.sin(angle)], axis=1).ravel()
+
+
+ROUND_OFF = 1.0e-12  # of |G|^2 = 1
+
+
+@dataclass(frozen=True)
+class SharedNoise:
+    """The noise that is shared.
+
+    Attributes:
+        key: Of the white noise of the other signal.
+        frequencies: Ascending, Hz.
+        coherences: gamma at each, from 0 to 1.
+        phases: phi at each, rad: how far this signal is ahead of the other one.
+        delay: T, by which this signal follows the other one, s.
+    """
+
+    key: int
+    frequencies: tuple[float, ...]
+    coherences: tuple[float, ...]
+    phases: tuple[float, ...]
+    delay: float
+
+    def white(self, block: int, length: int, rate: float) -> Array:
+        """Return two blocks of the delayed white noise, the last of them this one, (2 length,).
+
+        Args:
+            block: Number of the block; it may be negative.
+            length: Of a block.
+            rate: Samples in a second.
+        """
+        first = (block - 1) * length - self._whole(rate)
+        start = first // length
+        numbers = np.concatenate([normal_block(self.key, start + number, length) for number in range(3)])
+        return numbers[first - start * length :][: 2 * length]
+
+    def factors(self, frequencies: Array, rate: float) -> tuple[Array, Array]:
+        """Return G without the delay of whole samples, and the share of the own noise, (count,) each.
+
+        Args:
+            frequencies: A grid from 0 Hz to half the rate.
+            rate: Samples in a second.
+        """
+        gamma = np.interp(frequencies, self.frequencies, self.coherences)
+        phase = np.interp(frequencies, self.frequencies, self.phases)
+        shared = smoothed(np.asarray(gamma * np.exp(1j * phase)))
+        rest = 1.0 - np.abs(shared) ** 2
+        own = np.sqrt(np.where(rest < ROUND_OFF, 0.0, rest))
+        part = self.delay - self._whole(rate) / rate
+        return np.asarray(shared * np.exp(-2j * np.pi * frequencies * part)), np.asarray(own)
+
+    def _whole(self, rate: float) -> int:
+        """Return the whole samples of the delay."""
+        return round(self.delay * rate)
+
 
 Times = TypeVar("Times", float, Array)
 OVERSAMPLING = 8.0  # samples in a period of the highest frequency

@@ -12,19 +12,17 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.coherence.coherence_choice import CoherenceChoice
-from gapbeam.solver.loads.generated_coherence import compared_coherence
-from gapbeam.solver.loads.line_patterns import Profile, line_patterns
+from gapbeam.solver.loads.coherence.coherence_table import CoherenceChoice
+from gapbeam.solver.loads.generated_coherence import Profile, compared_coherence, line_patterns
 from gapbeam.solver.loads.load_parts import LoadPart
 from gapbeam.solver.loads.load_table import OF_MODEL, LoadTable
-from gapbeam.solver.loads.noise_load import PEAK
-from gapbeam.solver.loads.paired_noise_load import PairedNoiseLoad
 from gapbeam.solver.loads.places import LineForce
 from gapbeam.solver.loads.random_function import RandomSignal
-from gapbeam.solver.loads.spectra.spectrum_choice import SpectrumChoice
+from gapbeam.solver.loads.random_load import PEAK, PairedNoiseLoad
+from gapbeam.solver.loads.spectra.spectrum_table import SpectrumChoice
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.table import NonNegative, Number, Table, Whole
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 MOST_ROWS = 200
 LEAST_RATIO = 0.02  # of a coherence length to the length of the load: shorter ones need no patterns, and many points

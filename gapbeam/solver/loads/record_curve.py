@@ -17,8 +17,8 @@ import numpy as np
 from scipy.interpolate import CubicSpline, PchipInterpolator, PPoly
 
 from gapbeam.solver.faults import Fault
+from gapbeam.solver.loads.load_table import Holes, RecordedTable
 from gapbeam.solver.loads.record_file import FILE, TIME, RecordedRows, RecordError, read_record
-from gapbeam.solver.loads.recorded_table import Holes, RecordedTable
 from gapbeam.solver.system.operators import Array, Indices
 
 ALIKE = 1.0e-9

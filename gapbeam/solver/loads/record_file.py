@@ -20,8 +20,7 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.record_layout import NoRows, RecordLayout, layout_of, plain, without_unit
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.wording.near_names import near
-from gapbeam.solver.wording.short_words import either, printable
+from gapbeam.solver.wording.short_words import either, near, printable
 
 LARGEST = 256_000_000
 """The largest file that is read, bytes."""

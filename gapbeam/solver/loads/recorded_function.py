@@ -17,9 +17,9 @@ from typing import Any, Literal, TypeVar
 import numpy as np
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.loads.load_table import RecordedTable
 from gapbeam.solver.loads.ramp import ramped
 from gapbeam.solver.loads.record_curve import Content, RecordCurve, content, curve_of, extremes
-from gapbeam.solver.loads.recorded_table import RecordedTable
 from gapbeam.solver.loads.time_function import piecewise_mean
 from gapbeam.solver.system.operators import Array
 

@@ -1,18 +1,220 @@
-"""What all recorded loads have in common: a function of time from a file."""
+"""What all recorded loads have in common: a function of time from a file.
+
+What is wrong with a record by itself and in a run; the file is read for that.
+
+How fast a record is, and what it holds, in words.
+
+Records that are too coarse for their motion or for the run, that jump, or that look like another unit.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Iterator
+from dataclasses import replace
+from math import ceil
 from typing import Self
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.record_checks import file_faults, run_faults
-from gapbeam.solver.loads.record_curve import curve_of
-from gapbeam.solver.loads.record_warnings import curve_warnings, end_warnings, row_warnings, step_warnings
-from gapbeam.solver.loads.record_words import record_words
-from gapbeam.solver.loads.recorded_function import MOST_POWER, signal_of
-from gapbeam.solver.loads.recorded_table import RecordedTable
+from gapbeam.solver.loads.load_table import RecordedTable
+from gapbeam.solver.loads.record_curve import RecordCurve, curve_of, holes_between
+from gapbeam.solver.loads.record_file import GREATEST, RecordError
+from gapbeam.solver.loads.recorded_function import MOST_POWER, ROUNDING, RecordedSignal, signal_of
 from gapbeam.solver.loads.time_function import TimeFunction
+from gapbeam.solver.wording.short_words import apart, either, exceeds
+
+MOST_ROWS = 20_000_000
+"""That a run goes through, repeated ones included."""
+
+
+def file_faults(load: RecordedTable, key: Key) -> Iterator[Fault]:
+    """Yield what is wrong with the file of a load.
+
+    Args:
+        load: The load.
+        key: The way to its table in the case.
+    """
+    try:
+        curve_of(load)
+    except RecordError as error:
+        for fault in error.faults:
+            yield replace(fault, key=(*key, *fault.key))
+
+
+def run_faults(load: RecordedTable, key: Key, end: float, step: float | None) -> Iterator[Fault]:
+    """Yield a record that does not cover the run, or is scaled beyond all reason.
+
+    Args:
+        load: The load.
+        key: The way to its table in the case.
+        end: End of the run, s.
+        step: Time step, s; None: computed later.
+    """
+    try:
+        curve = curve_of(load)
+    except RecordError:
+        return
+    yield from _hole_faults(load, key, curve)
+    peak = signal_of(load).peak
+    if not peak <= GREATEST and abs(load.scale) <= GREATEST:
+        found = f"{load.scale:g}, which makes a peak of {peak:.3g}"
+        yield Fault((*key, "scale"), found, f"a peak of at most {GREATEST:g}")
+    yield from _span_faults(load, key, curve, end, step)
+
+
+def _hole_faults(load: RecordedTable, key: Key, curve: RecordCurve) -> Iterator[Fault]:
+    """Yield a filled hole at whose ends a derivative that the load needs does not exist."""
+    if load.derivatives == 0 or len(holes_between(curve.knots)) == 0:
+        return
+    fits = {"spline": 2, "linear": 1}
+    if load.derivatives > fits.get(load.holes, 2 if load.holes == "refuse" else 0):
+        possible = [name for name, most in fits.items() if most >= load.derivatives]
+        yield Fault(
+            (*key, "holes"),
+            f"{load.holes}, of a motion that jumps or bends at the ends of its holes",
+            f"{either(possible)}: the motion is differentiated in time",
+            f'holes = "{possible[0]}"',
+            ((*key, "file"),),
+        )
+
+
+def _span_faults(
+    load: RecordedTable, key: Key, curve: RecordCurve, given: float, step: float | None
+) -> Iterator[Fault]:
+    shift = 0.0 if load.start is None else load.start - curve.first
+    end = given if step is None else max(given, round(given / step) * step)
+    first, last = curve.first, curve.first + curve.span
+    if load.beyond == "repeat":
+        rows = len(curve.knots) * max(1, ceil(max(end, load.ramp) / curve.span))
+        if rows > MOST_ROWS:
+            yield Fault(
+                (*key, "beyond"),
+                f"repeat, of {len(curve.knots)} rows over {curve.span:.3g} s until {end:g} s: {rows:.3g} rows",
+                f"at most {MOST_ROWS}",
+                "a record of more than one period of the signal, or fewer rows",
+                (("time", "end"),),
+            )
+        return
+    if shift < -end or shift > curve.span:
+        yield Fault(
+            (*key, "start"),
+            f"{load.start:g} s: the run of {end:g} s sees nothing of the record",
+            f"a time in the record, which goes from {first:.9g} to {last:.9g} s",
+            "leave start out to start at the first row",
+            (("time", "end"),),
+        )
+        return
+    if load.beyond == "zero":
+        return
+    slack = ROUNDING * curve.span
+    if shift < -slack:
+        yield Fault(
+            (*key, "start"),
+            f"{load.start:g} s, before the first row at {first:.9g} s",
+            "a time in the record",
+            'leave start out, or beyond = "zero"',
+        )
+    if shift + end > curve.span + slack:
+        begin = first + shift
+        yield Fault(
+            ("time", "end"),
+            f"{given:g} s, and the record of the load {load.name} ends {last - begin:.9g} s after the start",
+            f"at most that, or `beyond` given: the record goes from {first:.9g} to {last:.9g} s",
+            _remedy(load, curve, end, shift),
+            ((*key, "file"),),
+        )
+
+
+def _remedy(load: RecordedTable, curve: RecordCurve, end: float, shift: float) -> str:
+    remedies = f'end = {float(f"{curve.span - shift:.9g}")!r}, or beyond = "zero" or "repeat" in [[load]] {load.name}'
+    if (shift + end) > 500.0 * curve.span:
+        return f"are the times in another unit than s? Else {remedies}"
+    return remedies
+
+
+def record_words(signal: RecordedSignal, step: float) -> tuple[str, str]:
+    """Return the frequency of interest of a record, and how many rows and steps show it.
+
+    Args:
+        signal: The record.
+        step: Time step, s.
+    """
+    curve, frequency = signal.curve, signal.content.below(MOST_POWER)
+    words = (
+        f"below which {MOST_POWER:.0%} of its power lie, {1.0 / (frequency * step):.4g} steps per period; "
+        if frequency > 0.0
+        else ""
+    )
+    words += f"{len(curve.knots)} rows over {curve.span:.6g} s, every {curve.interval:.4g} s; peak {signal.peak:.4g}"
+    return f"{frequency:.4g} Hz", words
+
+
+EDGE = 0.8
+"""Of half the sampling rate, above which a record that was filtered before it was sampled holds little."""
+LITTLE = 0.01
+"""Of the power of a record, or of its peak."""
+MOST_OVERSHOOT = 0.05
+"""Of the range of the rows."""
+LONG = 500.0
+"""Times the run: a record that looks as if its times were in ms."""
+FEW, ENOUGH = 20, 50
+"""Steps in a period."""
+
+
+def curve_warnings(load: RecordedTable, signal: RecordedSignal) -> Iterator[str]:
+    """Yield a record that is 0, or a curve that goes far beyond its rows."""
+    if signal.peak == 0.0:
+        yield "is 0 all the time: it does nothing"
+    if signal.curve.overshoot > MOST_OVERSHOOT and load.interpolation == "cubic":
+        yield (
+            f"goes {signal.curve.overshoot:.0%} of its range beyond its rows between them: it jumps, or rows are too "
+            'few; interpolation = "monotone" keeps within'
+        )
+
+
+def row_warnings(signal: RecordedSignal) -> Iterator[str]:
+    """Yield rows that are too far apart for what they hold."""
+    half = 0.5 / signal.curve.interval
+    share = signal.content.above(EDGE * half)
+    if signal.peak > 0.0 and share > LITTLE:
+        yield (
+            f"has {share:.2g} of its power above {EDGE * half:.4g} Hz, close to half its sampling rate of "
+            f"{2.0 * half:.4g} Hz: sampled too slowly, or without a filter, it holds aliases or noise; "
+            "record it faster, or filter it"
+        )
+
+
+def end_warnings(load: RecordedTable, signal: RecordedSignal, end: float) -> Iterator[str]:
+    """Yield a record that is far longer than the run, or that jumps where it starts or ends."""
+    curve, limit = signal.curve, LITTLE * signal.peak
+    if curve.span > LONG * end:
+        times = f"{curve.span / end:.3g} times the run"
+        yield f"lasts {curve.span:.4g} s, {times}: are its times in ms? Then time_scale = 1e-3"
+    if exceeds(load.ramp, end):
+        yield "ramp = {} is longer than the run, {} s".format(*apart(load.ramp, end))
+    if load.ramp == 0.0 and signal.shift >= 0.0 and abs(first := signal.value(0.0)) > limit:
+        yield f"starts with a jump to {first:.3g}, and its peak is {signal.peak:.3g}; a ramp softens it"
+    if load.beyond == "zero":
+        if signal.shift < 0.0 and abs(first := signal.value(-signal.shift)) > limit:
+            yield f"starts with a jump to {first:.3g} at t = {-signal.shift:.4g} s"
+        if signal.last < end and abs(last := signal.value(signal.last)) > limit:
+            yield f"ends with a jump from {last:.3g} to 0 at t = {signal.last:.4g} s"
+
+
+def step_warnings(signal: RecordedSignal, step: float) -> Iterator[str]:
+    """Yield a step that is too long for the rows, or for the frequencies of a record."""
+    if signal.peak == 0.0:
+        return
+    frequency, lost = signal.content.below(MOST_POWER), signal.content.above(0.5 / step)
+    if exceeds(step, signal.curve.interval) and lost > LITTLE:
+        yield (
+            f"longer than the {apart(step, signal.curve.interval)[1]} s between rows, and {lost:.2g} of the power "
+            f"above the {0.5 / step:.4g} Hz that steps can show: the march takes aliases of the load {signal.name}"
+        )
+    elif frequency * step > 1.0 / FEW:
+        yield (
+            f"{1.0 / (frequency * step):.3g} steps in a period of {frequency:.4g} Hz, and {ENOUGH} are good; below lie "
+            f"{MOST_POWER:.0%} of the power of the load {signal.name}"
+        )
 
 
 class RecordedLoad(RecordedTable):

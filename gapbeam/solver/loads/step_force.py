@@ -3,10 +3,15 @@
     s(t) = F (r(t - start) - r(t - end))
 
 r is the smooth start of `gapbeam.solver.loads.ramp`, or a step from 0 to 1 without a ramp.
+
+What loads have in common that are a force at a point or an acceleration of the support, as a key says.
+
+What loads have in common that never repeat and may start smoothly.
 """
 
 from __future__ import annotations
 
+from abc import abstractmethod
 from collections.abc import Iterator
 from typing import Any, Literal, Self
 
@@ -14,13 +19,48 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.load_table import LoadTable
+from gapbeam.solver.loads.places import PointForce, SupportAcceleration
 from gapbeam.solver.loads.point_load import PointLoad
 from gapbeam.solver.loads.ramp import ramps_at
+from gapbeam.solver.loads.support_motion import SupportMotion
 from gapbeam.solver.loads.time_function import TimeFunction, piecewise_mean
-from gapbeam.solver.loads.unrepeated_load import UnrepeatedLoad
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.table import Name, NonNegative, Number, Positive
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.table import Name, NonNegative, Number, Positive, Vector
+from gapbeam.solver.wording.short_words import apart, exceeds
+
+
+class UnrepeatedLoad(LoadTable):
+    """A load that never repeats, with a smooth start."""
+
+    ramp: NonNegative = Field(default=0.0, description="time over which it rises smoothly from 0, s")
+    direction: Vector | None = Field(
+        default=None, description="vector of any length > 0, no unit; default upward, the bending direction"
+    )
+
+    @property
+    @abstractmethod
+    def unit(self) -> str:
+        """Unit of what the function of time is."""
+
+    @property
+    def forcing_frequency(self) -> None:
+        """None: it never repeats."""
+
+    @property
+    def rise_time(self) -> float:
+        """Duration of the ramp, s."""
+        return self.ramp
+
+    def at_full_amplitude(self) -> Self:
+        """Return the load without its ramp."""
+        return self.model_copy(update={"ramp": 0.0})
+
+    def unusual_in_run(self, end: float) -> Iterator[str]:
+        """Yield a smooth start that is longer than the run."""
+        if exceeds(self.ramp, end):
+            yield "ramp = {} is longer than the run, {} s".format(*apart(self.ramp, end))
+
 
 FASTEST = 2.0
 """Frequencies beyond this many per ramp hold next to nothing of it."""
@@ -119,3 +159,50 @@ class StepForce(UnrepeatedLoad, PointLoad):
         """Yield a step that is long beside the ramp."""
         if self.ramp > 0.0 and exceeds(step, self.ramp):
             yield f"longer than the ramp of {apart(step, self.ramp)[1]} s: the force jumps within a step"
+
+
+class PointOrSupportLoad(UnrepeatedLoad):
+    """A force at a point or an acceleration of the support, with a smooth start; it never repeats."""
+
+    quantity: Literal["force", "acceleration"] = Field(
+        default="force", description="what it is: a force at a point, or the acceleration of the support"
+    )
+    point: Number | Vector | None = Field(
+        default=None,
+        description="of a force: x on the beam axis, or all coordinates (0 on the axis), m",
+        examples=[0.15],
+    )
+
+    @property
+    def place(self) -> PointForce | SupportAcceleration:
+        """The point, or all of the beam in the frame of the support."""
+        return SupportAcceleration() if self.point is None else PointForce(self.point)
+
+    @property
+    def unit(self) -> str:
+        """Unit of the quantity."""
+        return "N" if self.quantity == "force" else "m/s^2"
+
+    def faults(self, key: Key) -> Iterator[Fault]:
+        """Yield a force at no point, and an acceleration at one."""
+        if self.quantity == "force" and self.point is None:
+            yield Fault(
+                (*key, "point"),
+                "missing, of a force",
+                "where the force acts: x on the axis, or all coordinates, m",
+                'point = 0.15, or quantity = "acceleration" to shake the support',
+                ((*key, "quantity"),),
+            )
+        if self.quantity == "acceleration" and self.point is not None:
+            yield Fault(
+                (*key, "point"),
+                "a point, of an acceleration",
+                "no point: an acceleration is that of the support, with all that stands on it",
+                'leave point out, or quantity = "force"',
+                ((*key, "quantity"),),
+            )
+
+    def unusual_values(self) -> Iterator[str]:
+        """Yield a motion that looks like another unit."""
+        if self.quantity == "acceleration" and self.peak > SupportMotion.hardest:
+            yield f"shakes the support with {self.peak:.3g} m/s^2, over 1000 g: are its values in m/s^2?"

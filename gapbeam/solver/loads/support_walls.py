@@ -6,8 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.load_choice import Load, load_direction
 from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.supports.layout import Layout, within
 from gapbeam.solver.supports.regions.region import Placement

@@ -9,12 +9,11 @@ import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
-from gapbeam.solver.loads.harmonic_load import HARMONICS
-from gapbeam.solver.loads.point_or_support_load import PointOrSupportLoad
-from gapbeam.solver.loads.swept_function import SweptSine
-from gapbeam.solver.loads.time_function import TimeFunction
+from gapbeam.solver.loads.point_load import HARMONICS
+from gapbeam.solver.loads.step_force import PointOrSupportLoad
+from gapbeam.solver.loads.time_function import SweptSine, TimeFunction
 from gapbeam.solver.table import Name, Number, Positive, Switch
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 FEW, ENOUGH = 20, 50  # steps in a period
 RECORDS = 10.0  # in a period that records show

@@ -12,12 +12,11 @@ from collections.abc import Sequence
 import numpy as np
 
 from gapbeam.solver.loads.load_choice import Load as CaseLoad
-from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.load_choice import load_direction
 from gapbeam.solver.loads.load_parts import LoadPart, patterned
 from gapbeam.solver.loads.places import SupportAcceleration, SupportWalls
 from gapbeam.solver.loads.time_function import constant
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.system_load import Load
+from gapbeam.solver.system.operators import Array, Load
 
 
 def make_loads(loads: Sequence[CaseLoad], patterns: Sequence[Array], dimension: int) -> tuple[Load, ...]:

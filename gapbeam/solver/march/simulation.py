@@ -3,6 +3,8 @@
     case -> model -> scheme -> plan -> seat -> start -> steps
 
 Runs, studies, predictions, benchmarks and Python sessions all go this way; they differ in what they do with the steps.
+
+From a model to the march that its case asks for.
 """
 
 from __future__ import annotations
@@ -15,9 +17,8 @@ import numpy as np
 
 from gapbeam.solver.errors import NotConverged
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.march.march_plan import march_of_model
-from gapbeam.solver.march.python.march import March, march
-from gapbeam.solver.models.reduction.mesh_check import refuse_other_faces
+from gapbeam.solver.march.python.march import EffectiveOperators, March, Resolution, march
+from gapbeam.solver.models.reduction.line_points import refuse_other_faces
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import Seat, find_seat
 from gapbeam.solver.start.start_state import start_of_case
@@ -29,6 +30,24 @@ if TYPE_CHECKING:
 
     from gapbeam.solver.case.case import Case
     from gapbeam.solver.models.model import Model
+
+
+def march_of_model(model: Model, scheme: TimeScheme) -> March:
+    """Return the march of a model: system, law, scheme, steps and their limits."""
+    settings, gates = model.case.time, model.case.gates
+    limits = () if scheme.conserves_energy else (gates.impact_growth, gates.impact_loss)
+    resolution = Resolution(model.contact_duration, *limits)
+    return March(
+        model.system,
+        model.law,
+        scheme,
+        EffectiveOperators(model.system, scheme),
+        model.step,
+        round(settings.end / model.step),
+        settings.max_halvings,
+        settings.max_iterations,
+        resolution if settings.adaptive else None,
+    )
 
 
 class Simulation:

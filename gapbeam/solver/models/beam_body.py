@@ -14,7 +14,7 @@ from typing import assert_never
 import numpy as np
 from scipy.sparse import block_diag, csr_matrix, hstack
 
-from gapbeam.solver.assembly.attached_motions import attached_motions
+from gapbeam.solver.assembly.assembled_system import attached_motions
 from gapbeam.solver.assembly.contact_assembly import contact_operator
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.attachments.mean_motion import MeanMotion
@@ -25,24 +25,20 @@ from gapbeam.solver.case.model_table import BeamModel, BeamMotion
 from gapbeam.solver.case.rigid_motion import NAMES
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
 from gapbeam.solver.contact.formulations.contact_points import StationOperator
-from gapbeam.solver.loads.load_directions import axis_point, load_direction
+from gapbeam.solver.loads.load_choice import axis_point, load_direction
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
-from gapbeam.solver.models.beam_basis import floating_basis
-from gapbeam.solver.models.beam_parts import AxialPart, BeamPart, BendingPart, TorsionPart
-from gapbeam.solver.models.body import Body, MeshedBeam, gathered, point_rule
+from gapbeam.solver.models.body import Body, MeshedBeam, floating_basis, gathered, point_rule
 from gapbeam.solver.models.elastic_rod import ElasticRod
-from gapbeam.solver.models.reduction.held_motions import held
-from gapbeam.solver.models.reduction.holds import FloatingBody
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.models.reduction.points_around import points_around
-from gapbeam.solver.models.reduction.projection import DenseRow, projected
-from gapbeam.solver.models.stepped_beam import SteppedBeam
+from gapbeam.solver.models.reduction.projection import DenseRow, FloatingBody, held, projected
+from gapbeam.solver.models.stepped_beam import AxialPart, BeamPart, BendingPart, SteppedBeam, TorsionPart
 from gapbeam.solver.supports.support import along_faces
+from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array, Indices, Interface, Operators
 from gapbeam.solver.system.semi_discrete import ContactOperator
-from gapbeam.solver.system.sparse_operators import SparseOperators
 
 DENSE = 1000  # DOFs up to which a beam of equal elements is marched whole: its modes take about a second
 FEW = 300  # the same of graded elements, which are few where nothing happens: a basis is smaller from there on

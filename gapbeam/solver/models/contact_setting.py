@@ -1,4 +1,9 @@
-"""Stiffness, damping and friction of the contact at every point: those of [contact], or a support's own."""
+"""Stiffness, damping and friction of the contact at every point: those of [contact], or a support's own.
+
+The contact of a body at stations in round holes, where supports ask for circles.
+
+The contact law of a case on a body: one law, or those that supports name, each at its points.
+"""
 
 from __future__ import annotations
 
@@ -8,16 +13,30 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.case.computed_defaults import Default, contact_damping, contact_stiffness
+from gapbeam.solver.case.computed_defaults import (
+    Default,
+    contact_damping,
+    contact_stiffness,
+    slowest_touch,
+    touch_depth,
+)
 from gapbeam.solver.case.contact_table import whole_unit
 from gapbeam.solver.case.own_contact import nominal_area, own_damping, own_stiffness
 from gapbeam.solver.case.placed_support import law_at, own_law
 from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
+from gapbeam.solver.contact.formulations.circle_contact import CircleOperator, circle_contact
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, make_law
+from gapbeam.solver.contact.laws.damper import CoulombFriction
+from gapbeam.solver.contact.laws.own_spring_law import LawGroup, mixed_law
+from gapbeam.solver.contact.laws.ramp_law import shaped_law
+from gapbeam.solver.loads.support_walls import hole_shifts
 from gapbeam.solver.models.body import Body
-from gapbeam.solver.models.contact_scales import compared_stiffness
+from gapbeam.solver.models.joint_reactions import reactions_of
+from gapbeam.solver.models.time_step import compared_stiffness
 from gapbeam.solver.supports.support_tables import OneSupport
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices, Reactions
+from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 
 
 @dataclass(frozen=True)
@@ -119,3 +138,92 @@ def _stands_alone(support: OneSupport) -> bool:
 def _at_points(values: list[float], body: Body) -> float | Array:
     """Return a value of each face at the contact points, (m,); one number where all are the same."""
     return values[0] if len(set(values)) == 1 else np.array(values)[body.contact.faces]
+
+
+def met_as_circles(body: Body) -> Body:
+    """Return a body with stations instead of the points around its sections where a support is met as a circle.
+
+    Raises:
+        UserError: The sections there do not keep their shape.
+    """
+    exact = [face.circle for face in body.contact.support.faces]
+    if not any(exact):
+        return body
+    return replace(body, contact=circle_contact(body.contact, exact, not body.case.model.keeps_sections))
+
+
+def with_moving_holes(case: Case, contact: ContactOperator, dimension: int) -> ContactOperator:
+    """Return an operator whose stations know how loads of a case move and open their holes: itself without stations."""
+    if not isinstance(contact, CircleOperator) or not contact.walls.motions:
+        return contact
+    shifts = hole_shifts(case.load, case.layout, contact, dimension)
+    return replace(contact, circles=replace(contact.circles, shifts=shifts))
+
+
+def station_reactions(case: Case, body: Body, system: SemiDiscreteSystem) -> Reactions | None:
+    """Return the reactions of all joints as `reactions_of` does, for contact at stations as well.
+
+    Args:
+        case: The case.
+        body: Its body, with contact points around its sections.
+        system: Its system.
+    """
+    contact = system.contact
+    if not isinstance(contact, CircleOperator):
+        return reactions_of(case, body, system)
+    found = reactions_of(case, body, replace(system, contact=contact.around))
+    if found is None:
+        return None
+    return replace(
+        found,
+        pressure=contact.at_stations(found.pressure),
+        friction=found.friction[:, : contact.friction_resultants.shape[1]],
+        turning=contact.folded(found.pressure),
+    )
+
+
+def law_of_case(case: Case, faces: Indices, setting: ContactSetting) -> ContactLaw:
+    """Return the contact law of a case, without friction.
+
+    Args:
+        case: The case.
+        faces: Index of the face of each contact point, (m,).
+        setting: K, c and areas of the points.
+    """
+    laws = [law_at(case.contact, one) for one in case.layout.supports for _ in one.faces]
+    different = list[ChosenLaw]()
+    for law in laws:
+        if law not in different:
+            different.append(law)
+    if len(different) == 1:
+        return _made(case, different[0], setting.stiffness, setting.damping, setting.areas, setting.nominal)
+    owners = np.array([different.index(law) for law in laws])[faces]
+    groups = []
+    for number, law in enumerate(different):
+        points = np.flatnonzero(owners == number)
+        parts = (
+            _taken(value, points) for value in (setting.stiffness, setting.damping, setting.areas, setting.nominal)
+        )
+        groups.append(LawGroup(points, _made(case, law, *parts)))
+    return mixed_law([group for group in groups if len(group.points) > 0])
+
+
+def _made(
+    case: Case,
+    law: ChosenLaw,
+    stiffness: float | Array,
+    damping: float | Array,
+    areas: float | Array,
+    nominal: float | Array,
+) -> ContactLaw:
+    contact = case.contact
+    adhesive, augmented = contact.tension == "adhesive", contact.formulation.left_by_multipliers
+    made = make_law(
+        law, stiffness, touch_depth(case), damping, areas,
+        adhesive=adhesive, augmented=augmented, slowest_touch=slowest_touch(case),
+    )  # fmt: skip
+    return shaped_law(law, made, areas, nominal)
+
+
+def _taken(value: float | Array, points: Indices) -> float | Array:
+    return value[points] if isinstance(value, np.ndarray) else value

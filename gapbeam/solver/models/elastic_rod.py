@@ -20,8 +20,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.sparse_operators import SparseOperators
 
 STIFFNESS = np.array([[7.0, -8.0, 1.0], [-8.0, 16.0, -8.0], [1.0, -8.0, 7.0]]) / 3.0
 MASS = np.array([[4.0, 2.0, -1.0], [2.0, 16.0, 2.0], [-1.0, 2.0, 4.0]]) / 30.0

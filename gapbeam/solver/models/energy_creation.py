@@ -9,8 +9,8 @@ from gapbeam.solver.case.placed_support import law_at
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.integrators.stable_step import stable_step
-from gapbeam.solver.models.contact_scales import compared_depth, slope_factor
 from gapbeam.solver.models.model import Model
+from gapbeam.solver.models.time_step import compared_depth, slope_factor
 from gapbeam.solver.table import type_name
 
 ROUNDED = 1.0e-3  # of a stiffness: what is lost by writing it with a few digits

@@ -1,4 +1,7 @@
-"""From the DOFs of a basis of beam elements to the nodes of a mesh, as a product that is never multiplied out."""
+"""From the DOFs of a basis of beam elements to the nodes of a mesh, as a product that is never multiplied out.
+
+What a held body keeps of the equations of motion along what joints hold.
+"""
 
 from __future__ import annotations
 
@@ -39,3 +42,22 @@ class ProductExpansion:
     def __array__(self, dtype: Any = None, copy: bool | None = None) -> Array:
         """Return E V multiplied out, (N, r)."""
         return np.asarray(self.nodes @ self.columns, dtype=dtype)
+
+
+@dataclass(frozen=True)
+class HoldingShapes:
+    """Products with the shapes Z that move h held motions by one each; V is the basis of the held body.
+
+    Attributes:
+        mass: Z^T M V, (h, n).
+        stiffness: Z^T K V, the restraint included, (h, n).
+        patterns: Z^T of `Body.patterns`, (h, patterns).
+        pressure: Z^T H^T: what forces at the m contact points do along Z, (h, m).
+        friction: Z^T T^T: what friction forces there do, (h, m k); without columns where there is no friction.
+    """
+
+    mass: Array
+    stiffness: Array
+    patterns: Array
+    pressure: Array
+    friction: Array

@@ -14,15 +14,13 @@ from __future__ import annotations
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.assembly.assembled_system import assembled_system
-from gapbeam.solver.assembly.attached_motions import hold_stiffness, model_motions
+from gapbeam.solver.assembly.assembled_system import assembled_system, hold_stiffness, model_motions
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body
-from gapbeam.solver.models.holding_shapes import HoldingShapes
+from gapbeam.solver.models.expansion import HoldingShapes
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.reactions import Reactions
+from gapbeam.solver.system.operators import Array, Reactions
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem
 
 

@@ -33,15 +33,24 @@ from gapbeam.solver.memory.memory_check import refuse_too_large, refuse_too_larg
 from gapbeam.solver.models.beam_body import beam_body
 from gapbeam.solver.models.bending_stiffness import refuse_poor_bending
 from gapbeam.solver.models.body import Body, ProbeRow, finite_elements, mesh_beam, mesh_dofs, point_rule
-from gapbeam.solver.models.case_law import law_of_case
-from gapbeam.solver.models.circle_stations import met_as_circles, station_reactions, with_moving_holes
-from gapbeam.solver.models.contact_scales import compared_depth, contact_duration, impact_time
-from gapbeam.solver.models.contact_setting import contact_setting, friction_of
-from gapbeam.solver.models.explicit_step import with_stable_step
+from gapbeam.solver.models.contact_setting import (
+    contact_setting,
+    friction_of,
+    law_of_case,
+    met_as_circles,
+    station_reactions,
+    with_moving_holes,
+)
+from gapbeam.solver.models.reduction.projection import rigid_body
 from gapbeam.solver.models.reduction.reduced_body import reduced_body
-from gapbeam.solver.models.reduction.rigid_body import rigid_body
 from gapbeam.solver.models.support_bodies import with_support_bodies
-from gapbeam.solver.models.time_step import with_time_step
+from gapbeam.solver.models.time_step import (
+    compared_depth,
+    contact_duration,
+    impact_time,
+    with_stable_step,
+    with_time_step,
+)
 from gapbeam.solver.supports.support import Support
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem

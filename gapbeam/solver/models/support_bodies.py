@@ -20,11 +20,10 @@ from scipy.sparse import csr_matrix, hstack
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
-from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.loads.load_choice import load_direction
 from gapbeam.solver.loads.places import BodyForce, SupportAcceleration
-from gapbeam.solver.supports.body_motions import BodyMotion, body_motions
-from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.masses_beside import MassesBeside
+from gapbeam.solver.supports.layout import BodyMotion, body_motions
+from gapbeam.solver.system.dense_operators import DenseOperators, MassesBeside
 from gapbeam.solver.system.operators import Array, Interface, RankOnes
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 

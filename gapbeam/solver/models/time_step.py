@@ -1,4 +1,9 @@
-"""The computed time step: the frequencies of interest, the contact, and records that fall on whole steps."""
+"""The computed time step: the frequencies of interest, the contact, and records that fall on whole steps.
+
+Scales of the contact: its linearized stiffness and the duration of an impact.
+
+The time step of the explicit scheme: the stability limit, and a step below the limit where none was given.
+"""
 
 from __future__ import annotations
 
@@ -10,11 +15,84 @@ from operator import itemgetter
 
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.all_checks import contradictions_in
-from gapbeam.solver.case.computed_defaults import Default, bending_words, overhang_frequency
+from gapbeam.solver.case.computed_defaults import Default, bending_words, lightest_supported, overhang_frequency
+from gapbeam.solver.case.wear_table import Wear
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.errors import UserError
 from gapbeam.solver.faults import CaseError
+from gapbeam.solver.integrators.stable_step import SAFETY, StableStep
 from gapbeam.solver.loads.attachment import Attachment
-from gapbeam.solver.loads.forcing import forcing_frequencies
-from gapbeam.solver.models.contact_scales import contact_duration
+from gapbeam.solver.loads.load_choice import forcing_frequencies
+
+DEPTH_RATIO = 0.01  # penetration over clearance at which a law with an exponent is compared with a linear one
+OF_THICKNESS = 1.0e-4  # where there is no clearance
+
+
+def compared_depth(case: Case) -> float:
+    """Return the penetration at which laws with an exponent are taken as linear, m: 1 % of the clearance.
+
+    Without clearance a ten-thousandth of the thickness.
+    """
+    clearance = abs(case.layout.clearance)
+    return DEPTH_RATIO * clearance if clearance > 0.0 else OF_THICKNESS * case.profile.thinnest
+
+
+def slope_factor(case: Case, law: ChosenLaw | None = None) -> float:
+    """Return the slope of a law over its stiffness K, n d^(n-1) at `compared_depth`, m^(n-1); 1 for n = 1.
+
+    Args:
+        case: The case.
+        law: The law; None: that of [contact].
+    """
+    exponent = (law or case.contact.law).spring_exponent
+    return float(exponent * compared_depth(case) ** (exponent - 1.0))
+
+
+def compared_stiffness(case: Case, stiffness: float, law: ChosenLaw) -> float:
+    """Return K of the law of [contact] that has the slope of another law at `compared_depth`, Pa/m^n.
+
+    Args:
+        case: The case.
+        stiffness: K of the other law, in its unit.
+        law: The other law; with the exponent of that of [contact], its K itself is returned.
+    """
+    if law.spring_exponent == case.contact.law.spring_exponent:
+        return stiffness
+    return stiffness * slope_factor(case, law) / slope_factor(case)
+
+
+def impact_time(case: Case, wear: Wear, stiffness: float) -> Default:
+    """Return how much of each contact of a face is its impact, s: given, or the duration of an impact.
+
+    Args:
+        case: The case.
+        wear: Its table.
+        stiffness: K of the contact, Pa/m^n.
+    """
+    name, unit = "wear.impact_time", "s"
+    if wear.impact_time != "auto":
+        return Default(name, wear.impact_time, unit, "given in the case")
+    reason = "half a period of the supported part of the beam on one face"
+    consequence = "half: of longer contacts less is impact and more is sliding or sticking; double: more is impact"
+    return Default(name, contact_duration(case, stiffness), unit, reason, consequence)
+
+
+def contact_duration(case: Case, stiffness: float) -> float:
+    """Return the duration of an impact, s: half a period of the supported part of the beam on one face.
+
+        T_c = pi / omega_c,    omega_c^2 = n K d^(n-1) / (density A / width)
+
+    At least: a part of the beam that takes more of its length with it stays longer. The mass of a support that gives
+    way makes it shorter: the reduced mass of both counts.
+
+    Args:
+        case: The case.
+        stiffness: K of the contact, Pa/m^n.
+    """
+    piece = lightest_supported(case)
+    mass = min(one.impact_mass(piece.face_mass, piece.beam.width) for one in case.layout.supports)
+    return pi * sqrt(mass / (slope_factor(case) * stiffness))
+
 
 STEPS_PER_PERIOD = 50  # of the highest frequency of interest
 PERIOD_ERROR = (2.0 * pi / STEPS_PER_PERIOD) ** 2 / 12.0  # of the midpoint rule at the frequency of interest
@@ -170,3 +248,43 @@ def _divisor(one: Fraction, other: Fraction) -> Fraction:
     """Return the largest number of which both are whole multiples."""
     denominators = one.denominator * other.denominator
     return Fraction(gcd(one.numerator * other.denominator, other.numerator * one.denominator), denominators)
+
+
+MUCH_SHORTER = 0.5  # damping that shortens the stable step this much is reported
+
+
+def with_stable_step(
+    asked: Case, case: Case, computed: tuple[Default, ...], limit: StableStep
+) -> tuple[Case, tuple[Default, ...]]:
+    """Return the case with a step that the explicit scheme can march, and the limit with its reason.
+
+    A computed step is shortened to the limit; a given one is not touched.
+
+    Args:
+        asked: The case as it was given.
+        case: The case with its step as a number.
+        computed: Defaults of the step.
+        limit: The largest stable step.
+
+    Raises:
+        UserError: The given step is longer than the limit.
+    """
+    step = case.time.step
+    assert step != "auto"
+    damped = limit.step < MUCH_SHORTER * limit.undamped
+    words = f"; without damping {limit.undamped:g} s, and damping by mass alone costs nothing" if damped else ""
+    reason = f"{SAFETY:g} of the stable step; the highest frequency is {limit.frequency:.3g} rad/s{words}"
+    limit_row = Default(
+        "limit of time.step", limit.step, "s", reason, "half: half the cells, or a contact 4 times stiffer"
+    )
+    if step <= limit.step:
+        return case, (*computed, limit_row)
+    if asked.time.step == "auto":
+        value, _ = rounded_down(asked, limit.step)
+        shortened = case.model_copy(update={"time": case.time.model_copy(update={"step": value})})
+        return shortened, (Default("time.step", value, "s", "the limit of the explicit scheme"), limit_row)
+    raise UserError(
+        f"time.step: {step:g} s, which the scheme {case.time.scheme.type} cannot march; expected at most "
+        f"{limit.written} s on this mesh{words}; try time.step = {limit.written}, larger cells, or an implicit "
+        'scheme: time.scheme = "discrete-gradient"'
+    )

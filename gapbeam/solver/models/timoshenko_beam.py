@@ -19,8 +19,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.case.beam_profile import BeamPiece
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.system.dense_operators import SparseOperators
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.sparse_operators import SparseOperators
 
 POINTS, WEIGHTS = np.polynomial.legendre.leggauss(4)  # exact for products of the cubic shapes
 

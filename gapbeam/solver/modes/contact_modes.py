@@ -18,9 +18,9 @@ from scipy.sparse import csr_matrix
 from gapbeam.solver.case.computed_defaults import overhang_frequency
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.models.contact_scales import compared_depth
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.vibration_modes import lowest_modes
+from gapbeam.solver.models.time_step import compared_depth
 from gapbeam.solver.modes.section_motion import SectionMotion, Sections
 from gapbeam.solver.seat.escape import RigidMotions
 from gapbeam.solver.seat.static_seat import find_seat

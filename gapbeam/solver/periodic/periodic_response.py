@@ -15,18 +15,15 @@ from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.errors import Interrupted
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
-from gapbeam.solver.march.march_plan import march_of_model
 from gapbeam.solver.march.python.march import March, march
+from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.periodic.floquet import UNKNOWN, stability_of
+from gapbeam.solver.periodic.floquet import UNKNOWN, Judgment, stability_of, with_error
 from gapbeam.solver.periodic.fourier_series import Fourier
-from gapbeam.solver.periodic.harmonic_continuation import Climb, climb
-from gapbeam.solver.periodic.harmonic_multipliers import NOTABLE_TRUNCATION, balanced_multipliers
-from gapbeam.solver.periodic.harmonic_steps import series_steps
-from gapbeam.solver.periodic.known_multipliers import Judgment, with_error
-from gapbeam.solver.periodic.marched_period_map import MarchedMap
+from gapbeam.solver.periodic.harmonic_balance import series_steps
+from gapbeam.solver.periodic.harmonic_continuation import NOTABLE_TRUNCATION, Climb, balanced_multipliers, climb
+from gapbeam.solver.periodic.marched_period_map import MarchedMap, shoot_marched
 from gapbeam.solver.periodic.modal_period_map import ModalMap
-from gapbeam.solver.periodic.newton_krylov import shoot_marched
 from gapbeam.solver.periodic.shooting import relative_change, shoot
 from gapbeam.solver.periodic.steady_forcing import SteadyModel, scheme_of_period, steady, with_whole_steps
 from gapbeam.solver.system.accepted_step import Step

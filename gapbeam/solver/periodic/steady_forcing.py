@@ -1,22 +1,31 @@
-"""A case under its steady forcing, with a whole number of steps in a period of its response."""
+"""A case under its steady forcing, with a whole number of steps in a period of its response.
+
+What the probes do over a period of the response: means, peaks and harmonics in the bending direction.
+"""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterator
+from dataclasses import dataclass, field, replace
 from math import ceil, pi
+from typing import Any
+
+import numpy as np
 
 from gapbeam.solver.case.analysis_table import Periodic
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.integrators.scheme_choice import USUAL
 from gapbeam.solver.integrators.time_scheme import TimeScheme
-from gapbeam.solver.loads.forcing import forcing_frequencies
-from gapbeam.solver.loads.load_choice import Load
-from gapbeam.solver.march.march_plan import march_of_model
+from gapbeam.solver.loads.load_choice import Load, forcing_frequencies
 from gapbeam.solver.march.python.march import March
+from gapbeam.solver.march.simulation import march_of_model
 from gapbeam.solver.models.model import Model, model_of
 from gapbeam.solver.periodic.modal_period_map import ModalMap
 from gapbeam.solver.supports.layout import with_value
+from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.modal_coordinates import modal_system
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, State
 
 WHOLE = 1.0e-6  # of a step
 
@@ -144,3 +153,51 @@ def _timed(model: Model, step: float) -> Model:
         return model
     case = model.case.model_copy(update={"time": model.case.time.model_copy(update={"step": step})})
     return replace(model, case=case)
+
+
+HARMONICS_REPORTED = 5
+
+
+@dataclass
+class ProbeFigures:
+    """Listens to the steps of a period.
+
+    Attributes:
+        model: Whose probes they are.
+        places: Displacement of every probe in the bending direction at the end of every step, m.
+    """
+
+    model: Model
+    places: list[list[float]] = field(default_factory=list)
+
+    def listening(self, steps: Iterator[Step]) -> Iterator[Step]:
+        """Yield the steps. Collective."""
+        for step in steps:
+            if step.completes:
+                self._read(step.new)
+            yield step
+
+    def figures(self, periods: int) -> dict[str, Any]:
+        """Return mean, peak to peak and harmonics 1-5 of the forcing of every probe, m.
+
+        Args:
+            periods: Forcing periods that were listened to.
+        """
+        if not self.places or not self.model.probes:
+            return {}
+        return {
+            name: {"mean": float(np.mean(place)), "peak_to_peak": float(np.ptp(place))}
+            | {"harmonics": harmonic_amplitudes(place, periods), "unit": "m"}
+            for name, place in zip(self.model.probes, np.array(self.places).T, strict=True)
+        }
+
+    def _read(self, state: State) -> None:
+        operators = self.model.system.operators
+        self.places.append([float(row.evaluate(state.u[VALUE], operators)[-1]) for row in self.model.probes.values()])
+
+
+def harmonic_amplitudes(values: Array, periods: int) -> list[float]:
+    """Return the amplitudes of harmonics 1-5 of the forcing in equal samples of some of its periods."""
+    spectrum = 2.0 * np.abs(np.fft.rfft(values)) / len(values)
+    orders = range(periods, (HARMONICS_REPORTED + 1) * periods, periods)
+    return [float(spectrum[k]) for k in orders if k < len(spectrum)]

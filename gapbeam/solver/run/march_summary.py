@@ -10,7 +10,7 @@ import numpy as np
 from mpi4py import MPI
 
 from gapbeam.solver.diagnostics.assumptions.assumption import Finding, in_one_line
-from gapbeam.solver.diagnostics.impact_figures import impact_figures
+from gapbeam.solver.diagnostics.march_diagnostics import impact_figures
 from gapbeam.solver.diagnostics.statistics.run_statistics import in_words
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.recorded_content import recorded_content

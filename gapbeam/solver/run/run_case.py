@@ -22,14 +22,14 @@ from gapbeam.solver.case.model_table import FullModel
 from gapbeam.solver.case.record_checksums import with_checksums
 from gapbeam.solver.diagnostics.energy_ledger import balance_words
 from gapbeam.solver.errors import Interrupted, NotConverged, NotWritten, RunError
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.march.compiled.compiled_march import CompiledLoop
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
 from gapbeam.solver.march.simulation import Simulation
 from gapbeam.solver.memory.out_of_memory import out_of_memory_reported
 from gapbeam.solver.models.energy_creation import accepted_energy_creators, refuse_energy_creators
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.periodic.probe_figures import ProbeFigures
+from gapbeam.solver.periodic.steady_forcing import ProbeFigures
 from gapbeam.solver.record_table import CASE_FILE, SUMMARY_FILE
 from gapbeam.solver.run.checkpoint.checkpoints import Checkpoints, Left, remove_unasked
 from gapbeam.solver.run.checkpoint.left_state import left_state

@@ -16,17 +16,15 @@ from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.assumptions.assumption import let_pass, limited
 from gapbeam.solver.diagnostics.contact_episodes import Episodes
-from gapbeam.solver.diagnostics.contact_peaks import Peaks
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.point_contact import PointContact
-from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
+from gapbeam.solver.diagnostics.point_contact import Peaks, PointContact
+from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics
 from gapbeam.solver.errors import AssumptionBroken, Interrupted, NotWritten, RunError
 from gapbeam.solver.march.compiled.eligibility import why_not_compiled
-from gapbeam.solver.march.gathered_steps import StepBlock
 from gapbeam.solver.march.python.march import March
-from gapbeam.solver.march.step_blocks import Wanted, agreement, marched, step_blocks_of
+from gapbeam.solver.march.step_blocks import StepBlock, Wanted, agreement, marched, step_blocks_of
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.assumptions.motion_findings import of_contact, of_pose
 from gapbeam.solver.run.assumptions.pose_rows import gauges_of, watch_of
@@ -44,8 +42,7 @@ from gapbeam.solver.run.output.wear_file import write_wear
 from gapbeam.solver.run.stop_rule import StopRule, statistics_of
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import State
-from gapbeam.solver.system.snapshots import Snapshots
+from gapbeam.solver.system.semi_discrete import Snapshots, State
 
 LEAST_BLOCKS = 32  # of a run with many fields: an assumption that is broken beyond all sense ends it after a few
 

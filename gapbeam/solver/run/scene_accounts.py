@@ -8,9 +8,9 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.case.gates_table import Gates
+from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
-from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
 from gapbeam.solver.diagnostics.impact_list import ImpactList
 from gapbeam.solver.diagnostics.impact_updates import approach_speed
 from gapbeam.solver.diagnostics.ledger_update import ESTIMATE, ROUND_OFF_SAFETY
@@ -19,8 +19,8 @@ from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.modal_march import TOLERANCE, Marcher
 from gapbeam.solver.scene.scene import Scene
 from gapbeam.solver.scene.step_kernel import DAMPED, FED, KINETIC, LAW, LOADED, RUBBED, STORED, STRAIN, WALLED
-from gapbeam.solver.system.closed_part import closed_part
 from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.slip_modes import closed_part
 
 UNSEEN = -1.0  # speed of a contact that began before the march
 EPS = float(np.finfo(float).eps)

@@ -9,7 +9,7 @@ import numpy as np
 
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding, limited
 from gapbeam.solver.diagnostics.energy_gates import describe_energy, describe_gates
-from gapbeam.solver.diagnostics.impact_figures import figures_of_lists
+from gapbeam.solver.diagnostics.march_diagnostics import figures_of_lists
 from gapbeam.solver.run.assumptions.motion_findings import RESOLVED
 from gapbeam.solver.run.scene_accounts import SceneAccounts, promises_balance
 from gapbeam.solver.scene.linear_scheme import LinearScheme

@@ -10,8 +10,8 @@ import numpy as np
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.impact_list import DURATION
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.block_means import missed_share
 from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, Doubts, energy_bias
-from gapbeam.solver.diagnostics.statistics.missed_impacts import missed_share
 from gapbeam.solver.integrators.noise_bias import bias_at
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import has_statistics

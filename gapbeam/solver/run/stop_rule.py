@@ -12,15 +12,13 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.computed_defaults import overhang_frequency, rayleigh
 from gapbeam.solver.case.model_table import RigidModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
+from gapbeam.solver.diagnostics.statistics.batch_interval import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
 from gapbeam.solver.diagnostics.statistics.figure_doubts import WORK_RATE, Doubts
-from gapbeam.solver.diagnostics.statistics.judgment import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
-from gapbeam.solver.diagnostics.statistics.point_statistics import FEW, PointStatistics
-from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.run_statistics import FEW, PointStatistics, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import figure_names, may_be_asked
 from gapbeam.solver.errors import IntervalNotMet, UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.wording.compared_numbers import apart
-from gapbeam.solver.wording.near_names import near
+from gapbeam.solver.wording.short_words import apart, near
 
 DOUBTS = {"not resolved": "not resolved by the step", "biased": "biased by the scheme"}
 CERTAINTY = ("effective_samples", "relative_variance_times_time")

@@ -17,16 +17,16 @@ from gapbeam.solver.diagnostics.assumptions.assumption import (
     limited,
 )
 from gapbeam.solver.diagnostics.assumptions.frequency_content import FrequencyContent
-from gapbeam.solver.diagnostics.contact_peaks import Peaks
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates, describe_energy, describe_gates
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.point_contact import Peaks
 from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, energy_bias
 from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.march.python.adaptive_step import RESOLVING_SHARE
+from gapbeam.solver.march.python.march import RESOLVING_SHARE
 from gapbeam.solver.models.bending_stiffness import bending_remarks
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.models.reduction.basis_report import basis_remarks

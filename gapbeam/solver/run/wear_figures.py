@@ -6,7 +6,7 @@ W is the work of sliding over the time T, k the coefficient of wear, A the worn 
 interval are those of the statistics, behind the burn-in; the coefficient and the area count as exact. Other runs have
 the mean from t = 0 to the end, and no interval. The same holds for the parts of W by the mode of motion.
 The map of work rates per area over the points of a face has an interval for its largest value, see
-`gapbeam.solver.diagnostics.statistics.largest_of_map`.
+`gapbeam.solver.diagnostics.statistics.batch_interval`.
 """
 
 from __future__ import annotations
@@ -18,10 +18,9 @@ import numpy as np
 
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
+from gapbeam.solver.diagnostics.statistics.batch_interval import largest_of_map
 from gapbeam.solver.diagnostics.statistics.figure_doubts import PARTS_OF_WORK, WORK_RATE
-from gapbeam.solver.diagnostics.statistics.largest_of_map import largest_of_map
-from gapbeam.solver.diagnostics.statistics.point_statistics import PointStatistics
-from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.run.output.wear_file import angles

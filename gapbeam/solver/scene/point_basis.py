@@ -18,7 +18,7 @@ import numpy as np
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
 from gapbeam.solver.scene.structure import Structure
-from gapbeam.solver.system.sparse_operators import SparseOperators
+from gapbeam.solver.system.dense_operators import SparseOperators
 
 SHIFT = 0.1
 MOST_RIGID = 6

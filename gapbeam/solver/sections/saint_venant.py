@@ -28,7 +28,7 @@ import numpy as np
 from gapbeam.meshes.gmsh_models.graded_triangles import graded_triangles
 from gapbeam.meshes.sections.delaunay_refinement import Triangulation, edges_of
 from gapbeam.meshes.sections.polygon_outline import PolygonOutline, signed_area
-from gapbeam.meshes.sections.section_curve import Array, Place
+from gapbeam.meshes.sections.section_patches import Array, Place
 
 ALONG = 24  # wanted edges along the larger extent
 GROWTH = 0.7  # of the distance from a re-entrant corner: how long edges are there

@@ -1,17 +1,141 @@
-"""The choice of cross-sections: `section` of [beam], by name or as a table with its `type`."""
+"""The choice of cross-sections: `section` of [beam], by name or as a table with its `type`.
+
+The I section.
+
+The hollow rectangle.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterator
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gapbeam.solver.sections.box_section import BoxSection
-from gapbeam.solver.sections.i_section import ISection
+from gapbeam.meshes.sections.section_patches import SectionPatches, grid_patches
+from gapbeam.solver.faults import Fault
 from gapbeam.solver.sections.polygon_section import PolygonSection
-from gapbeam.solver.sections.rectangle import RectangularSection
-from gapbeam.solver.sections.round_section import RoundSection
-from gapbeam.solver.sections.tube_section import TubeSection
+from gapbeam.solver.sections.section_table import (
+    SymmetricSection,
+    solid_shear,
+    thin_enough,
+    thin_walled_shear,
+    wall_cells,
+)
+from gapbeam.solver.sections.simple_sections import RectangularSection, RoundSection, TubeSection
+from gapbeam.solver.sections.warping_function import torsion_of_blocks
+from gapbeam.solver.table import Positive
+
+
+class ISection(SymmetricSection):
+    """Two flanges across the bending plane and a web between them.
+
+    Source: Cowper (1966), table 1, thin-walled I section, for the shear coefficient.
+    """
+
+    type: Literal["i"] = Field(description="two flanges, width wide, and a web between them, thickness high in all")
+    web: Positive = Field(description="thickness of the web across the bending plane, m", examples=[0.004])
+    flange: Positive = Field(description="thickness of each flange in the bending direction, m", examples=[0.003])
+
+    def area(self, thickness: float, width: float) -> float:
+        """Return 2 b t_f + (h - 2 t_f) t_w."""
+        return 2.0 * width * self.flange + (thickness - 2.0 * self.flange) * self.web
+
+    def second_moment(self, thickness: float, width: float) -> float:
+        """Return (b h^3 - (b - t_w) h_w^3) / 12."""
+        return (width * thickness**3 - (width - self.web) * (thickness - 2.0 * self.flange) ** 3) / 12.0
+
+    def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return Cowper's kappa with n = b / h and m = 2 b t_f / (h t_w), h between the middles of the flanges."""
+        height, nu = thickness - self.flange, poisson_ratio
+        n = width / height
+        m = 2.0 * n * self.flange / self.web
+        more = 30.0 * n**2 * (m + m**2) + 5.0 * nu * n**2 * (8.0 * m + 9.0 * m**2)
+        return thin_walled_shear(m, more, nu)
+
+    def lateral_moment(self, thickness: float, width: float) -> float:
+        """Return (2 t_f b^3 + h_w t_w^3) / 12."""
+        return (2.0 * self.flange * width**3 + (thickness - 2.0 * self.flange) * self.web**3) / 12.0
+
+    def lateral_shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return the kappa of a rectangle over both flanges, which carry the shear."""
+        share = 2.0 * width * self.flange / self.area(thickness, width)
+        return share * solid_shear(poisson_ratio)
+
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return J by finite elements; warping is free, as in all torsion here."""
+        outer = 0.5 * width, 0.5 * thickness
+        return torsion_of_blocks((0.5 * self.web, outer[1] - self.flange), outer, ((True, True), (False, True)))
+
+    def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
+        """Return three patches in each flange, and the web."""
+        y, z = 0.5 * width, 0.5 * thickness
+        lines = (-y, -0.5 * self.web, 0.5 * self.web, y), (-z, self.flange - z, z - self.flange, z)
+        outer, thin = max(1, across // 2), wall_cells(through)
+        full, middle = (True, True, True), (False, True, False)
+        return grid_patches(lines, ((outer, wall_cells(across), outer), (thin, through, thin)), (full, middle, full))
+
+    def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
+        """Return whether a point is in the web or in a flange."""
+        outside = abs(y) > 0.5 * width or abs(z) > 0.5 * thickness
+        return not outside and (abs(y) <= 0.5 * self.web or abs(z) >= 0.5 * thickness - self.flange)
+
+    def faults(self, thickness: float, width: float) -> Iterator[Fault]:
+        """Yield webs that are as wide as the flanges, and flanges that leave no web."""
+        yield from thin_enough("web", self.web, width, "the width of the flanges")
+        yield from thin_enough("flange", self.flange, 0.5 * thickness, "half of the thickness of the beam")
+
+
+class BoxSection(SymmetricSection):
+    """A hollow rectangle whose walls are all equally thick.
+
+    Source: Cowper (1966), table 1, thin-walled box section, for the shear coefficient.
+    """
+
+    type: Literal["box"] = Field(description="a hollow rectangle, thickness high and width wide")
+    wall: Positive = Field(description="thickness of all four walls, m", examples=[0.002])
+
+    def area(self, thickness: float, width: float) -> float:
+        """Return b h - b_i h_i."""
+        return width * thickness - (width - 2.0 * self.wall) * (thickness - 2.0 * self.wall)
+
+    def second_moment(self, thickness: float, width: float) -> float:
+        """Return (b h^3 - b_i h_i^3) / 12."""
+        inside = (width - 2.0 * self.wall) * (thickness - 2.0 * self.wall) ** 3
+        return (width * thickness**3 - inside) / 12.0
+
+    def shear_coefficient(self, thickness: float, width: float, poisson_ratio: float) -> float:
+        """Return Cowper's kappa with m = n = b / h, taken between the middles of the walls."""
+        n = (width - self.wall) / (thickness - self.wall)
+        more = 10.0 * n**2 * ((3.0 + poisson_ratio) * n + 3.0 * n**2)
+        return thin_walled_shear(n, more, poisson_ratio)
+
+    def torsion_constant(self, thickness: float, width: float) -> float:
+        """Return J by finite elements, for walls of any thickness; Bredt's 4 A_m^2 t / s is that of thin ones."""
+        outer = 0.5 * width, 0.5 * thickness
+        return torsion_of_blocks((outer[0] - self.wall, outer[1] - self.wall), outer, ((False, True), (True, True)))
+
+    def patches(self, thickness: float, width: float, through: int, across: int) -> SectionPatches:
+        """Return four corners and four walls."""
+        y, z, wall = 0.5 * width, 0.5 * thickness, self.wall
+        lines = (-y, wall - y, y - wall, y), (-z, wall - z, z - wall, z)
+        thin = wall_cells(through)
+        full, hollow = (True, True, True), (True, False, True)
+        return grid_patches(lines, ((thin, across, thin), (thin, through, thin)), (full, hollow, full))
+
+    def contains(self, y: float, z: float, thickness: float, width: float) -> bool:
+        """Return whether a point is in a wall."""
+        outside = abs(y) > 0.5 * width or abs(z) > 0.5 * thickness
+        return not outside and (abs(y) >= 0.5 * width - self.wall or abs(z) >= 0.5 * thickness - self.wall)
+
+    def hollow(self, thickness: float, width: float) -> tuple[float, float]:
+        """Return the sizes between the walls."""
+        return thickness - 2.0 * self.wall, width - 2.0 * self.wall
+
+    def faults(self, thickness: float, width: float) -> Iterator[Fault]:
+        """Yield walls that leave no hollow."""
+        yield from thin_enough("wall", self.wall, 0.5 * min(thickness, width), "half of the thickness and of the width")
+
 
 SectionChoice = Annotated[
     RectangularSection | BoxSection | ISection | PolygonSection | RoundSection | TubeSection,

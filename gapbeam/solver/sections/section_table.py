@@ -14,13 +14,12 @@ from typing import Literal
 
 import numpy as np
 
-from gapbeam.meshes.sections.patch_outline import outline_of
-from gapbeam.meshes.sections.polygon_outline import PolygonOutline
+from gapbeam.meshes.sections.polygon_outline import PolygonOutline, outline_of
 from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.sections.saint_venant import SaintVenantFigures, saint_venant
 from gapbeam.solver.table import Table
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 KEY = ("beam", "section")
 ASIDE = 1.0e-3  # of the size, or of the second moments: what is off by less than this is taken to be on the axis

@@ -11,7 +11,7 @@ from gapbeam.solver.case.analysis_table import Periodic, Transient
 from gapbeam.solver.case.centered_pose import centered_pose
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.rigid_shapes import rigid_parts
-from gapbeam.solver.supports.body_motions import body_motions
+from gapbeam.solver.supports.layout import body_motions
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import VALUE, SemiDiscreteSystem, State, imaged
 

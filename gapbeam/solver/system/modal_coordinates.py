@@ -14,8 +14,7 @@ from functools import cached_property
 import numpy as np
 
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Array, RankOnes
-from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.system.operators import Array, RankOnes, row_product
 from gapbeam.solver.system.semi_discrete import ContactOperator, SemiDiscreteSystem
 
 ROUND_OFF = 1.0e-13  # of the largest eigenvalue

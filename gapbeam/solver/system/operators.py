@@ -1,8 +1,25 @@
-"""Operators of a model: products with M and K, factors, and the interface DOFs that gaps depend on."""
+"""Operators of a model: products with M and K, factors, and the interface DOFs that gaps depend on.
+
+Loads of a semi-discrete system: patterns times functions of time.
+
+Products of many rows with a matrix in blocks of one size, so that bits do not depend on the number of rows.
+
+BLAS adds up in an order that follows from the number of rows, and from the place of a row among them. Records are made
+of blocks whose length follows from the clock; a run that is resumed has others. So rows are multiplied eight at a time,
+the last ones filled up: of eight rows, kernels of OpenBLAS for AVX-512, AVX2, AVX and SSE treat each alike. Of 64 rows,
+as many as here before, those for AVX-512 do not.
+
+The forces with which joints hold the body, as rows on what a record knows of a state.
+
+    R = A u + B v + F s(t) + P (w p) + T (w t)
+
+Springs and dampers have A and B alone. Where a joint holds a motion that the model has not, the acceleration that the
+equation of motion has at the state is put into the equation along that motion (`models.joint_reactions`).
+"""
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
 from typing import Any, Protocol, runtime_checkable
 
@@ -178,3 +195,138 @@ class RankOnes:
     def matrix(self) -> Array:
         """The sum as an array, (n, n), on one rank."""
         return np.asarray(self.patterns.T @ (self.coefficients[:, None] * self.patterns))
+
+
+AT_ONCE = 8192  # times, so that what is made of them stays in the cache
+
+
+class Alike(Protocol):
+    """A function of time that costs little beside others of its kind."""
+
+    @property
+    def kind(self) -> Hashable:
+        """What functions have in common that are computed together."""
+
+    def rows(self, signals: Sequence[Any], times: Array) -> Array:
+        """Return s of some functions of this kind at many times, (times, functions)."""
+
+
+@dataclass(frozen=True)
+class Load:
+    """A spatial pattern times a function of time, with the motion of the frame where it is an inertia load.
+
+    Attributes:
+        name: Name in the case file.
+        pattern: Nodal forces per unit factor, (n,), N.
+        factor: s(t).
+        static: Whether it acts on the seat before t = 0.
+        frame_direction: Direction of a base motion with acceleration s(t), (3,), or None for other loads.
+        frame_mean: Mean of s over intervals from starts, (times,), to ends, (times,), for base motion.
+        of_arrays: Whether s also takes an array of times.
+        signal: Computes s together with other loads of its kind; None: s is computed by itself.
+    """
+
+    name: str
+    pattern: Array
+    factor: Callable[[float], float]
+    static: bool = False
+    frame_direction: Array | None = None
+    frame_mean: Callable[[Array, Array], Array] | None = None
+    of_arrays: bool = False
+    signal: Alike | None = None
+
+    def factors(self, times: Array) -> Array:
+        """Return s at many times, (times,)."""
+        if self.of_arrays:
+            of_arrays: Callable[[Any], Any] = self.factor
+            return np.asarray(np.broadcast_to(of_arrays(times), times.shape), dtype=float)
+        return np.array([self.factor(float(time)) for time in times])
+
+
+def factor_rows_of(loads: Sequence[Load], times: Array) -> Array:
+    """Return s_k(t) of loads at many times, (times, loads); loads of one kind together."""
+    rows, alike = np.empty((len(times), len(loads))), dict[Hashable, list[int]]()
+    for place, load in enumerate(loads):
+        if load.signal is None:
+            rows[:, place] = load.factors(times)
+        else:
+            alike.setdefault(load.signal.kind, []).append(place)
+    for places in alike.values():
+        signals = [loads[place].signal for place in places]
+        if (first := signals[0]) is not None:
+            together = places[-1] - places[0] == len(places) - 1
+            columns = slice(places[0], places[-1] + 1) if together else places
+            for begin in range(0, len(times), AT_ONCE):
+                here = slice(begin, begin + AT_ONCE)
+                rows[here, columns] = first.rows(signals, times[here])
+    return rows
+
+
+ROWS = 8
+COLUMNS = 1024  # at once, so that they stay in the cache from one block of rows to the next
+
+
+def row_product(rows: Array, matrix: Array) -> Array:
+    """Return x A of rows x, (times, n), and a matrix A, (n, k): (times, k), each row the same bits in any company."""
+    times, count = len(rows), -(-len(rows) // ROWS)
+    blocks = np.zeros((count, ROWS, rows.shape[1]))
+    blocks.reshape(count * ROWS, rows.shape[1])[:times] = rows
+    product = np.empty((count, ROWS, matrix.shape[1]))
+    for begin in range(0, matrix.shape[1], COLUMNS):
+        some = slice(begin, begin + COLUMNS)
+        np.matmul(blocks, matrix[:, some], out=product[..., some])
+    return product.reshape(count * ROWS, matrix.shape[1])[:times]
+
+
+@dataclass(frozen=True)
+class Reactions:
+    """Rows for r forces and moments.
+
+    Attributes:
+        displacement: A on the DOFs of this rank, (r, n).
+        velocity: B, (r, n).
+        loads: F, (r, loads).
+        pressure: P, (r, m).
+        friction: T, (r, m k).
+        turning: What forces along y and z at the stations in round holes add, (r, 2k); P is 0 there.
+    """
+
+    displacement: Array | csr_matrix
+    velocity: Array | csr_matrix
+    loads: Array
+    pressure: Array
+    friction: Array
+    turning: Array | None = None
+
+    def of_contact(self, forces: Array, friction: Array | None, turned: Array | None = None) -> Array:
+        """Return the part of contact, (r,), N and N m.
+
+        Args:
+            forces: w p, (m,), N.
+            friction: w t, (m, k), N; None: nothing rubs.
+            turned: Forces along y and z at the stations in round holes, (2k,), N; None: there are none.
+        """
+        found = np.asarray(self.pressure @ forces)
+        if self.turning is not None and turned is not None:
+            found = found + self.turning @ turned
+        return found if friction is None else np.asarray(found + self.friction @ friction.reshape(-1))
+
+    def total(self, u: Array, v: Array, factors: Array, of_contact: Array, operators: Operators) -> Array:
+        """Return the forces on the body, (times, r), N and N m.
+
+        Args:
+            u: DOFs of this rank, (times, n).
+            v: Their velocities, (times, n).
+            factors: s_k, (times, loads).
+            of_contact: The part of contact, (times, r).
+            operators: They sum over ranks.
+
+        Collective.
+        """
+        moved = operators.sum(_product(u, self.displacement) + _product(v, self.velocity))
+        return np.asarray(moved + row_product(factors, self.loads.T) + of_contact)
+
+
+def _product(x: Array, rows: Array | csr_matrix) -> Array:
+    """Return what rows (r, n) read of vectors (times, n): (times, r), the same bits for any number of times."""
+    return row_product(x, rows.T) if isinstance(rows, np.ndarray) else np.ascontiguousarray((rows @ x.T).T)

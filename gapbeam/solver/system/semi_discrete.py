@@ -9,6 +9,8 @@ both contain the stress (`nitsche`). With friction,
 T takes them to the motion along the faces, and t is the tangential traction (`laws.coulomb_friction`).
 Finite element models (PETSc) and small dense ones (numpy) are the same type; integrators, laws and analyses
 never know which. Vectors are numpy arrays of the part that this rank owns.
+
+Snapshots: what field files show of a motion at some times.
 """
 
 from __future__ import annotations
@@ -16,6 +18,7 @@ from __future__ import annotations
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,10 +26,18 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.supports.support import Face, Support
 from gapbeam.solver.system.circles import Circles
-from gapbeam.solver.system.operators import Array, Indices, Interface, Operators, RankOnes, Springs
-from gapbeam.solver.system.reactions import Reactions
+from gapbeam.solver.system.operators import (
+    Array,
+    Indices,
+    Interface,
+    Load,
+    Operators,
+    RankOnes,
+    Reactions,
+    Springs,
+    factor_rows_of,
+)
 from gapbeam.solver.system.slip_modes import ALL_SLIDES, SlipModes
-from gapbeam.solver.system.system_load import Load, factor_rows_of
 from gapbeam.solver.system.wall_motion import NO_WALLS, Walls
 
 FILLED = 0.25  # of the entries of a matrix, from which products of dense arrays are quicker
@@ -329,3 +340,29 @@ class State:
     def __repr__(self) -> str:
         closed = int(np.count_nonzero(self.pressure))
         return f"<State at {self.time:.6g} s: {self.u.shape[-1]} DOFs, {closed} of {len(self.depth)} points pressed>"
+
+
+class Snapshots(NamedTuple):
+    """Some instants, row by row.
+
+    Attributes:
+        times: (times,), s.
+        u: DOFs that are marched and that this rank owns, (times, n).
+        v: Their velocities, (times, n).
+        pressure: Contact pressure at all points, (times, m), Pa.
+    """
+
+    times: Array
+    u: Array
+    v: Array
+    pressure: Array
+
+    @classmethod
+    def of_states(cls, states: Sequence[State]) -> Snapshots:
+        """Return those of one or more states."""
+        return cls(
+            np.array([state.time for state in states]),
+            np.stack([state.u[VALUE] for state in states]),
+            np.stack([state.v[VALUE] for state in states]),
+            np.stack([state.pressure for state in states]),
+        )

@@ -10,6 +10,8 @@ them from the instant in which its gap closes, taken as linear in time. Of this 
 T_i is half a period of the contact: a contact that lasts no longer is an impact and nothing else. v_s is the slip
 velocity of the friction law, below which its traction holds rather than slides; 0 without friction. A face that is
 pressed when the march begins has not met an impact. The three parts add up to the whole.
+
+In which part of a step a face is closed that closes in it, or opens: the gap is linear in time within the step.
 """
 
 from __future__ import annotations
@@ -19,7 +21,20 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.jit import shared
-from gapbeam.solver.system.closed_part import closed_part
+
+
+@shared
+def closed_part(before: float, depth: float) -> float:
+    """Return the part of a step in which a face was closed that closed in it, or opened, 0 to 1.
+
+    Args:
+        before: Largest penetration at its start, m.
+        depth: At its end, m. Where no end has penetration, contact lasts over the step.
+    """
+    highest, lowest = max(before, depth), min(before, depth)
+    if not (highest > 0.0 and lowest <= 0.0):
+        return 1.0
+    return highest / (highest - lowest) if np.isfinite(lowest) else 0.0
 
 
 class SlipModes(NamedTuple):

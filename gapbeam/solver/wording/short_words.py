@@ -1,8 +1,15 @@
-"""Short words of messages: lists of options, and text of the user's that fits on a line."""
+"""Short words of messages: lists of options, and text of the user's that fits on a line.
+
+Two numbers that are compared: equal to round-off or not, and in words that differ where the numbers do.
+
+The known name that a mistyped one was probably meant to be.
+"""
 
 from __future__ import annotations
 
+import difflib
 from collections.abc import Iterable
+from math import inf, isfinite
 
 
 def either(options: Iterable[str]) -> str:
@@ -15,3 +22,103 @@ def printable(text: object, longest: int = 60) -> str:
     """Return a text for one line of a message: not too long, without control characters."""
     cut = str(text)[:longest] + "..." * (len(str(text)) > longest)
     return "".join(c if c.isprintable() else "\N{REPLACEMENT CHARACTER}" for c in cut)
+
+
+ROUND_OFF = 1.0e-9  # relative; sums and differences of what people type are that exact
+USUAL_DIGITS, ALL_DIGITS = 6, 17
+
+
+def exceeds(value: float, limit: float, scale: float = 0.0, round_off: float = ROUND_OFF) -> bool:
+    """Return whether a value is above a limit by more than round-off: 0.3 - 0.2 is not above 0.1.
+
+    Args:
+        value: The value.
+        limit: The limit.
+        scale: What both are differences of, such as the coordinates of the ends of a length.
+        round_off: Relative difference that is none.
+    """
+    return value - limit > round_off * max(abs(value), abs(limit) if abs(limit) < inf else 0.0, abs(scale))
+
+
+def apart(value: float, limit: float, round_off: float = ROUND_OFF) -> tuple[str, str]:
+    """Return two numbers with as many digits, at least six, as tell them apart; those equal to round-off, alike.
+
+    Args:
+        value: The value.
+        limit: What it is compared with.
+        round_off: Relative difference that is none.
+    """
+    if not (isfinite(value) and isfinite(limit)):
+        return f"{value:g}", f"{limit:g}"
+    if not (exceeds(value, limit, 0.0, round_off) or exceeds(limit, value, 0.0, round_off)):
+        return f"{value:g}", f"{value:g}"
+    for digits in range(USUAL_DIGITS, ALL_DIGITS + 1):
+        words = f"{value:.{digits}g}", f"{limit:.{digits}g}"
+        if words[0] != words[1]:
+            return words
+    return words
+
+
+SYNONYMS = {
+    "e": "young_modulus",
+    "modulus": "young_modulus",
+    "elastic_modulus": "young_modulus",
+    "nu": "poisson_ratio",
+    "poisson": "poisson_ratio",
+    "rho": "density",
+    "l": "length",
+    "height": "thickness",
+    "h": "thickness",
+    "b": "width",
+    "gap": "clearance",
+    "play": "clearance",
+    "interference": "clearance",
+    "penalty": "stiffness",
+    "k": "stiffness",
+    "c": "damping",
+    "dim": "dimension",
+    "order": "degree",
+    "element": "cell",
+    "freq": "frequency",
+    "f": "frequency",
+    "force": "amplitude",
+    "position": "point",
+    "location": "point",
+    "coordinates": "point",
+    "x": "point",
+    "g": "acceleration",
+    "dt": "step",
+    "time_step": "step",
+    "t_end": "end",
+    "duration": "end",
+    "integrator": "scheme",
+    "method": "scheme",
+    "spectral_radius": "rho_inf",
+}
+"""What papers and other programs call our keys."""
+
+
+def near(word: object, known: Iterable[str]) -> str | None:
+    """Return the known word that was probably meant, or None."""
+    names = list(known)
+    return same(word, names) or close_to(word, names)
+
+
+def same(word: object, known: list[str]) -> str | None:
+    """Return the known word that differs only in case and hyphens, or that the typed one is a synonym of."""
+    typed = _plain(word)
+    return next((name for name in known if _plain(name) in (typed, SYNONYMS.get(typed))), None)
+
+
+def close_to(word: object, known: list[str]) -> str | None:
+    """Return the known word that begins alike or is spelled much alike, or None."""
+    plain = {_plain(name): name for name in known}
+    begins = [name for name in known if len(_plain(word)) > 2 and _plain(name).startswith(_plain(word))]
+    if len(begins) == 1:
+        return begins[0]
+    close = difflib.get_close_matches(_plain(word), plain, n=1, cutoff=0.6)
+    return plain[close[0]] if close else None
+
+
+def _plain(word: object) -> str:
+    return f"{word!s:.60}".strip().lower().replace("-", "_").replace(" ", "_")

@@ -1,14 +1,97 @@
-"""Where a study computes its points: in this process, in workers of this machine, or on many machines."""
+"""Where a study computes its points: in this process, in workers of this machine, or on many machines.
+
+Options of sbatch, as they are typed behind `--slurm`: what a job of workers gets, and how many workers it holds.
+"""
 
 from __future__ import annotations
 
+import re
+import shlex
 from dataclasses import dataclass
 from importlib.machinery import PathFinder
 from math import inf
+from typing import NamedTuple
 
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.rank_threads import cores
-from gapbeam.studies.engine.slurm_options import JobOptions, read_job_options
+
+EXAMPLE = '"--time=2:00:00 --cpus-per-task=16 --mem-per-cpu=2G"'
+CORES = ("--cpus-per-task", "-c")
+OURS = ("--ntasks", "-n", "--nodes", "-N", "--array", "-a", "--wrap", "--mem-per-gpu", "--ntasks-per-node")
+UNITS = {"": 1.0e6, "K": 1.0e3, "M": 1.0e6, "G": 1.0e9, "T": 1.0e12}  # bytes; without a unit sbatch takes megabytes
+
+
+class JobOptions(NamedTuple):
+    """What is asked of Slurm for one job.
+
+    Attributes:
+        directives: Options as lines of a job script, without cores and memory.
+        workers: A job holds, one a core.
+        memory: Of a job, bytes; None: not given.
+    """
+
+    directives: tuple[str, ...]
+    workers: int
+    memory: float | None
+
+
+def read_job_options(text: str) -> JobOptions:
+    """Read options of sbatch.
+
+    Args:
+        text: As typed, such as "--time=2:00:00 -c 16".
+
+    Raises:
+        UserError: A word is no option, or one contradicts that a job is one task on one machine.
+    """
+    try:
+        words = shlex.split(text)
+    except ValueError as fault:
+        raise UserError(f"`slurm=` {text!r}: {fault}; expected options of sbatch, such as {EXAMPLE}") from fault
+    options: list[tuple[str, str]] = []
+    for word in words:
+        name, _, value = word.partition("=")
+        short = re.fullmatch(r"(-[a-zA-Z])(.+)", word)
+        if word.startswith("--"):
+            options.append((name, value))
+        elif short is not None:
+            options.append((short[1], short[2]))
+        elif word.startswith("-"):
+            options.append((word, ""))
+        elif options and not options[-1][1]:
+            options[-1] = (options[-1][0], word)
+        else:
+            raise UserError(f"`slurm=`: found the word {word!r}; expected options of sbatch alone, such as {EXAMPLE}")
+    for name, _ in options:
+        if name in OURS:
+            raise UserError(
+                f"`slurm=`: found {name}; a job of workers is one task on one machine: expected --cpus-per-task, a "
+                "worker a core, and `workers=` for how many workers in all"
+            )
+    cores = next((value for name, value in options if name in CORES), "1")
+    if not cores.isdigit() or int(cores) < 1:
+        raise UserError(f"`slurm=` --cpus-per-task: found {cores!r}; expected a number of cores")
+    memory = next((_bytes(name, value) for name, value in options if name == "--mem"), None)
+    each = next((_bytes(name, value) for name, value in options if name == "--mem-per-cpu"), None)
+    if each is not None:
+        memory = int(cores) * each
+    taken = {*CORES, "--mem", "--mem-per-cpu"}
+    lines = tuple(_line(name, value) for name, value in options if name not in taken)
+    return JobOptions(lines, int(cores), memory)
+
+
+def _line(name: str, value: str) -> str:
+    if not value:
+        return name
+    return f"{name}={shlex.quote(value)}" if name.startswith("--") else f"{name} {shlex.quote(value)}"
+
+
+def _bytes(name: str, value: str) -> float:
+    found = re.fullmatch(r"(\d+)([KMGT]?)B?", value.upper())
+    if found is None or int(found[1]) == 0:
+        raise UserError(f"`slurm=` {name}: found {value!r}; expected a memory such as 2G or 500M")
+    return int(found[1]) * UNITS[found[2]]
+
 
 INSTALL = "pip install 'gapbeam[workers]'"
 

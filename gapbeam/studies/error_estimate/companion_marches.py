@@ -19,9 +19,8 @@ from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.body import Body
 from gapbeam.studies.error_estimate.companions import Companion
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import respond
-from gapbeam.studies.trials.starts import seated
+from gapbeam.studies.trials.starts import KeptBody, seated
 
 FEWEST_RECORDS = 8
 WHOLE = 1.0e-6  # of an interval

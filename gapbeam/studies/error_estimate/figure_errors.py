@@ -32,6 +32,8 @@ with the factors F_i of the terms above: what differs by more than chance is an 
 
 The factors but those derived here were found by comparing estimates with converged marches; benchmarks.drawn_cases
 compares them.
+
+Predictability of a motion: where it parts from its companions, and whether it repeats.
 """
 
 from __future__ import annotations
@@ -46,11 +48,18 @@ from scipy.stats import f as fisher
 from scipy.stats import t as student
 
 from gapbeam.postprocess.signals.steady_figures import WindowFigure
+from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.companions import COARSER, FINEST, FOURFOLD, HALF_STEP, STIFFER
-from gapbeam.studies.error_estimate.force_peaks import OF_MOTION
-from gapbeam.studies.error_estimate.key_figures import HARMONIC, Averages, key_figures
-from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.error_estimate.spans import FEWEST_WINDOWS, UP_TO_HORIZON, Span
+from gapbeam.studies.error_estimate.force_peaks import (
+    FEWEST_WINDOWS,
+    HARMONIC,
+    OF_MOTION,
+    UP_TO_HORIZON,
+    Averages,
+    Span,
+    key_figures,
+)
+from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
 
 FACTORS = {FINEST: 2.0, COARSER: 1.0, FOURFOLD: 0.5, HALF_STEP: 4.0 / 3.0}
 RIGID_FACTOR = 1.0 / (1.0 - 0.5**0.5)
@@ -244,3 +253,68 @@ def quantile_of_means(within: float, between: float, means: int, count: int) -> 
         return float(student.ppf(level, free[1]) * np.sqrt(between))
     pooled = (free[0] * within + free[1] * between) / sum(free)
     return float(student.ppf(level, sum(free)) * np.sqrt(pooled))
+
+
+APART = 0.03  # of the range of the motion: beyond, two motions have parted
+STILL = 1.0e-6  # of the largest displacement: what moves less is at rest but for the residue of the seat
+REPEATED = 0.01  # of the range of the motion: two cycles that differ by less are the same
+CYCLES = 3  # in a row that a periodic motion repeats
+
+
+def horizon_of(motion: MotionRecord, others: Iterable[tuple[MotionRecord, float]], smoothing: float) -> float | None:
+    """Return the first time at which another motion has left a motion by 3 % of its range, s; None: none does.
+
+    The displacements of the probes are compared, without those of the start; without probes means of the contact
+    forces are. Motions that part multiply small differences, which only contacts that open or close do: where none
+    does, a motion is linear, and its errors are those of its figures.
+
+    Args:
+        motion: The motion.
+        others: Each other motion on the same times, and which part of the difference to it counts.
+        smoothing: Width of the means of the forces, s.
+    """
+    if not motion.contact_changes:
+        return None
+    found = []
+    mine = _waves(motion, smoothing)
+    spans = motion.spans if motion.probes else np.ptp(mine, axis=0)
+    moves = spans > (STILL * np.abs(motion.displacement).max(axis=0) if motion.probes else 0.0)
+    for other, share in others:
+        theirs = _waves(other, smoothing)
+        count = min(len(mine), len(theirs))
+        apart = share * np.abs(theirs[:count] - mine[:count]) > APART * spans
+        parted = np.flatnonzero(np.any(apart & moves, axis=1))
+        if parted.size:
+            found.append(float(motion.times[parted[0]]))
+    return min(found, default=None)
+
+
+def repeats(motion: MotionRecord, settled: Span, smoothing: float) -> bool:
+    """Return whether the settled part of a forced motion is periodic.
+
+    That is so where its last displacements are, within 1 % of their range, those of p forcing periods earlier, three
+    cycles of p periods in a row; without probes means of the contact forces are compared.
+
+    Args:
+        motion: The motion.
+        settled: Its settled part, with the forcing frequency.
+        smoothing: Width of the means of the forces, s.
+    """
+    part = motion.between(settled.start, settled.end)
+    waves = _waves(part, smoothing)
+    times = part.times[: len(waves)] - part.times[0]
+    spans = np.ptp(waves, axis=0)
+    assert settled.frequency is not None
+    period = 1.0 / settled.frequency
+    for cycle in range(1, int(times[-1] / ((CYCLES + 1) * period) + REPEATED) + 1):
+        late = times >= times[-1] - CYCLES * cycle * period
+        earlier = np.stack([np.interp(times[late] - cycle * period, times, wave) for wave in waves.T], axis=1)
+        if np.all(np.abs(waves[late] - earlier) <= REPEATED * spans):
+            return True
+    return False
+
+
+def _waves(motion: MotionRecord, smoothing: float) -> Array:
+    if not motion.probes:
+        return window_means(motion.impulse, motion.interval, smoothing)
+    return np.asarray(motion.displacement - motion.displacement[0])

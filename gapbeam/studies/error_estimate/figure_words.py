@@ -13,7 +13,7 @@ from gapbeam.postprocess.signals.figure_names import (
 )
 from gapbeam.solver.record_table import SUMMARY_FILE
 from gapbeam.studies.error_estimate.figure_errors import FigureError
-from gapbeam.studies.error_estimate.spans import BEYOND_HORIZON, SETTLED, UP_TO_HORIZON, WHOLE_RUN
+from gapbeam.studies.error_estimate.force_peaks import BEYOND_HORIZON, SETTLED, UP_TO_HORIZON, WHOLE_RUN
 
 LEAST_SHOWN = 0.001  # %: what rounds a sum of steps is no error estimate
 FORCES = (f" {LARGEST_FORCE}", f" {MEAN_FORCE}")

@@ -10,19 +10,140 @@ The duration of a contact is
 
 where the force is a line between records, so that T does not jump where a record is half of the peak. For half a sine T
 is the contact itself; of a face that stays closed while a short blow meets it, T is the blow.
+
+The key figures of a motion, over windows of equal length; their names are those of all tables of a run.
+
+The spans of a run over which figures are taken, and the windows in them.
 """
 
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
+from math import floor
 
 import numpy as np
 
-from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE, MEAN_FORCE
-from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
+from gapbeam.postprocess.signals.figure_names import (
+    AXIAL_STRESS,
+    DISPLACEMENT,
+    LARGEST_FORCE,
+    MEAN_FORCE,
+    SMOOTHED_ACCELERATION,
+    VON_MISES_STRESS,
+)
+from gapbeam.postprocess.signals.steady_figures import WindowFigure
+from gapbeam.solver.case.case import Case
+from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.system.operators import Array
 from gapbeam.studies.error_estimate.motion_record import MotionRecord, window_means
-from gapbeam.studies.error_estimate.spans import Span
+
+WHOLE_RUN, SETTLED = "whole run", "settled part"
+UP_TO_HORIZON, BEYOND_HORIZON = "up to the horizon", "beyond the horizon"
+PERIODS = 12  # of the forcing, in a window: whole cycles of 1, 2, 3, 4, 6 and 12 periods
+FEWEST_PERIODS = 4  # in a run, or there is no settled part
+FEWEST_WINDOWS = 4  # of which a standard error is taken
+FEWEST, FEWEST_RECORDS = 2, 8  # records in a span: at all, and up to the horizon, where some steps say nothing
+ALL = 0.999  # of the time of a run: what ends earlier is a part of it
+_WHOLE = 1.0e-6
+
+
+@dataclass(frozen=True)
+class Span:
+    """Part of a motion, in windows of equal length.
+
+    Attributes:
+        name: "whole run", "first part", "start-up", "settled part", UP_TO_HORIZON or BEYOND_HORIZON.
+        start: s.
+        width: Of a window, s.
+        count: Number of windows.
+        frequency: Of the forcing, Hz, where the windows are whole periods of it; None: no harmonics.
+    """
+
+    name: str
+    start: float
+    width: float
+    count: int
+    frequency: float | None = None
+
+    @property
+    def predictable(self) -> bool:
+        """Whether it lies before the horizon."""
+        return self.name != BEYOND_HORIZON
+
+    @property
+    def end(self) -> float:
+        """End of the last window, s."""
+        return self.start + self.count * self.width
+
+    def windows(self, motion: MotionRecord) -> Iterator[MotionRecord]:
+        """Yield the motion window by window."""
+        for number in range(self.count):
+            begin = self.start + number * self.width
+            yield motion.between(begin, begin + self.width)
+
+
+def spans_of(case: Case, end: float, interval: float, horizon: float | None, repeats: bool = False) -> list[Span]:
+    """Return the spans of a run.
+
+    A run under one forcing frequency, at least four periods long, has a start-up and a settled part, which begins
+    after the smooth start of the loads and in the middle of the run at the earliest; windows of the settled part are
+    12 forcing periods long, or a quarter of it where it is shorter. Other runs are taken as a whole; where the records
+    end before the case does, as those of slow companions, they are the first part. What lies beyond
+    the horizon is a span of its own; so few windows lie there at times that its figures have no error. What lies before
+    it is none where there are fewer than eight records.
+
+    Args:
+        case: The case.
+        end: Of the records, s.
+        interval: Between records, s.
+        horizon: Up to where the motion is predictable, s; None: up to the end.
+        repeats: The settled part is periodic: its figures can be predicted, whatever the horizon is.
+    """
+    frequencies = forcing_frequencies(case.load)
+    rise = max((load.rise_time for load in case.load), default=0.0)
+    frequency = frequencies[0] if len(frequencies) == 1 else None
+    return spans_between(end, case.time.end, frequency, rise, interval, horizon, repeats)
+
+
+def spans_between(
+    end: float, last: float, frequency: float | None, rise: float, interval: float, horizon: float | None,
+    repeats: bool = False,
+) -> list[Span]:  # fmt: skip
+    """Return the spans of a motion; see `spans_of`.
+
+    Args:
+        end: Of the records, s.
+        last: Up to where the run goes, s.
+        frequency: Of the forcing, Hz; None: it has none, or several.
+        rise: Smooth start of the loads, s.
+        interval: Between records, s.
+        horizon: Up to where the motion is predictable, s; None: up to the end.
+        repeats: The settled part is periodic: its figures can be predicted, whatever the horizon is.
+    """
+    known = end if horizon is None else horizon
+    least = FEWEST if horizon is None else FEWEST_RECORDS
+    if frequency is None or end * frequency < FEWEST_PERIODS:
+        everything = WHOLE_RUN if end > ALL * last - interval else "first part"
+        whole = everything if horizon is None else UP_TO_HORIZON
+        return [Span(whole, 0.0, known, 1)] if known > least * interval else []
+    settled = floor((end - max(rise, 0.5 * end)) * frequency + _WHOLE) or 1
+    periods = min(PERIODS, max(1, settled // FEWEST_WINDOWS))
+    count, width = settled // periods, periods / frequency
+    begin = end - count * width
+    spans = []
+    first = min(begin, known)
+    if first > (FEWEST if known >= begin else FEWEST_RECORDS) * interval:
+        spans.append(Span("start-up" if known >= begin else UP_TO_HORIZON, 0.0, first, 1))
+    predictable = count if repeats else max(0, min(count, floor((known - begin) / width + _WHOLE)))
+    if predictable:
+        spans.append(Span(SETTLED, begin, width, predictable, frequency))
+    if predictable < count:
+        beyond = begin + predictable * width
+        spans.append(Span(BEYOND_HORIZON, beyond, width, count - predictable, frequency))
+    return spans
+
 
 DURATION = "contact_duration"
 NOTABLE = 1.3  # of the mean: a larger force of one record is not a force of the structure
@@ -156,3 +277,76 @@ def doubtful_peaks(found: Mapping[str, Mapping[str, Mapping[str, float]]], inter
             f"{mean:.4g} N: a contact of {count} records is not resolved, and the force of one record follows the "
             "step; use the mean, or a smaller time.step"
         )
+
+
+HARMONICS = 3
+HARMONIC = " harmonic "
+
+
+@dataclass(frozen=True)
+class Averages:
+    """The widths of the means in key figures, which a run and its companions share.
+
+    Attributes:
+        acceleration: Of the smoothed acceleration, s.
+        force: Of the peak force of each face, s; None: it is the largest on record.
+    """
+
+    acceleration: float
+    force: Mapping[str, float | None] = field(default_factory=dict)
+
+    def width_of(self, name: str) -> float | None:
+        """Return the width of the mean that a figure of that name is, s; None: it is none."""
+        if name.endswith(f" {SMOOTHED_ACCELERATION}"):
+            return self.acceleration
+        return self.force.get(name.removesuffix(f" {MEAN_FORCE}")) if name.endswith(f" {MEAN_FORCE}") else None
+
+
+def key_figures(motion: MotionRecord, span: Span, averages: Averages) -> dict[str, WindowFigure]:
+    """Return the key figures of a motion over the windows of a span, by name.
+
+    For each probe: peak to peak of the displacement and of the smoothed absolute acceleration, and, over whole periods
+    of the forcing, the amplitudes of the first three harmonics of the displacement, of bodies that move in space for
+    both directions; for each gauge the range of the axial and the largest von Mises stress; for each face the impulse,
+    and the largest recorded force or the mean force over the contact.
+
+    Args:
+        motion: The records.
+        span: Part of the run.
+        averages: Widths of the means.
+    """
+    found: dict[str, list[tuple[str, float]]] = {}
+    for window in span.windows(motion):
+        for name, unit, value in _figures(window, span.frequency, averages):
+            found.setdefault(name, []).append((unit, value))
+    return {name: WindowFigure(rows[0][0], np.array([value for _, value in rows])) for name, rows in found.items()}
+
+
+def _figures(motion: MotionRecord, frequency: float | None, averages: Averages) -> Iterator[tuple[str, str, float]]:
+    """Yield name, unit and value of each figure in one window."""
+    ranges = np.ptp(motion.displacement, axis=0)
+    gains = np.ptp(window_means(motion.velocity_gained, motion.interval, averages.acceleration), axis=0)
+    for number, probe in enumerate(motion.probes):
+        yield f"{probe} {DISPLACEMENT}", "m", float(ranges[number])
+        yield f"{probe} {SMOOTHED_ACCELERATION}", "m/s^2", float(gains[number])
+        if frequency is not None:
+            amplitudes = _harmonics(motion.times, motion.displacement[:, number], frequency)
+            for order, amplitude in enumerate(amplitudes, 1):
+                yield f"{probe}{HARMONIC}{order}", "m", float(amplitude)
+    for number, gauge in enumerate(motion.gauges):
+        yield f"{gauge} {AXIAL_STRESS}", "Pa", float(np.ptp(motion.stress[:, 0, number]))
+        yield f"{gauge} {VON_MISES_STRESS}", "Pa", float(motion.stress[:, 1, number].max())
+    windows = [averages.force.get(face) for face in motion.faces]
+    peaks = peak_forces(motion, windows)
+    for number, (face, width) in enumerate(zip(motion.faces, windows, strict=True)):
+        yield f"{face} {LARGEST_FORCE if width is None else MEAN_FORCE}", "N", float(peaks[number])
+        yield f"{face} impulse", "N s", float(motion.impulse[-1, number] - motion.impulse[0, number])
+
+
+def _harmonics(times: Array, values: Array, frequency: float) -> Array:
+    """Return the amplitudes of the first harmonics over whole periods, by the trapezoidal rule."""
+    orders = np.arange(1, HARMONICS + 1)
+    waves = np.exp(-2j * np.pi * frequency * times[:, None] * orders)
+    products = values[:, None] * waves
+    mean = 0.5 * (products[1:] + products[:-1]).mean(axis=0)
+    return np.asarray(2.0 * np.abs(mean))

@@ -30,25 +30,22 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
-from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors
+from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors, horizon_of, repeats
 from gapbeam.studies.error_estimate.figure_words import MOST_FORCES, figures_in_words, with_unit
 from gapbeam.studies.error_estimate.force_peaks import (
+    FEWEST_RECORDS,
+    SETTLED,
+    WHOLE_RUN,
+    Averages,
+    Span,
     contact_windows,
     doubtful_peaks,
     force_peaks,
     lost_in_steps,
     peak_forces,
-)
-from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
-from gapbeam.studies.error_estimate.key_figures import Averages
-from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.error_estimate.spans import (
-    FEWEST_RECORDS,
-    SETTLED,
-    WHOLE_RUN,
-    Span,
     spans_of,
 )
+from gapbeam.studies.error_estimate.motion_record import MotionRecord
 
 LOG = logging.getLogger("gapbeam")
 

@@ -31,13 +31,19 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
-from gapbeam.studies.error_estimate.figure_errors import FACTORS, FigureError, figure_errors
+from gapbeam.studies.error_estimate.figure_errors import FACTORS, FigureError, figure_errors, horizon_of, repeats
 from gapbeam.studies.error_estimate.figure_words import figures_in_words
-from gapbeam.studies.error_estimate.force_peaks import contact_windows, doubtful_peaks, force_peaks, lost_in_steps
-from gapbeam.studies.error_estimate.horizon import horizon_of, repeats
-from gapbeam.studies.error_estimate.key_figures import Averages
+from gapbeam.studies.error_estimate.force_peaks import (
+    FEWEST_RECORDS,
+    SETTLED,
+    Averages,
+    contact_windows,
+    doubtful_peaks,
+    force_peaks,
+    lost_in_steps,
+    spans_between,
+)
 from gapbeam.studies.error_estimate.motion_record import MotionRecord
-from gapbeam.studies.error_estimate.spans import FEWEST_RECORDS, SETTLED, spans_between
 
 LOG = logging.getLogger("gapbeam")
 FIRST_ORDER = {**FACTORS, HALF_STEP: 2.0}

@@ -15,11 +15,9 @@ from gapbeam.solver.case.reading.known_keys import candidates, flat, value_at
 from gapbeam.solver.case.reading.overrides import override, pairs
 from gapbeam.solver.case.units_in_descriptions import unit_in
 from gapbeam.solver.faults import CaseError, Fault
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.record_table import COMPONENTS
-from gapbeam.solver.wording.near_names import near
-from gapbeam.solver.wording.short_words import either
-from gapbeam.studies.identification.identification_checks import contradictions
+from gapbeam.solver.wording.short_words import either, near
 from gapbeam.studies.identification.identification_problem import Coordinate, Experiment, Problem
 from gapbeam.studies.identification.identification_tables import (
     ForceFigure,
@@ -27,6 +25,7 @@ from gapbeam.studies.identification.identification_tables import (
     Identification,
     MotionFigure,
     Unknown,
+    contradictions,
 )
 
 _AT_POINTS = re.compile(r"of each of contact\.points in ([^;)]+)")

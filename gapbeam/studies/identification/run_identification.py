@@ -16,13 +16,10 @@ from gapbeam.studies.engine.study_engine import Engine
 from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.conclusion import Conclusion, conclude
-from gapbeam.studies.identification.evaluations import Evaluations, prepare
-from gapbeam.studies.identification.experiment_trial import Record
+from gapbeam.studies.identification.evaluations import Evaluations, Record, prepare
 from gapbeam.studies.identification.identification_problem import Problem
-from gapbeam.studies.identification.identification_results import write_results
-from gapbeam.studies.identification.misfit import Misfit
-from gapbeam.studies.identification.parameter_search import search
-from gapbeam.studies.identification.printed_tables import sentences, tables
+from gapbeam.studies.identification.identification_results import sentences, tables, write_results
+from gapbeam.studies.identification.misfit import Misfit, search
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 

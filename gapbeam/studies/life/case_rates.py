@@ -1,9 +1,20 @@
-"""The rates at which a case wears its faces on given gaps: one run, its statistics, and what was found in it."""
+"""The rates at which a case wears its faces on given gaps: one run, its statistics, and what was found in it.
+
+The rates at which a case wears each of its contact points: gaps that grow where they are worn.
+
+    dd_i / dt = k W_i' / w_i
+
+for the depth d_i of the contact point i, its work rate W_i' on gaps that are larger by d, and the area w_i that belongs
+to it. The region of the support thus changes its profile.
+
+Source: Podra and Andersson, Tribology International 32 (1999) 71, for wear that changes the contact it depends on.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -12,16 +23,15 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.face_wear import FaceWear, face_wear
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.figure_doubts import WORK_RATE, Doubts
-from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics
 from gapbeam.solver.errors import RunError, UserError
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics, statistics_of
 from gapbeam.studies.life.worn_case import worn_case
 from gapbeam.studies.life.worn_march import Array, DepthRates
-from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import respond
-from gapbeam.studies.trials.starts import seated
+from gapbeam.studies.trials.starts import KeptBody, seated
 
 PERIODS = 100  # of a forcing, of which statistics need some dozens behind the burn-in
 WHOLE = 1.0e-6
@@ -154,3 +164,41 @@ def _work_rates(statistics: RunStatistics, end: float, doubts: Doubts | None = N
             "work rate; expected a hundred and more: a later time.end, or a shorter output.history_interval"
         )
     return {face: figures[f"face.{face}.{WORK_RATE}"] for face in statistics.faces}
+
+
+@dataclass
+class PointRates(CaseRates):
+    """Runs of a case on worn profiles, one after the other; depths and rates are those of the contact points."""
+
+    @cached_property
+    def unworn(self) -> Model:
+        """The model, not worn."""
+        return self.body.model(self.case)
+
+    @cached_property
+    def owners(self) -> Array:
+        """Index of the face of each point, (m,)."""
+        return np.asarray(self.unworn.system.contact.faces)
+
+    @property
+    def point_factors(self) -> Array:
+        """Depth worn per work of sliding of each point, k / w, (m,), m/J."""
+        coefficients = np.array([one.coefficient or 0.0 for one in self.wear.values()])
+        return np.asarray(coefficients[self.owners] / self.unworn.system.contact.weights)
+
+    def __call__(self, depths: Array, number: int) -> DepthRates:
+        """Return the rates at depths of all points, (m,), m; else as `CaseRates`."""
+        model = self.body.model(worn_case(self.case, [0.0] * len(self.names), number))
+        contact = model.system.contact
+        worn = replace(contact.worn(depths), maps_sliding=True)
+        model = replace(model, system=replace(model.system, contact=worn))
+        deepest = [float(depths[self.owners == face].max()) for face in range(len(self.names))]
+        usual = self.statistics_of(model)
+        statistics = PointStatistics(
+            usual.faces, usual.probes, usual.in_space, usual.interval, usual.decay, usual.slides, points=contact.size
+        )
+        verdicts = self.marched(model, statistics, deepest)
+        factors, found = self.point_factors, statistics.work_rates()
+        ends = np.array([(one.value, one.low, one.high) for one in found]).T
+        values, low, high = (factors * np.maximum(end, 0.0) for end in ends)
+        return DepthRates(values, low, high, tuple(verdicts[face] for face in self.owners))

@@ -14,8 +14,7 @@ from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.run.output.results_folder import write_beside
 from gapbeam.studies.life.worn_march import Array, DepthRates, RateAt
-from gapbeam.studies.stored_records import REMEDY, differing
-from gapbeam.studies.study_folder import study_written
+from gapbeam.studies.study_folder import REMEDY, differing, study_written
 
 PLAN_FILE, RUNS_FILE = "plan.json", "runs.json"
 KEYS = ("depths", "values", "low", "high", "verdicts")

@@ -18,12 +18,14 @@ them the square root of the sum of the squares of half of the intervals. What er
 is left out.
 
 Source: Hairer, Norsett and Wanner, Solving Ordinary Differential Equations I (1993), sections III.1 and III.5.
+
+Lives of faces that end at different depths: they are marched as shares of their limits.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from math import exp, inf, sqrt
 from typing import Literal
@@ -307,3 +309,25 @@ def _life_errors(states: Sequence[WornState], face: int) -> tuple[float, float]:
         error += float(found.errors[face]) / mean
     spreads = np.array([state.rates.spread[face] for state in states])
     return float(np.sqrt(np.sum((weights * spreads) ** 2))), error
+
+
+def wear_to_limits(rate_at: RateAt, limits: Array, blocks: Blocks) -> Worn:
+    """March faces from no wear to the limit of the first, as `wear_down` does for one limit.
+
+    A depth over its limit is 1 where the life of the face ends; so is the limit of `wear_down` here.
+
+    Args:
+        rate_at: What gives the rates, m/s, at depths in m.
+        limits: Depth at which the life of each face ends, (faces,), m.
+        blocks: How; its limit is 1.
+    """
+    worn = wear_down(lambda shares, number: _times(rate_at(shares * limits, number), 1.0 / limits), len(limits), blocks)
+    return replace(worn, states=tuple(_in_meters(state, limits) for state in worn.states))
+
+
+def _in_meters(state: WornState, limits: Array) -> WornState:
+    return WornState(state.time, state.depths * limits, _times(state.rates, limits), state.errors * limits)
+
+
+def _times(rates: DepthRates, factors: Array) -> DepthRates:
+    return DepthRates(rates.values * factors, rates.low * factors, rates.high * factors, rates.verdicts)

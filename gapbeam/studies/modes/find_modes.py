@@ -12,7 +12,7 @@ from rich.table import Table
 
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.meshes.versions.installed_versions import versions
-from gapbeam.postprocess.figures.mode_shapes import draw_mode_shapes
+from gapbeam.postprocess.figures.curve_figures import draw_mode_shapes
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import build_model

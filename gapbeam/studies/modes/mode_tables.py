@@ -12,8 +12,7 @@ from rich.table import Table
 from gapbeam.solver.modes.contact_modes import FREE, SEATED, HeldModes
 from gapbeam.solver.modes.section_motion import MIXED
 from gapbeam.studies.modes.end_springs import Estimate
-from gapbeam.studies.modes.mode_matching import TheoryMode
-from gapbeam.studies.modes.theory_comparison import ModesComparison, SpringFit
+from gapbeam.studies.modes.theory_comparison import ModesComparison, SpringFit, TheoryMode
 
 SHOWN = 12  # other modes that are named
 FAR = 0.05  # of the frequency of a free beam

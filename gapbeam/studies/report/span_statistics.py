@@ -3,22 +3,26 @@
 Records hold the sums over time that figures of faces are made of, but for the squares of forces and the approach
 speeds: their figures are left out. So are records before the first one of the span, and no burn-in is cut but that of
 the span.
+
+The wear of a span of a run, from the sums over time that its records hold.
 """
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
 
-from gapbeam.postprocess.results.span_of_run import SpanOfRun
+from gapbeam.postprocess.results.run_watch import SpanOfRun
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.symmetry import bends_in_two_planes
-from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
+from gapbeam.solver.diagnostics.statistics.figure_doubts import WORK_RATE, Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
 from gapbeam.solver.diagnostics.statistics.statistic_figures import RMS_FORCE
 from gapbeam.solver.record_table import CASE_FILE
 from gapbeam.solver.run.stop_rule import decay_time, has_statistics
+from gapbeam.solver.run.wear_figures import all_rates, work_rate
 
 UNKNOWN = (RMS_FORCE, "approach_speed")
 """Figures that records do not hold."""
@@ -51,3 +55,39 @@ def statistics_of_span(run: SpanOfRun) -> dict[str, Any] | None:
     described = found.describe(Doubts.restored(run.summary["statistics"]))
     kept = [one for one in described["figures"] if one["name"].rpartition(".")[2] not in UNKNOWN]
     return described | {"figures": kept}
+
+
+def wear_of_span(run: SpanOfRun, statistics: Mapping[str, Any] | None) -> dict[str, Any] | None:
+    """Return what the summary of a run says about wear, of a span of it; None for a run without [wear].
+
+    Work and its parts are differences of records. Maps are of the whole run: records do not hold the points.
+
+    Args:
+        run: The span.
+        statistics: Of its records, with their intervals; None: the run has none.
+    """
+    whole, history = run.summary.get("wear"), run.history
+    if not whole or "sliding_work" not in history:
+        return None
+    seconds = run.times[1] - run.times[0]
+    known = {one["name"]: one for one in (statistics or {}).get("figures", ())}
+    faces = {}
+    for name, of_run in whole["faces"].items():
+        work = _change(history["sliding_work"].sel(worn_face=name).values)
+        found = {"work": work, "coefficient": of_run.get("coefficient"), "area": of_run.get("area")}
+        rate = work_rate(work, seconds, known.get(f"face.{name}.{WORK_RATE}"))
+        if "work_by_mode" in history:
+            parts = history["work_by_mode"].sel(worn_face=name)
+            modes = {str(mode): _change(parts.sel(slip_mode=mode).values) for mode in parts["slip_mode"].values}
+            found["work_by_mode"] = modes
+            found["work_rate_by_mode"] = {
+                mode: work_rate(part, seconds, known.get(f"face.{name}.{mode}_{WORK_RATE}"))
+                for mode, part in modes.items()
+            }
+        faces[name] = found | all_rates(rate, found["coefficient"], found["area"])
+    kept = {key: whole.get(key) for key in ("area", "impact_time", "sticking_speed")}
+    return kept | {"seconds": seconds, "faces": faces}
+
+
+def _change(values: np.ndarray) -> float:
+    return float(values[-1] - values[0])

@@ -6,20 +6,18 @@ import logging
 from collections.abc import Sequence
 from pathlib import Path
 
-from gapbeam.postprocess.report.folder_report import Kind, report_on
+from gapbeam.postprocess.report.folder_report import Kind, report_on, span_report
 from gapbeam.postprocess.report.html_page import write_html
 from gapbeam.postprocess.report.pdf_page import BrowserError, find_browser, write_pdf
-from gapbeam.postprocess.report.span_report import span_report
 from gapbeam.postprocess.results.damaged_files import as_written
-from gapbeam.postprocess.results.span_of_run import SpanOfRun, span_of
+from gapbeam.postprocess.results.run_watch import SpanOfRun, span_of
 from gapbeam.postprocess.results_errors import OptionError
 from gapbeam.postprocess.shell_command import shell_command
 from gapbeam.solver.record_table import HISTORY_FILE
 from gapbeam.solver.run.output.output_paths import check_name
 from gapbeam.solver.run.output.results_folder import check_folder
-from gapbeam.studies.report.span_statistics import statistics_of_span
-from gapbeam.studies.report.span_wear import wear_of_span
-from gapbeam.studies.stored_records import refuse_links
+from gapbeam.studies.report.span_statistics import statistics_of_span, wear_of_span
+from gapbeam.studies.study_folder import refuse_links
 
 LOG = logging.getLogger("gapbeam")
 NAME = "report.html"

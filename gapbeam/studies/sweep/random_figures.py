@@ -12,7 +12,7 @@ from typing import Any
 import xarray as xr
 
 from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
-from gapbeam.postprocess.signals.record_figures import figures_of_record
+from gapbeam.postprocess.signals.steady_figures import figures_of_record
 from gapbeam.postprocess.study_figures.response_census import RANDOM
 from gapbeam.solver.case.analysis_table import Transient
 from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts

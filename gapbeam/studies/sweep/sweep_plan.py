@@ -21,7 +21,7 @@ from gapbeam.solver.faults import CaseError
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.run.checkpoint.case_fingerprint import checksum_of
 from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.studies.stored_records import REMEDY, StoredResponse, checked, differing, refuse_links
+from gapbeam.studies.study_folder import REMEDY, StoredResponse, checked, differing, refuse_links
 from gapbeam.studies.trials.axes import Axis, overrides_of, points_of
 
 PLAN_FILE = "plan.json"

@@ -14,16 +14,15 @@ import xarray as xr
 
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.signals.periodicity import NO_CYCLE, NOT_SETTLED
-from gapbeam.postprocess.signals.record_figures import WORD, figures_of_record
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.postprocess.signals.steady_figures import Steady, steady
+from gapbeam.postprocess.signals.steady_figures import WORD, Steady, figures_of_record, steady
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.diagnostics.assumptions.assumption import WARNING, Finding
 from gapbeam.solver.errors import OutOfMemory, RunError
 from gapbeam.solver.faults import CaseError
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.solver.run.output.results_folder import finite, write_beside
@@ -33,9 +32,8 @@ from gapbeam.studies.study_folder import study_written
 from gapbeam.studies.sweep.random_figures import random_response, statistics_of_response, with_intervals
 from gapbeam.studies.sweep.sweep_plan import Chain, Task, point_file
 from gapbeam.studies.sweep.window_data import as_data
-from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
-from gapbeam.studies.trials.starts import Start, carried, kicked, seated
+from gapbeam.studies.trials.starts import KeptBody, Start, carried, kicked, seated
 
 SAME = 1e-6  # of the range of the gaps: the same basis gives the same gaps
 ROUND_OFF = 1e-11  # of the largest gap

@@ -12,8 +12,8 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.model import Model
-from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.refined_mesh import mesh_keys
+from gapbeam.studies.trials.starts import KeptBody
 
 REFINEMENT = sqrt(2.0)  # between the meshes of the reference
 FINEST = 0.75  # cell size of the reference relative to that of the case

@@ -23,13 +23,12 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.smoothing_window import smoothing_window
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.faults import CaseError
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SMOOTHING_WINDOW
 from gapbeam.solver.system.semi_discrete import State
-from gapbeam.studies.trials.kept_body import KeptBody
 from gapbeam.studies.trials.response import VERDICTS, TrialResponse, respond
-from gapbeam.studies.trials.starts import kicked, seated
+from gapbeam.studies.trials.starts import KeptBody, kicked, seated
 
 WARM_UP = 20  # steps that are not timed: code is loaded and memory touched
 KEPT = ("displacement", "velocity", "acceleration_absolute", "contact_force", "impulse")

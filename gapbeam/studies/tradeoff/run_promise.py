@@ -12,10 +12,8 @@ from mpi4py import MPI
 from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.solver.run.outcome import Outcome
 from gapbeam.solver.run.output.results_folder import write_summary
-from gapbeam.studies.tradeoff.level_errors import group_of
-from gapbeam.studies.tradeoff.promise import percent
-from gapbeam.studies.tradeoff.run_tradeoff import NOT_PROMISED
-from gapbeam.studies.tradeoff.stored_tradeoff import Taken
+from gapbeam.studies.tradeoff.level_errors import group_of, percent
+from gapbeam.studies.tradeoff.run_tradeoff import NOT_PROMISED, Taken
 
 LOG = logging.getLogger("gapbeam")
 REASON = "tolerance not promised"

@@ -12,8 +12,7 @@ from rich.table import Table
 
 from gapbeam.postprocess.study_figures.tradeoff_figure import Place, draw_pareto
 from gapbeam.solver.run.output.results_folder import write_beside
-from gapbeam.studies.tradeoff.level_errors import GROUPS, Judged
-from gapbeam.studies.tradeoff.promise import percent
+from gapbeam.studies.tradeoff.level_errors import GROUPS, Judged, percent
 from gapbeam.studies.tradeoff.tradeoff_study import TradeoffStudy
 
 DATA_FILE = "tradeoff.json"
@@ -26,7 +25,7 @@ def write_study(folder: Path, study: TradeoffStudy, key: Mapping[str, Any]) -> l
     Args:
         folder: Made if it is not there.
         study: The trade-off.
-        key: What the study depends on, see `gapbeam.studies.tradeoff.stored_tradeoff.study_key`.
+        key: What the study depends on, see `gapbeam.studies.tradeoff.run_tradeoff.study_key`.
 
     Returns:
         The files.

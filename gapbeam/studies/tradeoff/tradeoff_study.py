@@ -13,20 +13,25 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.loads.forcing import forcing_frequencies
-from gapbeam.studies.engine.fresh_process import in_fresh_process
+from gapbeam.solver.loads.load_choice import forcing_frequencies
+from gapbeam.studies.engine.worker_setup import in_fresh_process
 from gapbeam.studies.tradeoff.fidelity_levels import FINEST, REFINEMENT, Level, LevelPlan, plan_levels
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,
+    WHOLE,
+    Grounds,
     Judged,
+    choice,
     differences,
+    doubts,
     front,
     judged,
+    nearest,
+    percent,
     predictable_periods,
     uncertainty,
 )
 from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
-from gapbeam.studies.tradeoff.promise import WHOLE, Grounds, choice, doubts, nearest, percent
 
 FOLLOWED = 8  # forcing periods after the ramp over which it is asked how long a motion can be predicted
 CYCLES, TRANSIENT = 60, 24  # forcing periods of the long marches

@@ -2,21 +2,126 @@
 
 A settled response may be one of several; which one depends on the start. Kicks are velocities of the seated beam, and
 phases of the forcing, drawn from a seeded generator; carried starts follow a response from point to point.
+
+The body of the last case, kept for the next one that differs only in what is cheap to change.
+
+Rigid motions that take a beam out of faces that have come closer.
+
+With the motions V, x the penetrations at a pose u and a the amplitudes,
+
+    least sum |a_i| + 1000 t,    x(u + V a) <= allowed + t
+
+At points x is linear in a. At stations in round holes it is convex, |r| - c: it is replaced by its tangents, of which
+every pose that is found adds some (the cutting planes of Kelley, 1960), until no point is deeper than allowed.
 """
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
 from math import ceil, floor, pi
 
 import numpy as np
+from mpi4py import MPI
+from scipy.optimize import linprog
 
 from gapbeam.solver.case.case import Case
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.march.simulation import Simulation
-from gapbeam.solver.models.model import Model
-from gapbeam.solver.system.semi_discrete import VALUE, State, imaged
-from gapbeam.studies.trials.clear_poses import moved_clear, rigid_motions, slack
+from gapbeam.solver.models.body import Body
+from gapbeam.solver.models.body_key import body_key
+from gapbeam.solver.models.model import Model, build_body, model_of
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.semi_discrete import VALUE, ContactOperator, State, imaged
+
+SOFT = 2.0 * pi  # rad/s: springs on the mass that leave a free body its rigid motions, far below bending
+STOPPED = 1.0e-6  # of the largest motion at the faces: less is none
+LEFT_OVER = 1000.0  # cost of depth that is left, of that of motion
+MOST_CUTS = 30
+CLEARED = 1.0e-7  # of the largest excess: the tolerance of linear programs
+
+
+def slack(allowed: Array) -> float:
+    """Return what depths may differ by, m."""
+    return 1.0e-9 * float(np.max(allowed)) + 1.0e-12
+
+
+def rigid_motions(model: Model) -> Array:
+    """Return rigid motions of the body that its supports stop, (n, k).
+
+    Heave and pitch and, where a support is around the beam, sway and yaw: what soft springs on the mass of the body let
+    forces at the faces do. Motions that the model does not have are left out.
+    """
+    contact, operators = model.system.contact, model.system.operators
+    soft = operators.factor(SOFT**2, 1.0)
+    lever = contact.positions[:, 0] - float(np.mean(contact.positions[:, 0]))
+    motions = list[Array]()
+    for pushed, along in _pushed(model):
+        upward = contact.weights * along
+        for forces in (upward, upward * lever):
+            right_side = np.zeros(operators.size)
+            contact.interface.add(right_side, pushed.resultant(forces))
+            motions.append(soft.solve(right_side))
+    moved = np.array([_largest(model, motion) for motion in motions])
+    return np.stack([motion for motion, far in zip(motions, moved, strict=True) if far > STOPPED * moved.max()], axis=1)
+
+
+def moved_clear(model: Model, u: Array, time: float, allowed: Array) -> tuple[Array, float, float]:
+    """Return u with the least rigid motion that clears the faces, its size at the faces, and what is left, m.
+
+    Args:
+        model: The model.
+        u: Its marched DOFs, deeper in a face than allowed.
+        time: When, s.
+        allowed: Depths that stay, (m,), m.
+
+    Collective.
+    """
+    contact, operators = model.system.contact, model.system.operators
+    motions, values = rigid_motions(model), contact.interface.trace(u, operators)
+    motions = motions / np.array([_largest(model, motion) for motion in motions.T])
+    traces = np.stack([contact.interface.trace(motion, operators) for motion in motions.T], axis=1)
+    depth = contact.depth(values, time)
+    unit = float(np.max(depth - allowed))
+    shift, tangents, rooms = np.zeros(motions.shape[1]), list[Array](), list[Array]()
+    for _ in range(MOST_CUTS):
+        deeper = np.asarray(-(contact.at(values + traces @ shift, time).gap_matrix @ traces))
+        tangents.append(deeper)
+        rooms.append((allowed - depth + deeper @ shift) / unit)
+        found = _least(np.concatenate(tangents), np.concatenate(rooms))
+        if found is None:
+            break
+        shift = unit * found
+        depth = contact.depth(values + traces @ shift, time)
+        if contact.turning is None or np.max(depth - allowed) <= CLEARED * unit:
+            break
+    left = float(np.max(depth - allowed))
+    return u + motions @ shift, float(np.abs(deeper @ shift).max()), left if left > CLEARED * unit else 0.0
+
+
+def _least(deeper: Array, room: Array) -> Array | None:
+    """Return a of the least sum |a_i| + 1000 t with deeper a <= room + t, a = a+ - a-; None: not found."""
+    count = deeper.shape[1]
+    cost = np.concatenate([np.ones(2 * count), [LEFT_OVER]])
+    found = linprog(cost, np.hstack([deeper, -deeper, -np.ones((len(room), 1))]), room, method="highs")
+    return None if found.x is None else np.asarray(found.x[:count] - found.x[count : 2 * count])
+
+
+def _pushed(model: Model) -> list[tuple[ContactOperator, Array]]:
+    """Return the contact with stations that look up, and what its points have of that direction, (m,); and aside."""
+    contact, found = model.system.contact, list[tuple[ContactOperator, Array]]()
+    for axis in (1, 0) if contact.support.around else (1,):
+        stations = None if contact.turning is None else np.tile(np.eye(2)[axis], (len(contact.turning.points), 1))
+        turned = contact.turned(stations)
+        found.append((turned, turned.across[:, axis]))
+    return found
+
+
+def _largest(model: Model, motion: Array) -> float:
+    """Return by how much a motion changes gaps at most, along y and z at stations, no unit or m. Collective."""
+    values = model.system.contact.interface.trace(motion, model.system.operators)
+    return max(float(np.abs(contact.gap_matrix @ values).max()) for contact, _ in _pushed(model))
+
 
 LOOKS = 1000  # at the speeds of supports over a run
 KICK = 2.0  # times the energy of the forced motion that a kick has at most
@@ -147,3 +252,28 @@ def _time(model: Model, end: State, before: Case) -> tuple[float, list[str]]:
 def _repeats(case: Case) -> bool:
     """Return whether all loads are static or repeat."""
     return all(load.repeats for load in case.load)
+
+
+class KeptBody:
+    """Sets up models one after the other, each body once.
+
+    The body is that of `body_key(case)`, so that a model has the same bits whatever case came before it.
+
+    Attributes:
+        seconds: What the body that is kept has cost, s.
+    """
+
+    def __init__(self, body: Body | None = None) -> None:
+        """Start with the body of a model that is there already, or with none."""
+        self._kept: tuple[Case, Body] | None = None if body is None else (body_key(body.case), body)
+        self.seconds = 0.0
+
+    def model(self, case: Case) -> Model:
+        """Return the model of a case on this process alone; errors as in `gapbeam.solver.models.model.build_model`."""
+        key = body_key(case)
+        if self._kept is None or self._kept[0] != key:
+            self._kept = None  # frees the memory of the old body before the new one takes its own
+            clock = time.perf_counter()
+            self._kept = key, build_body(key, MPI.COMM_SELF)
+            self.seconds = time.perf_counter() - clock
+        return model_of(case, self._kept[1])

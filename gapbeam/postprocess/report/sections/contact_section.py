@@ -1,16 +1,140 @@
-"""Contact forces, gaps and penetrations of the faces of a run."""
+"""Contact forces, gaps and penetrations of the faces of a run.
+
+How fast the faces of the supports wear, with intervals where there are.
+
+The spectra of random loads: what was asked for, and what the signal of the run holds.
+"""
 
 from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.report.blocks import Block, ReportSection, TableBlock
-from gapbeam.postprocess.report.charts import Chart, ChartCurve
-from gapbeam.postprocess.report.envelope import envelope, thinning_words
-from gapbeam.postprocess.report.sections.record_ends import ZOOM, end_words, is_long
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
+from gapbeam.postprocess.report.sections.along_supports import ZOOM, chart_along, end_words, is_long
+from gapbeam.postprocess.results.columns_of_run import WearMap
 from gapbeam.postprocess.signals.enlarged_part import enlarged_span
 from gapbeam.postprocess.signals.signal import Signal, face_signal
+
+HEADER = ("face", "rate", "value", "unit", "95 % interval", "judged")
+WHERE_HEADER = ("face", "x (m)", "angle (deg)", "work rate per area (W/m^2)", "over the mean", "depth rate (m/s)")
+PARTS_HEADER = ("face", "work (J)", "impact (%)", "sliding (%)", "sticking (%)")
+PART_RATES_HEADER = ("face", "motion", "work rate (W)", "95 % interval (W)", "judged")
+LARGEST_HEADER = (
+    "face", "x (m)", "angle (deg)", "work rate per area (W/m^2)", "95 % interval of the largest", "by other batches",
+    "depth rate (m/s)",
+)  # fmt: skip
+LARGEST_NOTE = (
+    "Behind the burn-in. The largest of many means with chance in them is larger than the mean of its place: the "
+    "interval is that of the largest true mean (all points at once, Bonferroni). By other batches: the mean at "
+    "places that the other half of the record chose, which chance does not lift."
+)
+RATES = {"work_rate": ("work rate", "W"), "volume_rate": ("volume rate", "m^3/s"), "depth_rate": ("depth rate", "m/s")}
+
+
+def wear_section(
+    summary: dict[str, Any],
+    maps: Mapping[str, WearMap],
+    command: str = "",
+    anchor: str = "wear",
+    since: str = "t = 0",
+) -> ReportSection | None:
+    """Return the wear of a run; None for a run of a case without [wear].
+
+    Args:
+        summary: Of a run.
+        maps: Where its faces wear; none of earlier releases.
+        command: That makes the report.
+        anchor: Of the section.
+        since: When the work begins to count.
+    """
+    found = summary.get("wear")
+    if not found:
+        return None
+    words = f"Work of sliding over {number(found['seconds'])} s. Rates without an interval are means from {since}."
+    areas = {face: one.get("area", found["area"]) for face, one in found["faces"].items()}
+    if known := {face: area for face, area in areas.items() if area is not None}:
+        spread = ", ".join(f"{number(area)} m^2 of {face}" for face, area in known.items())
+        words += f" Depths are volumes spread evenly over {spread}."
+    rows = [
+        (face, name, of_face[key]["value"], unit, _interval(of_face[key]), of_face["verdict"])
+        for face, of_face in found["faces"].items()
+        for key, (name, unit) in RATES.items()
+        if of_face[key] is not None
+    ]
+    blocks: list[Block] = [Words(words), TableBlock("How fast the faces wear", HEADER, rows)]
+    if (parts := _parts(found)) is not None:
+        blocks += parts
+    blocks += [*_largest(found), *_where(maps, command)]
+    return ReportSection("Wear", anchor, blocks)
+
+
+def _largest(found: dict[str, Any]) -> list[Block]:
+    """Return the largest work rate per area of each face with its interval; nothing for runs without statistics."""
+    rows: list[tuple[Cell, ...]] = []
+    for face, of_face in found["faces"].items():
+        if (one := of_face.get("largest")) is not None:
+            rate, depth = one["work_rate_per_area"], one["depth_rate"]
+            at = one["at_places_of_other_batches"]
+            deepest = "" if depth is None else f"{number(depth['value'])} ({_interval(depth)})"
+            rows.append((face, one["x"], one["angle"], rate["value"], _interval(rate), at, deepest))
+    if not rows:
+        return []
+    return [TableBlock("The largest of each map", LARGEST_HEADER, rows, notes=(LARGEST_NOTE,))]
+
+
+def _where(maps: Mapping[str, WearMap], command: str) -> list[Block]:
+    """Return where the faces wear most, and charts along the beam and around it."""
+    worn = {face: one for face, one in maps.items() if one.unevenness > 0.0}
+    if not worn:
+        return []
+    rows: list[tuple[Cell, ...]] = []
+    for face, one in worn.items():
+        most = int(np.argmax(one.density))
+        depth = None if one.depth_rate is None else float(one.depth_rate[most])
+        rows.append((face, float(one.x[most]), float(one.angle[most]), float(one.density[most]), one.unevenness, depth))
+    note = "The depth rate is that of this point alone, with its own area. Angles are from straight down."
+    found: list[Block] = [TableBlock("Where the faces wear most", WHERE_HEADER, rows, notes=(note,))]
+    density = "work rate per area (W/m^2)"
+    found.append(
+        chart_along("Wear along the beam", density, {face: one.along() for face, one in worn.items()}, command)
+    )
+    if turned := [ChartCurve(face, *one.turned()) for face, one in worn.items() if one.around]:
+        found.append(Chart("Wear around the beam", "angle from straight down (deg)", density, turned, command))
+    return found
+
+
+def _parts(found: dict[str, Any]) -> list[Block] | None:
+    """Return the work by mode of motion; None: nothing was done, or the run is of an earlier release."""
+    rows = [
+        (face, of_face["work"], *(100.0 * part / of_face["work"] for part in of_face["work_by_mode"].values()))
+        for face, of_face in found["faces"].items()
+        if of_face["work"] > 0.0 and "work_by_mode" in of_face
+    ]
+    if not rows:
+        return None
+    words = f"Impact: the first {number(found['impact_time'])} s of each contact of a face. "
+    slip = found["sticking_speed"]
+    words += f"Sticking: slower than {number(slip)} m/s behind that." if slip else "Without friction nothing sticks."
+    if doubt := found.get("parts_doubt"):
+        words += f" **Doubt:** {doubt}. Their sum is not concerned."
+    rates = [
+        (face, mode, rate["value"], _interval(rate), rate["verdict"])
+        for face, of_face in found["faces"].items()
+        for mode, rate in of_face.get("work_rate_by_mode", {}).items()
+        if rate["low"] is not None and rate["verdict"] != "no event"
+    ]
+    more = [TableBlock("Work rate by motion", PART_RATES_HEADER, rates)] if rates else []
+    return [TableBlock("By which motion", PARTS_HEADER, rows), Words(words), *more]
+
+
+def _interval(rate: dict[str, Any]) -> str:
+    return "" if rate["low"] is None else f"{number(rate['low'])} to {number(rate['high'])}"
+
 
 _MICRO = 1.0e6
 
@@ -88,3 +212,107 @@ def _bodies(history: xr.Dataset) -> list[Block]:
 
 def _part(part: Signal, factor: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     return envelope(1e3 * part.time, factor * part.values)
+
+
+COHERENCE_HEADER = ("x (m)", "distance (m)", "coherence there", "asked", "generated", "95 % interval", "within")
+CROSS_HEADER = ("band (Hz)", "asked", "generated", "95 % interval", "phase error (degrees)", "within")
+RANDOM_LOADS_SECTION_HEADER = ("band (Hz)", "asked", "generated", "ratio", "95 % interval of the ratio", "within")
+
+
+def random_loads_section(summary: dict[str, Any], anchor: str = "random-loads") -> ReportSection | None:
+    """Return what random loads were beside what they were to be; None for a run without any.
+
+    Args:
+        summary: Of a run.
+        anchor: Of the section.
+    """
+    loads = summary.get("random_loads") or ()
+    blocks = [block for load in loads for block in _of_load(load)]
+    return ReportSection("Random loads", anchor, blocks) if blocks else None
+
+
+def _of_load(load: dict[str, Any]) -> list[Block]:
+    """Return spectrum, coherence of a load along the beam, and what a load has in common with another one."""
+    return [*_spectrum(load), *_coherence(load), *_cross_spectrum(load)]
+
+
+def _cross_spectrum(load: dict[str, Any]) -> list[Block]:
+    """Return the coherence with another load; nothing for loads that name none, and of earlier releases."""
+    found = load.get("cross_spectrum")
+    if not found:
+        return []
+    both = f"`{load['name']}` and `{found['load']}`"
+    before = f"Coherence of {both} at the phase asked for"
+    behind = "The phase error is the phase generated less the one asked for."
+    return _compared(both, CROSS_HEADER, [_cross_row(band) for band in found["bands"]], before, behind)
+
+
+def _cross_row(band: dict[str, Any]) -> tuple[Cell, ...]:
+    low, value, high = band["low"], band["generated"], band["high"]
+    return (
+        f"{number(band['from'])} to {number(band['to'])}", band["asked"], value, f"{low:.3f} to {high:.3f}",
+        band["phase_error"], _within(low, value, high),
+    )  # fmt: skip
+
+
+def _coherence(load: dict[str, Any]) -> list[Block]:
+    """Return the coherence generated beside that asked for; nothing for loads at one place, and of earlier releases."""
+    found = load.get("coherence")
+    if not found:
+        return []
+    name, rows = f"`{load['name']}`", [_coherence_row(one) for one in found["places"]]
+    before = f"{name} acts as forces at {len(rows) + 1} stations. Their correlation with the one at x = "
+    before += f"{number(found['from'])} m over {number(found['independent'])} independent pairs" if rows else ""
+    behind = "What is asked of two stations is the coherence spread over the reach of both, beside it that at their "
+    return _compared(name, COHERENCE_HEADER, rows, before, f"{behind}distance.")
+
+
+def _compared(what: str, header: tuple[str, ...], rows: Sequence[tuple[Cell, ...]], *words: str) -> list[Block]:
+    """Return a table of coherences; `words` stand before and behind how many of them lie in their intervals."""
+    if not rows:
+        return [Words(f"The run is too short to compare the coherence of {what} with the one asked for.")]
+    inside = sum(row[-1] == "yes" for row in rows)
+    counted = f"{inside} of {len(rows)} lie within the interval that chance leaves"
+    return [Words(f"{words[0]}: {counted}. {words[1]}"), TableBlock(f"Coherence of {what}", header, rows)]
+
+
+def _coherence_row(one: dict[str, Any]) -> tuple[float, float, float, float, float, str, str]:
+    low, high = one["low"], one["high"]
+    found = one["generated"]
+    return (
+        one["x"], one["distance"], one["curve"], one["asked"], found, f"{low:.3f} to {high:.3f}",
+        _within(low, found, high),
+    )  # fmt: skip
+
+
+def _spectrum(load: dict[str, Any]) -> list[Block]:
+    name = f"`{load['name']}`"
+    asked = f"{name}: rms {number(load['rms'])} {load['unit']}, seed {load['seed']}"
+    if not load["bands"]:
+        return [Words(f"{asked}. The run is too short to compare the spectrum of its signal with the one asked for.")]
+    rows = [_row(band) for band in load["bands"]]
+    inside = sum(row[-1] == "yes" for row in rows)
+    words = (
+        f"{asked}. Over {number(load['seconds'])} s, {inside} of {len(rows)} bands lie within the interval that chance "
+        "leaves; one in 20 lies outside where all is as asked for."
+    )
+    square = {"N": "N²", "N/m": "(N/m)²"}.get(load["unit"], "(m/s²)²")
+    title = f"Mean squares of {name} in bands of equal power, {square}"
+    return [Words(words), TableBlock(title, RANDOM_LOADS_SECTION_HEADER, rows)]
+
+
+def _row(band: dict[str, Any]) -> tuple[str, float, float, float, str, str]:
+    ratio = band["generated"] / band["asked"]
+    least, most = band["least_ratio"], band["most_ratio"]
+    return (
+        f"{number(band['from'])} to {number(band['to'])}",
+        band["asked"],
+        band["generated"],
+        ratio,
+        f"{number(least)} to {number(most)}",
+        _within(least, ratio, most),
+    )
+
+
+def _within(low: float, value: float, high: float) -> str:
+    return "yes" if low <= value <= high else "no"

@@ -1,16 +1,36 @@
-"""Periodic responses: their multipliers, and the curve of them over a parameter."""
+"""Periodic responses: their multipliers, and the curve of them over a parameter.
+
+The report on the folder of `gapbeam compare`: verdict, figures, waveforms and costs of both runs.
+
+The report on a life: when the limit was reached, how sure that is, and depths and rates of the faces over time.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Cell,
+    Command,
+    Picture,
+    ReportSection,
+    TableBlock,
+    Verdict,
+    Words,
+    number,
+    warnings_of,
+)
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
-from gapbeam.postprocess.results.curve_parts import branch_parts, stable_parts
+from gapbeam.postprocess.report.markdown_text import sentence
+from gapbeam.postprocess.report.study_json import read_object
+from gapbeam.postprocess.results.bounded_files import branch_parts, stable_parts
+from gapbeam.postprocess.shell_command import shell_command
 
 SUFFIX = ".peak_to_peak"
 _REPORTED = (
@@ -61,8 +81,8 @@ def curve_section(curve: Mapping[str, Any], command: str, anchor: str = "respons
     axis = f"{curve['key']} ({curve['unit']})"
     texts = [_point_words(point, curve) for point in points]
     motion, multiplier = list[ChartCurve](), list[ChartCurve]()
-    for number, part in branch_parts(points):
-        suffix = "" if number == 1 else f", branch {number}"
+    for branch, part in branch_parts(points):
+        suffix = "" if branch == 1 else f", branch {branch}"
         inside, said = points[part], texts[part]
         for probe in probes:
             heights = factor * np.array([point[probe + SUFFIX] for point in inside])
@@ -155,3 +175,148 @@ def _multipliers(multipliers: Sequence[Mapping[str, float]], command: str) -> Ch
         ],
         command, equal=True,
     )  # fmt: skip
+
+
+COMPARISON_FILE, PICTURE = "comparison.json", "comparison.png"
+_KEYS = ("a", "b", "agree", "verdict", "tolerance", "runs", "figures", "waveforms", "costs", "notes")
+
+
+def comparison_sections(folder: Path, command: str) -> list[ReportSection]:
+    """Return what `gapbeam compare` found.
+
+    Args:
+        folder: As `gapbeam compare` left it.
+        command: That makes the report.
+
+    Raises:
+        ResultsError: The file cannot be read, or is no comparison.
+    """
+    found = read_object(folder / COMPARISON_FILE, _KEYS)
+    blocks = comparison_blocks(found, command)
+    pair = Path(found["a"]), Path(found["b"])
+    if (folder / PICTURE).is_file():
+        words = "Waveforms of A and B over each other, and their harmonics."
+        blocks.append(Picture(folder / PICTURE, words, shell_command("gapbeam", "compare", *pair)))
+    blocks.append(Command(shell_command("gapbeam", "report", *pair)))
+    return [ReportSection("A against B", "comparison", blocks)]
+
+
+def comparison_blocks(found: Mapping[str, Any], command: str) -> list[Block]:
+    """Return verdict and tables of a comparison.
+
+    Args:
+        found: As `gapbeam.postprocess.comparison.comparison_report.as_data` gives it.
+        command: That makes the report.
+    """
+    blocks: list[Block] = [Verdict("passed" if found["agree"] else "warning", sentence(str(found["verdict"])))]
+    blocks += warnings_of([str(note) for note in found["notes"]])
+    runs = [
+        (
+            name.upper(), found[name], run["periodicity"], run["windows"], run["forcing_periods_in_a_window"],
+            float(run["start"]), float(run["end"]),
+        )
+        for name, run in found["runs"].items()
+    ]  # fmt: skip
+    heads = ("", "results", "response", "windows", "forcing periods in a window", "from (s)", "to (s)")
+    blocks.append(TableBlock("The runs, and the windows over which they are compared", heads, runs))
+    figures: list[tuple[Cell, ...]] = []
+    for row in found["figures"]:
+        unit, factor = shown(row["unit"])
+        difference = row["difference"]
+        figures.append(
+            (
+                f"{row['name']} ({unit})", factor * row["a"], factor * row["b"],
+                None if difference is None else 100.0 * difference, "" if row["decides"] else "reported only",
+            )
+        )  # fmt: skip
+    blocks.append(
+        TableBlock(
+            f"Figures over the windows; more than {100 * found['tolerance']:g} % is a difference",
+            ("", "A", "B", "difference (%)", ""),
+            figures,
+            command=command,
+        )
+    )
+    waves = [(one["name"], 100.0 * one["rms"], 100.0 * one["largest"]) for one in found["waveforms"]]
+    if waves:
+        blocks.append(TableBlock("Waveforms, A − B over the range", ("", "rms (%)", "largest (%)"), waves, digits=3))
+    costs = [(one["name"], one["a"], one["b"]) for one in found["costs"]]
+    if costs:
+        blocks.append(TableBlock("Costs", ("", "A", "B"), costs))
+    return blocks
+
+
+LIFE_FILE = "life.json"
+KEYS = ("reached", "message", "limit", "faces", "states", "relative_chance", "block_error", "verdict")
+HOUR, MILLIMETER = 3600.0, 1.0e-3
+DIGITS = 9  # of places that count as one
+HEADER = ("time (s)", "face", "depth (m)", "depth rate (m/s)", "95 % interval", "judged")
+
+
+def life_sections(folder: Path, command: str) -> list[ReportSection]:
+    """Return the life, charts of depths and rates, and their table.
+
+    Args:
+        folder: As `gapbeam life` left it.
+        command: That makes the report.
+
+    Raises:
+        ResultsError: The file cannot be read, or is no such study.
+    """
+    found = read_object(folder / LIFE_FILE, KEYS)
+    faces, states = found["faces"], found["states"]
+    good = found["reached"] and found["verdict"] == "good"
+    summary: list[Block] = [Verdict("passed" if good else "warning", str(found["message"]))]
+    if found["reached"]:
+        summary.append(
+            Words(
+                f"Chance in the rates: half of the 95 % interval is {100.0 * found['relative_chance']:.2g} %. "
+                f"Length of the blocks: {number(found['block_error'])} s. Coefficients and areas count as exact."
+            )
+        )
+    rows = [
+        (state["time"], face, depth, rate, f"{number(low)} to {number(high)}", verdict)
+        for state in states
+        for face, depth, rate, low, high, verdict in zip(
+            faces, *(state[key] for key in ("depths", "depth_rates", "low", "high", "verdicts")), strict=True
+        )
+    ]
+    charts = [
+        Chart("Depths of the faces", "time (h)", "depth (mm)", _curves(states, faces, "depths", MILLIMETER), command),
+        Chart(
+            "How fast they wear", "time (h)", "depth rate (m/s)", _curves(states, faces, "depth_rates", 1.0), command
+        ),
+    ]
+    charts += _profiles(found.get("profiles", {}), command)
+    return [
+        ReportSection("Life", "life", summary),
+        ReportSection("Over time", "over-time", charts),
+        ReportSection("Runs", "runs", [TableBlock("Depths and rates at the end of each block", HEADER, rows)]),
+    ]
+
+
+def _profiles(profiles: Mapping[str, Mapping[str, Sequence[float]]], command: str) -> list[Chart]:
+    """Return how deep the faces are worn at the end along the beam and, where they are met all around, around it."""
+    charts = []
+    for key, title, label in (
+        ("x", "Worn profiles along the beam", "x (m)"),
+        ("angle", "Worn profiles around the beam", "angle from straight down (deg)"),
+    ):
+        curves = []
+        for face, one in profiles.items():
+            places, owners = np.unique(np.round(one[key], DIGITS), return_inverse=True)
+            if key == "x" or len(places) > 1:
+                deepest = np.zeros(len(places))
+                np.maximum.at(deepest, owners, np.array(one["depth"]) / MILLIMETER)
+                curves.append(ChartCurve(face, places, deepest, "lines+markers"))
+        if curves:
+            charts.append(Chart(title, label, "depth of the deepest point (mm)", curves, command))
+    return charts
+
+
+def _curves(states: Sequence[dict[str, Any]], faces: Sequence[str], key: str, unit: float) -> list[ChartCurve]:
+    hours = [state["time"] / HOUR for state in states]
+    values = [[value / unit for value in state[key]] for state in states]
+    return [
+        ChartCurve(face, hours, [row[place] for row in values], "lines+markers") for place, face in enumerate(faces)
+    ]

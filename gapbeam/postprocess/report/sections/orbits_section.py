@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from gapbeam.postprocess.display_units import shown
-from gapbeam.postprocess.figures.orbits_figure import farthest, moves_in_space, rooms_at_probes, shifts_at_probes
+from gapbeam.postprocess.figures.motion_figures import farthest, moves_in_space, rooms_at_probes, shifts_at_probes
 from gapbeam.postprocess.report.blocks import ReportSection
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
 from gapbeam.postprocess.results.results import Results

@@ -1,17 +1,29 @@
-"""The moving scene of a run: which fields are shown, how much they are magnified, and the walls at their times."""
+"""The moving scene of a run: which fields are shown, how much they are magnified, and the walls at their times.
+
+The scene of a run that left no fields: the beam as its case describes it, undeformed in its supports.
+"""
 
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.report.contact_maps import contact_maps_of, within_room
+from gapbeam.postprocess.report.blocks import number
 from gapbeam.postprocess.report.moving_scene import ContactMap, MovingScene, SceneBeam, SceneWall
-from gapbeam.postprocess.report.number_text import number
-from gapbeam.postprocess.report.station_motion import beam_of, stations_of
+from gapbeam.postprocess.report.station_motion import (
+    SQUARE,
+    beam_of,
+    circle,
+    contact_maps_of,
+    hull_of,
+    stations_of,
+    within_room,
+)
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import RunSupport, supports_of, wall_motion_series
 from gapbeam.solver.record_table import FIELDS_FILE
@@ -192,3 +204,72 @@ def _words_on_maps(maps: Sequence[ContactMap], left_out: Sequence[str], planar: 
     if left_out:
         words += f" The pressures on {', '.join(left_out)} are too many for a page."
     return words
+
+
+WORDS = (
+    "The structure in its supports, undeformed; gaps are magnified. The run left fewer than three fields of motion, "
+    "so that the scene does not move: a run in time with `output.fields_interval` well below `time.end` writes them."
+)
+_STILL_SCENE_ROUND = ("round", "tube")
+
+
+def still_scene_of(results: Results, command: str) -> MovingScene | None:
+    """Return the scene of a run without fields; None where its case does not describe a beam.
+
+    Args:
+        results: Of a run with a history.
+        command: That makes the report.
+
+    Raises:
+        ResultsError: The case or the history cannot be read.
+    """
+    beam = resting_beam(results.case)
+    if beam is None:
+        return None
+    walls = resting_walls(results, results.history, beam)
+    gaps = [wall.met.gap + max(wall.met.recesses, default=0.0) for wall in walls]
+    return MovingScene(WORDS, np.zeros(1), beam, walls, magnification_of(beam, gaps), 0, command)
+
+
+def resting_walls(results: Results, history: xr.Dataset, beam: SceneBeam) -> Sequence[SceneWall]:
+    """Return the faces where they are at t = 0, without forces, which belong to a motion that is not shown."""
+    height = float(beam.half[:, 1].max())
+    found = walls_of(
+        supports_of(results.summary, results.case), history, np.zeros(1), float(beam.stations[0]), (-height, height)
+    )
+    return [replace(wall, force=np.empty(0)) for wall in found]
+
+
+def resting_beam(case: Mapping[str, Any]) -> SceneBeam | None:
+    """Return the beam of a case with its segments; None where the case has no size of a beam."""
+    table = case.get("beam") or {}
+    try:
+        length, thickness = float(table["length"]), float(table["thickness"])
+        width = float(table.get("width") or thickness)
+    except (KeyError, TypeError, ValueError):
+        return None
+    parts = [(0.0, length, thickness, width)]
+    for one in case.get("segment") or ():
+        size = float(one.get("thickness") or thickness), float(one.get("width") or width)
+        parts.append((float(one["from"]), float(one["to"]), *size))
+    edges = np.unique([end for part in parts for end in part[:2]])
+    stations, half = [], []
+    for start, end in pairwise(edges):
+        _, _, high, wide = [part for part in parts if part[0] <= start and end <= part[1]][-1]
+        stations += [start, end]
+        half += [(0.5 * wide, 0.5 * high)] * 2
+    planar, at_rest = (case.get("mesh") or {}).get("dimension") == 2, np.zeros((1, len(stations)))
+    middle = np.zeros((len(stations), 2))
+    outline = _outline(table.get("section"))
+    return SceneBeam(
+        np.array(stations), outline, np.array(half), middle, at_rest, at_rest, at_rest, np.zeros(1), planar
+    )
+
+
+def _outline(section: object) -> np.ndarray:
+    """Return the convex outline of a section in its box, whose middle is the axis, (n, 2)."""
+    table = section if isinstance(section, Mapping) else {"type": section}
+    if table.get("type") in _STILL_SCENE_ROUND:
+        return circle()
+    points = np.array(table.get("points") or (), dtype=float)
+    return hull_of(points) if points.size else SQUARE

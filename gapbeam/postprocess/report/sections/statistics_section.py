@@ -1,13 +1,316 @@
-"""The statistics of a run under random loads, with intervals."""
+"""The statistics of a run under random loads, with intervals.
+
+The energies of a run: where they are, where they went, what the balance leaves over, and what the gates say.
+
+The largest displacements, stresses and joint forces of a record, as rows of the table of results.
+
+Where the beam touches its supports: first touch, share of time in contact, penetration and impulse of the points.
+
+Impacts of a run: rates, and how approach speed, impulse and duration are distributed.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import ReportSection, TableBlock, Words
-from gapbeam.postprocess.report.number_text import number, percent
+import numpy as np
+import xarray as xr
 
-HEADER = ("figure", "value", "unit", "95 % interval", "effective samples", "judged", "s for 2 %")
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Words, number, percent
+from gapbeam.postprocess.report.charts import Chart, ChartCurve, envelope, thinning_words
+from gapbeam.postprocess.report.sections.along_supports import chart_along
+from gapbeam.postprocess.results.columns_of_run import PointMap
+from gapbeam.postprocess.signals.impact_tables import HEADS, QUANTITIES, distributions, rates
+from gapbeam.postprocess.signals.signal import SignalError
+from gapbeam.solver.record_table import HISTORY
+
+SMALL = 1.0e-4  # of the largest stored energy: what stays below is not drawn
+_STORED = ("kinetic_energy", "strain_energy", "contact_energy", "restraint_energy")
+_LOST = ("structural_dissipation", "contact_dissipation", "friction_dissipation", "algorithmic_dissipation")
+_NAMES = {
+    "algorithmic_dissipation": "lost to the scheme",
+    "structural_dissipation": "lost to structural damping",
+    "contact_dissipation": "lost to contact damping",
+    "friction_dissipation": "lost to friction",
+}
+_GATES = (
+    ("impacts", "impacts"),
+    ("violations", "impacts outside the gates"),
+    ("largest_growth", "largest growth in an impact"),
+    ("largest_loss", "largest loss in an impact"),
+)
+_LIMITS = (("impact_growth", "growth allowed in an impact"), ("impact_loss", "loss allowed in an impact"),
+           ("total_growth", "growth allowed in the whole run"))  # fmt: skip
+
+
+def energy_section(
+    history: xr.Dataset, summary: Mapping[str, Any], command: str, anchor: str = "energy", since: str = "t = 0"
+) -> ReportSection | None:
+    """Return the ledger of energies and the gates; None where neither is there.
+
+    Args:
+        history: `Results.history`.
+        summary: `Results.summary`.
+        command: That makes the figures.
+        anchor: Of the section.
+        since: When works and losses begin to count.
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    unit = shown("J")[0]
+    size = history.sizes["time"]
+    blocks: list[Block] = []
+    there = {name: _values(history, name) for name in _STORED if name in history}
+    most = max((float(values.max()) for values in there.values()), default=0.0)
+    stored = [
+        _curve(history, name, name.replace("_", " ")) for name, values in there.items() if values.max() >= SMALL * most
+    ]
+    spent = _work(history) + [_curve(history, name, _NAMES[name]) for name in _LOST if _any(history, name)]
+    thin = thinning_words(size)
+    if stored:
+        blocks.append(Chart(f"Stored energy.{thin}", "time (s)", f"energy ({unit})", stored, command))
+    if spent:
+        blocks.append(Chart(f"Work of the loads and losses since {since}.{thin}", "time (s)", f"energy ({unit})", spent,
+                            command))  # fmt: skip
+    if "energy_residual" in history:
+        residual = [_curve(history, "energy_residual", "residual")]
+        blocks.append(
+            Chart(f"What the balance of energy leaves over.{thin}", "time (s)", f"residual ({unit})", residual, command)
+        )
+    table = _gates_table(summary)
+    if table is not None:
+        blocks.append(table)
+    return ReportSection("Energy", anchor, blocks) if blocks else None
+
+
+def energy_of_span(history: xr.Dataset, command: str) -> ReportSection | None:
+    """Return the energies of a span of a run: works and losses from its first record on, and their balance.
+
+    Gates judge impacts and the whole run, and are left out.
+
+    Args:
+        history: Records of the span.
+        command: That makes the figures.
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    summed = [name for name in ("load_work", *_LOST, "energy_residual") if name in history]
+    changed = history.assign({name: history[name] - history[name].isel(time=0) for name in summed})
+    first = f"t = {float(history['time'][0]):.6g} s"
+    section = energy_section(changed, {}, command, since=first)
+    if section is None:
+        return None
+    return ReportSection(section.title, section.anchor, [_balance(changed, first), *section.blocks])
+
+
+def _balance(changed: xr.Dataset, first: str) -> TableBlock:
+    """Return what came, went, and is stored more at the end of a span than at its first record."""
+    there = [name for name in _STORED if name in changed]
+    stored = float(sum(_values(changed, name)[-1] - _values(changed, name)[0] for name in there))
+    rows: list[tuple[Cell, ...]] = []
+    if "load_work" in changed:
+        work = _values(changed, "load_work")[-1]
+        rows += [(f"work of {name}", float(one)) for name, one in zip(changed["load"].values, work, strict=True)]
+    rows += [(_NAMES[name], -float(_values(changed, name)[-1])) for name in _LOST if _any(changed, name)]
+    if "energy_residual" in changed:
+        rows.append(("residual", float(_values(changed, "energy_residual")[-1])))
+    rows.append(("stored more than at the start of the span", stored))
+    caption = f"Energy from {first} on: the last line is the sum of those above"
+    return TableBlock(caption, ("", f"energy ({shown('J')[0]})"), rows)
+
+
+def _values(history: xr.Dataset, name: str) -> np.ndarray:
+    values = shown("J")[1] * np.asarray(history[name].values, dtype=float)
+    if not np.isfinite(values).all():
+        raise SignalError(f"{name}: a value is not finite")
+    return values
+
+
+def _curve(history: xr.Dataset, name: str, label: str) -> ChartCurve:
+    return ChartCurve(label, *envelope(np.asarray(history["time"].values, dtype=float), _values(history, name)))
+
+
+def _any(history: xr.Dataset, name: str) -> bool:
+    return name in history and bool(np.any(history[name].values))
+
+
+def _work(history: xr.Dataset) -> list[ChartCurve]:
+    if "load_work" not in history:
+        return []
+    time, work = np.asarray(history["time"].values, dtype=float), _values(history, "load_work")
+    names = [str(name) for name in history["load"].values]
+    return [ChartCurve(f"work of {name}", *envelope(time, work[:, place])) for place, name in enumerate(names)]
+
+
+def _gates_table(summary: Mapping[str, Any]) -> TableBlock | None:
+    gates, energy = summary.get("gates") or {}, summary.get("energy") or {}
+    limits = gates.get("limits") or {}
+    rows: list[tuple[Cell, ...]] = []
+    for key, name in _GATES:
+        if gates.get(key) is not None:
+            whole = isinstance(gates[key], int)
+            rows.append((name, gates[key] if whole else 100.0 * gates[key], "" if whole else "%"))
+    for key, name in _LIMITS:
+        if limits.get(key) is not None:
+            rows.append((name, 100.0 * float(limits[key]), "%"))
+    if energy.get("relative_growth") is not None:
+        rows.append(("created in the whole run, of the energy exchanged", 100.0 * energy["relative_growth"], "%"))
+    if not rows:
+        return None
+    notes = [record.meaning for record in HISTORY if record.name == "algorithmic_dissipation"]
+    return TableBlock("Gates on the energy", ("", "value", "unit"), rows, notes=[f"Scheme: {notes[0]}."])
+
+
+Row = tuple[Cell, ...]
+_WORDS = {
+    "axial_stress": ("gauge", "largest axial stress at {}"),
+    "von_mises_stress": ("gauge", "largest von Mises stress at {}"),
+}
+
+
+def peak_rows(history: xr.Dataset) -> list[Row]:
+    """Return name, value and unit of the largest of each record over the whole history; what is not finite is left out.
+
+    Displacements and accelerations are those across the beam: in space the length of both components.
+
+    Args:
+        history: `Results.history`.
+    """
+    rows: list[Row] = []
+    for record, dimension, words in (
+        ("displacement", "probe", "largest displacement of {}"),
+        ("displacement_from_supports", "moved_probe", "largest displacement of {} from its supports"),
+        ("acceleration_absolute", "probe", "largest acceleration of {}"),
+        ("acceleration_from_supports", "moved_probe", "largest acceleration of {} from its supports"),
+    ):
+        if record in history and history.sizes.get(dimension, 0):
+            across = history[record].sel(component=[axis for axis in history["component"].values if axis != "x"])
+            sizes = np.sqrt((across**2).sum("component"))
+            rows += _largest(sizes, dimension, words, str(history[record].attrs.get("units", "m")))
+    for record, (dimension, words) in _WORDS.items():
+        if record in history and history.sizes.get(dimension, 0) and np.any(history[record].values):
+            rows += _largest(np.abs(history[record]), dimension, words, "Pa")
+    if "joint_force" in history and history.sizes.get("joint", 0):
+        sizes = np.sqrt((history["joint_force"] ** 2).sum("translation"))
+        rows += _largest(sizes, "joint", "largest force of the joint {}", "N")
+    return rows
+
+
+def _largest(values: xr.DataArray, dimension: str, words: str, unit: str) -> list[Row]:
+    """Return a row for each entry along a dimension."""
+    written, factor = shown(unit)
+    largest = values.max("time")
+    return [
+        (words.format(name), factor * float(one), written)
+        for name, one in zip(values[dimension].values, largest.values, strict=True)
+        if np.isfinite(one)
+    ]
+
+
+HEADER = (
+    "face", "points touched", "first touch (s)", "at x (mm)", "at angle (deg)", "contact share, largest (%)",
+    "penetration, largest (µm)",
+)  # fmt: skip
+PRESSED_HEADER = ("face", "impulse (N s)", "most per area (N s/m²)", "over the mean", "at x (mm)", "at angle (deg)")
+SHARE, PRESSED = "contact share (%)", "impulse per area (N s/m²)"
+
+
+def points_section(
+    points: Mapping[str, PointMap], command: str = "", anchor: str = "contact-points"
+) -> ReportSection | None:
+    """Return what the contact points of a run have met; None for a run without `output.points`.
+
+    Args:
+        points: Of the faces, by name.
+        command: That makes the report.
+        anchor: Of the section.
+    """
+    if not points:
+        return None
+    touched = {face: one for face, one in points.items() if one.touched}
+    title = "Contact points"
+    if not touched:
+        return ReportSection(title, anchor, [Words("No contact point was in contact at a record.")])
+    rest = [face for face in points if face not in touched]
+    note = "Seen at the records of the history. Angles are from straight down, positive toward +y."
+    notes = (note, f"Not touched at a record: {', '.join(rest)}.") if rest else (note,)
+    first = TableBlock("What was touched", HEADER, [_row(face, one) for face, one in touched.items()], notes=notes)
+    blocks: list[Block] = [first]
+    known = {face: one for face, one in touched.items() if np.all(np.isfinite(one.impulse)) and one.impulse.sum() > 0.0}
+    if known:
+        rows = [_pressed(face, one) for face, one in known.items()]
+        blocks.append(TableBlock("Where the impulse is largest", PRESSED_HEADER, rows))
+    blocks += _charts(
+        "Contact share", SHARE, {face: (one, 100.0 * one.share) for face, one in touched.items()}, command
+    )
+    blocks += _charts("Impulse", PRESSED, {face: (one, one.pressed) for face, one in known.items()}, command)
+    return ReportSection(title, anchor, blocks)
+
+
+def _row(face: str, one: PointMap) -> tuple[Cell, ...]:
+    at = int(np.nanargmin(one.first_touch))
+    count = f"{int(np.isfinite(one.first_touch).sum())} of {len(one.x)}"
+    share, deepest = 100.0 * float(one.share.max()), 1e6 * float(one.deepest.max())
+    return face, count, float(one.first_touch[at]), 1e3 * float(one.x[at]), _angle(one, at), share, deepest
+
+
+def _pressed(face: str, one: PointMap) -> tuple[Cell, ...]:
+    at, total = int(np.argmax(one.pressed)), float(one.impulse.sum())
+    most = float(one.pressed[at])
+    mean = total / float(one.area.sum())
+    return face, total, most, most / mean, 1e3 * float(one.x[at]), _angle(one, at)
+
+
+def _angle(one: PointMap, at: int) -> float | None:
+    """Return the direction of a point, degrees; None on a plane, which has one for all."""
+    return float(one.angle[at]) if one.around else None
+
+
+def _charts(name: str, unit: str, faces: Mapping[str, tuple[PointMap, np.ndarray]], command: str) -> list[Block]:
+    """Return means of values along the beam, and around it where faces have several directions."""
+    if not faces:
+        return []
+    lines = {face: one.along(values) for face, (one, values) in faces.items()}
+    found: list[Block] = [chart_along(f"{name} along the beam, means by area", unit, lines, command)]
+    around = [ChartCurve(face, *one.turned(values)) for face, (one, values) in faces.items() if one.around]
+    if around:
+        angle = "angle from straight down (deg)"
+        found.append(Chart(f"{name} around the beam, means by area", angle, unit, around, command))
+    return found
+
+
+def impacts_section(
+    impacts: Mapping[str, np.ndarray], seconds: float, span: str = "over the whole run", anchor: str = "impacts"
+) -> ReportSection | None:
+    """Return the impacts of a run, or of a part of it; None where there were none.
+
+    Args:
+        impacts: By face, as `impacts_of` has them.
+        seconds: Span of time, s.
+        span: Which one, in words.
+        anchor: Of the section.
+    """
+    if not impacts or not seconds > 0.0:
+        return None
+    found = ", ".join(f"{face} {number(rate)}" for face, rate in rates(impacts, seconds).items())
+    rows: list[tuple[Cell, ...]] = []
+    for face, mine in impacts.items():
+        for name, values in distributions(mine).items():
+            rows.append((face, f"{name} ({QUANTITIES[name][0]})", *values))
+    notes = [
+        f"{face}: one in {int(mine[0, 4])} impacts was kept for the distributions."
+        for face, mine in impacts.items()
+        if mine[0, 4] > 1
+    ]
+    table = TableBlock(f"Impacts {span}", ("face", "figure", *HEADS[2:]), rows, notes=tuple(notes))
+    return ReportSection("Impacts", anchor, [Words(f"Impacts in a second: {found}."), table])
+
+
+STATISTICS_SECTION_HEADER = ("figure", "value", "unit", "95 % interval", "effective samples", "judged", "s for 2 %")
 TIME_NEEDED = "time_for_2_percent"
 
 
@@ -40,11 +343,13 @@ def statistics_section(summary: dict[str, Any], anchor: str = "statistics") -> R
         words += (
             f" The scheme leaves the motion {percent(abs(energy), signed=False)} {side} energy than the noise gives."
         )
-    rows = [_row(one) for one in found["figures"]]
-    return ReportSection("Statistics", anchor, [Words(words), TableBlock("Figures of the motion", HEADER, rows)])
+    rows = [_statistics_section_row(one) for one in found["figures"]]
+    return ReportSection(
+        "Statistics", anchor, [Words(words), TableBlock("Figures of the motion", STATISTICS_SECTION_HEADER, rows)]
+    )
 
 
-def _row(one: dict[str, Any]) -> tuple[str, float, str, str, str, str, str]:
+def _statistics_section_row(one: dict[str, Any]) -> tuple[str, float, str, str, str, str, str]:
     needed = one[TIME_NEEDED]
     return (
         one["name"],

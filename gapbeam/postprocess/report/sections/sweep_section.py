@@ -18,10 +18,10 @@ from gapbeam.postprocess.report.blocks import (
     ReportSection,
     TableBlock,
     Verdict,
+    number,
     warnings_of,
 )
 from gapbeam.postprocess.report.charts import Chart, ChartCurve
-from gapbeam.postprocess.report.number_text import number
 from gapbeam.postprocess.report.sections.study_axis import StudyAxis, axis_of
 from gapbeam.postprocess.report.study_json import read_object, read_records
 from gapbeam.postprocess.signals.figure_names import LARGEST_FORCE

@@ -5,10 +5,17 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from gapbeam.postprocess.report.blocks import Block, Cell, ReportSection, TableBlock, Verdict, warnings_of
-from gapbeam.postprocess.report.number_text import number, percent
-from gapbeam.postprocess.report.sections.assumptions_table import assumptions_table
-from gapbeam.postprocess.report.sections.errors_table import errors_table
+from gapbeam.postprocess.report.blocks import (
+    Block,
+    Cell,
+    ReportSection,
+    TableBlock,
+    Verdict,
+    number,
+    percent,
+    warnings_of,
+)
+from gapbeam.postprocess.report.sections.verdict_tables import assumptions_table, errors_table
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of
 

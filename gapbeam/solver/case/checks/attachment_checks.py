@@ -6,9 +6,7 @@ from collections.abc import Iterator, Mapping
 from itertools import combinations
 
 from gapbeam.meshes.beam_geometry import SNAP
-from gapbeam.solver.attachments.fluid_table import Fluid
-from gapbeam.solver.attachments.joint_table import ElasticJoint, Joint, bending_rank
-from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.attachments.attachment_tables import ElasticJoint, Fluid, Joint, PointMass, bending_rank
 from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.case import Beam, Mesh
@@ -21,7 +19,7 @@ from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import Layout, keyed, support_at
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 Joints = Mapping[int, Joint]
 """Joints by their number in the case file, from 0, without those that have faults of their own."""

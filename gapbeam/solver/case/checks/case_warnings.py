@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator, Sequence
 
 import numpy as np
 
-from gapbeam.solver.attachments.joint_table import bending_rank
+from gapbeam.solver.attachments.attachment_tables import bending_rank
 from gapbeam.solver.case.bending_waves import bending_wavelength
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.checks.time_checks import MULTIPLE_TOLERANCE

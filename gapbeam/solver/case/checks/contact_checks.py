@@ -13,7 +13,7 @@ from gapbeam.solver.contact.laws.law_choice import LAWS
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.compared_numbers import apart
+from gapbeam.solver.wording.short_words import apart
 
 
 def contact_is_shallow(support: AnySupports, contact: Contact) -> Iterator[Fault]:

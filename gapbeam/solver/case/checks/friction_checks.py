@@ -8,7 +8,7 @@ from gapbeam.solver.case.contact_table import Contact
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 SLIDING = ("contact", "friction", "coefficient")
 

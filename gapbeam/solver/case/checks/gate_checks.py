@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from gapbeam.solver.case.gates_table import Gates
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 
 def gates_are_in_order(gates: Gates) -> Iterator[Fault]:

@@ -11,7 +11,7 @@ from gapbeam.solver.case.checks.place_checks import Segments
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import Layout, keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 
 def support_is_part_of_the_beam(beam: Beam, support: AnySupports) -> Iterator[Fault]:

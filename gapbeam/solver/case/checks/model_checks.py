@@ -6,8 +6,7 @@ from collections.abc import Iterator, Mapping
 
 import numpy as np
 
-from gapbeam.solver.attachments.joint_table import Joint
-from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.attachments.attachment_tables import Joint, PointMass
 from gapbeam.solver.case.advised_scheme import advised_scheme
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables

@@ -14,8 +14,7 @@ from gapbeam.solver.loads.places import SupportWalls
 from gapbeam.solver.loads.support_walls import moved_by
 from gapbeam.solver.supports.layout import Layout
 from gapbeam.solver.supports.support_tables import AnySupports, OneSupport
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
-from gapbeam.solver.wording.short_words import either
+from gapbeam.solver.wording.short_words import apart, either, exceeds
 
 DEEPEST = 0.5  # of the thickness: the largest interference
 

@@ -16,8 +16,7 @@ from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.integrators.scheme_choice import scheme_names
 from gapbeam.solver.supports.layout import keyed, variable_key
 from gapbeam.solver.supports.support_tables import AnySupports
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
-from gapbeam.solver.wording.short_words import either
+from gapbeam.solver.wording.short_words import apart, either, exceeds
 
 Analysis = Transient | Periodic
 TYPE: Key = ("analysis", "type")

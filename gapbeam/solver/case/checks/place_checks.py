@@ -17,7 +17,7 @@ from gapbeam.solver.loads.load_choice import Load
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
 from gapbeam.solver.table import Vector
-from gapbeam.solver.wording.compared_numbers import apart
+from gapbeam.solver.wording.short_words import apart
 
 Loads = Mapping[int, Load]
 """Loads by their number in the case file, from 0, without those that have faults of their own."""

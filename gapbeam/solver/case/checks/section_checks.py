@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from math import hypot
 
-from gapbeam.solver.attachments.joint_table import Joint
-from gapbeam.solver.attachments.mass_table import PointMass
+from gapbeam.solver.attachments.attachment_tables import Joint, PointMass
 from gapbeam.solver.case.analysis_table import Analysis
 from gapbeam.solver.case.beam_motions import motions_of_tables, with_given
 from gapbeam.solver.case.beam_profile import beam_at

@@ -15,7 +15,7 @@ from gapbeam.solver.case.span_faults import span_lies_on_the_beam
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
-from gapbeam.solver.wording.compared_numbers import exceeds
+from gapbeam.solver.wording.short_words import exceeds
 
 ROUNDING = 1.0e-12
 BESIDE = 1.0e-9  # of the length of the beam: a place beside the end of a segment

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from itertools import combinations
 
-from gapbeam.solver.attachments.joint_table import Joint, bending_rank
+from gapbeam.solver.attachments.attachment_tables import Joint, bending_rank
 from gapbeam.solver.case.case import Beam
 from gapbeam.solver.case.checks.place_checks import Loads, same_name
 from gapbeam.solver.case.contact_table import Contact
@@ -14,7 +14,7 @@ from gapbeam.solver.case.span_faults import span_lies_on_the_beam
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import AnySupports, BaseAndGland
-from gapbeam.solver.wording.compared_numbers import exceeds
+from gapbeam.solver.wording.short_words import exceeds
 
 
 def support_names_differ(support: AnySupports) -> Iterator[Fault]:

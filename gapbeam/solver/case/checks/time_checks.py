@@ -8,7 +8,7 @@ from gapbeam.solver.case.case import Output
 from gapbeam.solver.case.checks.place_checks import Loads
 from gapbeam.solver.case.time_table import Time
 from gapbeam.solver.faults import Fault
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 MOST_STEPS = 1e9
 MULTIPLE_TOLERANCE = 1e-6

@@ -12,7 +12,7 @@ from typing import NamedTuple
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.segment_table import Segment
 from gapbeam.solver.supports.layout import keyed
-from gapbeam.solver.wording.compared_numbers import apart, exceeds
+from gapbeam.solver.wording.short_words import apart, exceeds
 
 
 class UsualRange(NamedTuple):

@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from gapbeam.solver.case.contact_table import Contact, whole_unit
 from gapbeam.solver.case.placed_support import law_at, own_law
-from gapbeam.solver.contact.laws.elastic_plastic import ElasticPlastic
+from gapbeam.solver.contact.laws.law_tables import ElasticPlastic
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.supports.layout import keyed
 from gapbeam.solver.supports.support_tables import WHOLE, AnySupports

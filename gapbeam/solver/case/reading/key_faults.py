@@ -21,8 +21,7 @@ from gapbeam.solver.case.reading.value_hints import hint_for
 from gapbeam.solver.case.reading.value_words import example, shown, toml_value, wanted
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.table import FORMS, array_models, models_in, type_name
-from gapbeam.solver.wording.near_names import near
-from gapbeam.solver.wording.short_words import either, printable
+from gapbeam.solver.wording.short_words import either, near, printable
 
 MOST_FAULTS = 100
 

@@ -7,8 +7,7 @@ from pydantic import BaseModel
 from gapbeam.solver.case.case import Case
 from gapbeam.solver.case.reading.known_keys import header, tables
 from gapbeam.solver.table import models_in
-from gapbeam.solver.wording.near_names import close_to, near, same
-from gapbeam.solver.wording.short_words import either
+from gapbeam.solver.wording.short_words import close_to, either, near, same
 
 
 def meant(name: str, model: type[BaseModel], root: type[BaseModel] = Case) -> str:

@@ -10,8 +10,7 @@ from typing import Any
 
 from gapbeam.solver.faults import CaseError, Fault
 from gapbeam.solver.record_table import KEY_OF_MANY_PARTS
-from gapbeam.solver.wording.near_names import near
-from gapbeam.solver.wording.short_words import either, printable
+from gapbeam.solver.wording.short_words import either, near, printable
 
 LARGEST = 1_000_000
 """The largest case file that is read, bytes."""

@@ -8,7 +8,7 @@ import re
 from pydantic import BaseModel, TypeAdapter, ValidationError
 
 from gapbeam.solver.case.reading.value_words import example, options, toml_value
-from gapbeam.solver.wording.near_names import near
+from gapbeam.solver.wording.short_words import near
 
 FACTORS = {
     "nm": 1e-9, "um": 1e-6, "µm": 1e-6, "μm": 1e-6, "mm": 1e-3, "cm": 1e-2, "m": 1.0,

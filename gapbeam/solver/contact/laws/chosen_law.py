@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, ClassVar, NamedTuple
 
-from gapbeam.solver.contact.formulations.chosen_formulation import ChosenFormulation
+from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
 from gapbeam.solver.contact.laws.damper import Damper
 from gapbeam.solver.faults import Fault
 from gapbeam.solver.system.operators import Array

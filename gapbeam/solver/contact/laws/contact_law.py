@@ -7,6 +7,8 @@ With the penetration d = -g, the closed law is
 clipped at p >= 0 unless the face may pull (`adhesive`). Each time scheme asks for the law in the form that it can
 trust; clipped, all forms are non-decreasing in the penetration at the end of the step, so that the step has one
 solution. The formulas stand in `point_law`, for one point; they serve both marches.
+
+How the pressure over a midpoint step depends on the penetrations at its start and its end.
 """
 
 from __future__ import annotations
@@ -18,12 +20,19 @@ from typing import NamedTuple
 import numpy as np
 
 from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
-from gapbeam.solver.contact.laws.coulomb_friction import CoulombFriction
-from gapbeam.solver.contact.laws.damper import NO_DAMPER, Damper, per_area
-from gapbeam.solver.contact.laws.law_arrays import fill_damping, fill_endpoint, fill_stage, fill_touch_factors
+from gapbeam.solver.contact.laws.damper import NO_DAMPER, CoulombFriction, Damper, per_area
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS, UNDAMPED
 from gapbeam.solver.contact.laws.law_forms import IMPLICIT, MEAN
-from gapbeam.solver.contact.laws.point_law import LawNumbers, LawTable, StepNumbers, row_of
+from gapbeam.solver.contact.laws.point_law import (
+    LawNumbers,
+    LawTable,
+    StepNumbers,
+    fill_damping,
+    fill_endpoint,
+    fill_stage,
+    fill_touch_factors,
+    row_of,
+)
 from gapbeam.solver.contact.laws.springs import Spring, at_points, rows_of
 from gapbeam.solver.system.operators import Array
 
@@ -248,3 +257,23 @@ def make_law(
         augmented,
         slowest_touch=slowest_touch,
     )
+
+
+def step_slopes(law: ContactLaw, implicit: bool, old: Array, new: Array, dt: float) -> tuple[Array, Array]:
+    """Return the derivatives of the pressure of a step by the penetrations at its start and end, (m,) each, Pa/m.
+
+    The discrete gradient of a step reversed in time is the same pressure, so its slope in the start is that of the
+    reversed step in its end. At touch the law has a kink; the slope on one side of it is returned.
+
+    Args:
+        law: The contact law.
+        implicit: Whether the pressure is the law at the end of the step, or its discrete gradient.
+        old: Penetrations at the start, (m,), m.
+        new: Penetrations at the end, (m,), m.
+        dt: Step, s.
+    """
+    if not implicit:
+        return law.discrete_gradient(new, old, -dt).slope, law.discrete_gradient(old, new, dt).slope
+    stage = law.implicit(old, new, dt)
+    pressed = (stage.pressure > 0.0) | law.adhesive
+    return np.where(pressed, -law.damping(old) / dt, 0.0), stage.slope

@@ -5,24 +5,29 @@
 All forms of the law follow from these three functions: the discrete gradient is the difference quotient of the
 potential, or a quadrature of e where two depths are so close that the difference would cancel. Machine code knows
 springs K d^n only; such a law is marched step by step.
+
+Supports with different contact laws: each law acts on the contact points of its supports.
+
+All forms of a law are taken point by point, so that a mixture is the laws side by side: what holds for each of them
+(one solution of a step, a potential whose difference is the work of a discrete gradient) holds for all together.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
 from gapbeam.solver.contact.laws.contact_law import ContactLaw, StagePressure
 from gapbeam.solver.contact.laws.integral_check import SHARES, WEIGHTS
-from gapbeam.solver.contact.laws.law_arrays import fill_damping_parts
 from gapbeam.solver.contact.laws.law_choice import FORMULAS, LAWS
 from gapbeam.solver.contact.laws.own_spring import OwnSpring
-from gapbeam.solver.contact.laws.point_law import LawTable
+from gapbeam.solver.contact.laws.point_law import LawTable, fill_damping_parts
 from gapbeam.solver.contact.laws.springs import FAR_APART, rows_of
 from gapbeam.solver.errors import UserError
-from gapbeam.solver.system.operators import Array
+from gapbeam.solver.system.operators import Array, Indices
 
 PROPORTIONAL = "hunt-crossley"  # its damper is chi K d^n
 
@@ -159,3 +164,131 @@ def _where_closed(function: Callable[[Array], Array], depth: Array) -> Array:
     """Return a function of depths d > 0, and 0 elsewhere."""
     closed = depth > 0.0
     return np.where(closed, function(np.where(closed, depth, 0.0)), 0.0)
+
+
+class LawGroup(NamedTuple):
+    """A law and the contact points where it acts, (k,)."""
+
+    points: Indices
+    law: ContactLaw
+
+
+@dataclass(frozen=True)
+class MixedLaw(ContactLaw):
+    """Several laws, each at points of its own.
+
+    Attributes:
+        groups: The laws with their points; every contact point is in one group.
+    """
+
+    groups: tuple[LawGroup, ...] = ()
+
+    @property
+    def stiffness(self) -> float:
+        """The largest K of the springs."""
+        return max(law.stiffness for _, law in self.groups)
+
+    @property
+    def linear(self) -> bool:
+        """Whether all laws are."""
+        return all(law.linear for _, law in self.groups)
+
+    @property
+    def why_not_compiled(self) -> str | None:
+        """The reason of the first law that kernels do not take."""
+        return next((law.why_not_compiled for _, law in self.groups if law.why_not_compiled is not None), None)
+
+    def softened(self, share: float) -> MixedLaw:
+        """Return the laws with a share of their stiffness."""
+        return self._with(lambda group: group.law.softened(share))
+
+    def touched_at(self, speed: Array | None) -> ContactLaw:
+        """Return the laws for contacts that began at these speeds, (m,), m/s."""
+        if self.touch_product is None or speed is None:
+            return self
+        return self._with(lambda group: group.law.touched_at(speed[group.points]))
+
+    @property
+    def keeps_set(self) -> bool:
+        """Whether a law does."""
+        return any(law.keeps_set for _, law in self.groups)
+
+    def yielded_by(self, plastic_set: Array | None) -> ContactLaw:
+        """Return the laws of points that have plastic sets, (m,), m."""
+        if plastic_set is None or not self.keeps_set:
+            return self
+        return self._with(lambda group: group.law.yielded_by(plastic_set[group.points]))
+
+    def set_after(self, depth: Array) -> Array:
+        """Return the plastic sets that are left of penetrations, (m,), m."""
+        return self._gathered(depth, lambda points, law: law.set_after(depth[..., points]))
+
+    def closed_slope(self, depth: Array) -> Array:
+        """Return the slopes of the laws in small vibrations, (m,), Pa/m."""
+        return self._gathered(depth, lambda points, law: law.closed_slope(depth[..., points]))
+
+    def potential(self, depth: Array) -> Array:
+        """Return psi(d), J/m^2."""
+        return self._gathered(depth, lambda points, law: law.potential(depth[..., points]))
+
+    def damping(self, depth: Array) -> Array:
+        """Return c(d), Pa s/m."""
+        return self._gathered(depth, lambda points, law: law.damping(depth[..., points]))
+
+    def static(self, depth: Array) -> StagePressure:
+        """Return p = e(d): the laws at rest."""
+        return self._staged(depth, lambda points, law: law.static(depth[..., points]))
+
+    def discrete_gradient(self, old: Array, new: Array, dt: float) -> StagePressure:
+        """Return the mean pressure over a step; see `ContactLaw.discrete_gradient`."""
+        return self._staged(new, lambda at, law: law.discrete_gradient(old[..., at], new[..., at], dt))
+
+    def implicit(self, old: Array, new: Array, dt: float) -> StagePressure:
+        """Return the pressure with the elastic part at the end of the step."""
+        return self._staged(new, lambda at, law: law.implicit(old[..., at], new[..., at], dt))
+
+    def endpoint(self, depth: Array, rate: Array, rate_slope: float) -> StagePressure:
+        """Return the laws at one instant; see `ContactLaw.endpoint`."""
+        return self._staged(depth, lambda at, law: law.endpoint(depth[..., at], rate[..., at], rate_slope))
+
+    def table(self, size: int) -> LawTable:
+        """Return the tables of the laws as one for m = `size` points."""
+        tables = [law.table(len(points)) for points, law in self.groups]
+        owner, stiffness, coefficient = np.zeros(size, dtype=np.int64), np.zeros(size), np.zeros(size)
+        for number, ((points, _), one) in enumerate(zip(self.groups, tables, strict=True)):
+            owner[points], stiffness[points], coefficient[points] = number, one.stiffness, one.coefficient
+        rows = np.concatenate([one.rows for one in tables])
+        return LawTable(rows, owner, self.touch_product is not None, stiffness, coefficient)
+
+    def _with(self, changed: Callable[[LawGroup], ContactLaw]) -> MixedLaw:
+        return replace(self, groups=tuple(LawGroup(group.points, changed(group)) for group in self.groups))
+
+    def _gathered(self, like: Array, values: Callable[[Indices, ContactLaw], Array]) -> Array:
+        found = np.zeros_like(like)
+        for points, law in self.groups:
+            found[..., points] = values(points, law)
+        return found
+
+    def _staged(self, like: Array, stage: Callable[[Indices, ContactLaw], StagePressure]) -> StagePressure:
+        found = np.zeros((3, *like.shape))
+        for points, law in self.groups:
+            found[..., points] = np.stack(stage(points, law))
+        return StagePressure(*found)
+
+
+def mixed_law(groups: Sequence[LawGroup]) -> MixedLaw:
+    """Return several laws, each at points of its own, as one.
+
+    Args:
+        groups: The laws with their points. Friction, impulses and multipliers are no part of single laws.
+    """
+    first = groups[0].law
+    products = [law.touch_product for _, law in groups if law.touch_product is not None]
+    return MixedLaw(
+        spring=first.spring,
+        adhesive=first.adhesive,
+        touch_depth=first.touch_depth,
+        touch_product=products[0] if products else None,
+        slowest_touch=max(law.slowest_touch for _, law in groups),
+        groups=tuple(groups),
+    )

@@ -20,7 +20,7 @@ from math import inf
 from typing import Any, Literal
 
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
-from gapbeam.solver.diagnostics.statistics.missed_impacts import MOST_MISSED
+from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED
 from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
 from gapbeam.solver.record_table import SLIP_MODES
 

@@ -11,21 +11,19 @@ import numpy as np
 from gapbeam.solver.diagnostics.statistics.batch_interval import (
     BATCHES,
     CONFIDENCE,
+    FEWEST,
+    STOPPING_RELAXATIONS,
     Interval,
+    Verdict,
     batch_means,
     interval_of_mean,
     interval_of_percentile,
     quantile,
     stopping_interval,
-)
-from gapbeam.solver.diagnostics.statistics.correlation_time import correlation_time
-from gapbeam.solver.diagnostics.statistics.figure_doubts import PARTS_OF_WORK, WORK_RATE, Doubt, Doubts
-from gapbeam.solver.diagnostics.statistics.judgment import (
-    FEWEST,
-    STOPPING_RELAXATIONS,
-    Verdict,
     verdict_on,
 )
+from gapbeam.solver.diagnostics.statistics.block_means import correlation_time
+from gapbeam.solver.diagnostics.statistics.figure_doubts import PARTS_OF_WORK, WORK_RATE, Doubt, Doubts
 
 Array = np.ndarray
 

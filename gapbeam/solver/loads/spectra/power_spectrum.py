@@ -3,6 +3,8 @@
     S(f) = S_i (f / f_i)^p_i,    p_i = ln(S_(i+1) / S_i) / ln(f_(i+1) / f_i),    f_i <= f <= f_(i+1)
 
 A power law is a straight line where both axes are logarithmic. S is 0 below the first frequency and above the last.
+
+Values on a grid of frequencies, smoothed over some of its intervals, so that filters made from them are short.
 """
 
 from __future__ import annotations
@@ -110,3 +112,17 @@ class PowerSpectrum:
         starts, heights = np.array(self.frequencies)[place], np.array(self.densities)[place]
         curved = starts * logarithm * exprel((slope + 1.0) * logarithm)
         return np.asarray(heights * np.where(starts > 0.0, curved, frequencies))
+
+
+SMOOTHING = np.hanning(11)[1:-1] / np.sum(np.hanning(11))
+
+
+def smoothed(values: Array) -> Array:
+    """Return means over neighbors, (count,); below 0 Hz the values are conjugate complex, beyond the last they are 0.
+
+    Args:
+        values: At equal steps from 0 Hz, real or complex, (count,).
+    """
+    reach = len(SMOOTHING) // 2
+    mirrored = np.concatenate([np.conj(values[reach:0:-1]), values])
+    return np.asarray(np.convolve(mirrored, SMOOTHING)[2 * reach :][: len(values)])

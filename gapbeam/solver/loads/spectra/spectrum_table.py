@@ -1,16 +1,37 @@
-"""The base of all spectra of random loads: what a load asks its spectrum."""
+"""The base of all spectra of random loads: what a load asks its spectrum.
+
+A density from a text file, such as that of a measurement: power laws between its rows.
+
+The envelope of measured turbulence in cross flow over the reduced frequency fr = f D / V.
+
+    S(f) = scale * 5e-3 fr^-0.5    for fr <= 0.2
+    S(f) = scale * 4e-5 fr^-3.5    above
+
+Source: the spectrum that code_aster documents as SPEC_LONG_COR_3.
+
+A density given at some frequencies, such as the profile of a vibration test: power laws in between.
+
+The choice of spectra: `spectrum` of a random load, a table with its `type`.
+
+White noise in a band: S(f) = S0 for low <= f <= high, 0 elsewhere.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
-from typing import Literal, Self
+from dataclasses import replace
+from itertools import pairwise
+from typing import Annotated, Literal, Self
 
+import numpy as np
 from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.loads.load_table import Column
+from gapbeam.solver.loads.record_file import RecordedRows, RecordError, RowKind, read_record
 from gapbeam.solver.loads.spectra.power_spectrum import PowerSpectrum
-from gapbeam.solver.table import Positive, Table
+from gapbeam.solver.table import NonNegative, Positive, Table
 
 LARGEST, LEAST = 1.0e60, 1.0e-60
 """Densities beyond are no physics, and their squares no numbers."""
@@ -64,3 +85,201 @@ class SpectrumTable(Table, ABC):
                 f"densities from {LEAST:g} to {LARGEST:g}, in N^2/Hz or (m/s^2)^2/Hz",
                 "are they in another unit?",
             )
+
+
+DENSITIES = RowKind("frequency", "density", 2)
+MOST = 20_000  # rows
+
+
+class FileSpectrum(SpectrumTable):
+    """Densities at frequencies from the rows of a text file, with power laws in between, none beyond the ends."""
+
+    type: Literal["file"] = Field(description="kind of spectrum")
+    file: str = Field(
+        min_length=1,
+        description="a text file with a row for each frequency, its path relative to the case file",
+        examples=["signals/profile.csv"],
+    )
+    frequency_column: Column = Field(
+        default=1, description="column of the frequencies, in Hz: its number from 1, or its name in the line above"
+    )
+    density_column: Column = Field(
+        default=2, description="column of the densities: its number from 1, or its name in the line above the rows"
+    )
+    checksum: str | None = Field(
+        default=None,
+        min_length=64,
+        max_length=64,
+        description="SHA-256 that the file must have; results write it into their case; default any",
+    )
+
+    def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the rows of the file.
+
+        Raises:
+            RecordError: The file cannot be used, or is another one than its checksum says.
+        """
+        read = self._read()
+        return tuple(map(float, read.times)), tuple(map(float, read.values))
+
+    def with_checksum(self) -> Self:
+        """Return the spectrum with the checksum of its file.
+
+        Raises:
+            RecordError: The file cannot be used, or is another one than its checksum says.
+        """
+        return self.model_copy(update={"checksum": self._read().checksum})
+
+    def faults(self, key: Key) -> Iterator[Fault]:
+        """Yield what is wrong with the file, and rows that are no spectrum."""
+        try:
+            read = self._read()
+        except RecordError as error:
+            yield from (replace(fault, key=(*key, *fault.key)) for fault in error.faults)
+            return
+        wrong = False
+        for name, numbers in (("frequency", read.times), ("density", read.values)):
+            below = np.flatnonzero(numbers <= 0.0)
+            if len(below):
+                wrong = True
+                yield Fault(
+                    (*key, f"{name}_column"),
+                    f"the {name} {numbers[below[0]]:g} in row {below[0] + 1}",
+                    "numbers above 0: axes are logarithmic between the rows",
+                    "leave such rows out",
+                )
+        if len(read.times) > MOST:
+            wrong = True
+            yield Fault((*key, "file"), f"{len(read.times)} rows", f"at most {MOST}", "means over some rows")
+        if not wrong:
+            yield from self.size_faults((*key, "file"))
+
+    def _read(self) -> RecordedRows:
+        read = read_record(self.file, self.frequency_column, self.density_column, DENSITIES)
+        if self.checksum is not None and self.checksum.lower() != read.checksum:
+            found = f"a file with the SHA-256 {read.checksum}"
+            hint = "the file has changed since; remove checksum to take it as it is"
+            raise RecordError([Fault(("file",), found, f"{self.checksum}, as checksum says", hint)])
+        return read
+
+
+KNEE, BELOW, ABOVE = 0.2, (5.0e-3, -0.5), (4.0e-5, -3.5)
+"""Reduced frequency where the power laws meet; factor and exponent of each."""
+LOWEST, HIGHEST = 0.01, 2.0
+"""Reduced frequencies at which the envelope ends where nothing is given: a sixth of its power lies below."""
+
+
+class TurbulenceSpectrum(SpectrumTable):
+    """The envelope of turbulence in cross flow over reduced frequency."""
+
+    type: Literal["turbulence"] = Field(description="kind of spectrum")
+    velocity: Positive = Field(description="velocity V of the flow, m/s", examples=[2.0])
+    length: Positive = Field(description="length scale D, mostly the outer diameter of the tube, m", examples=[0.02])
+    low: Positive | None = Field(default=None, description="lowest frequency, Hz; default 0.01 V / D")
+    high: Positive | None = Field(default=None, description="highest frequency, Hz; default 2 V / D")
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Lowest and highest frequency, Hz."""
+        unit = self.velocity / self.length
+        return (
+            LOWEST * unit if self.low is None else self.low,
+            HIGHEST * unit if self.high is None else self.high,
+        )
+
+    def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the ends, and where the power laws meet."""
+        (low, high), unit = self.ends, self.velocity / self.length
+        knee = KNEE * unit
+        frequencies = (low, knee, high) if low < knee < high else (low, high)
+        return frequencies, tuple(_envelope(frequency / unit) for frequency in frequencies)
+
+    def faults(self, key: Key) -> Iterator[Fault]:
+        """Yield a band without a width."""
+        low, high = self.ends
+        if low >= high:
+            yield Fault(
+                (*key, "low" if self.low is not None else "high"),
+                f"from {low:g} to {high:g} Hz",
+                "a lowest frequency below the highest",
+                f"without low and high it goes from {LOWEST:g} to {HIGHEST:g} times velocity / length",
+            )
+        else:
+            yield from self.size_faults((*key, "scale"))
+
+
+def _envelope(reduced: float) -> float:
+    factor, exponent = BELOW if reduced <= KNEE else ABOVE
+    return float(factor * reduced**exponent)
+
+
+TABLE_SPECTRUM_MOST = 1000  # rows
+
+Rows = Annotated[tuple[Positive, ...], Field(min_length=2, max_length=TABLE_SPECTRUM_MOST)]
+
+
+class TableSpectrum(SpectrumTable):
+    """Densities at frequencies, straight lines between them where both axes are logarithmic, none beyond the ends."""
+
+    type: Literal["table"] = Field(description="kind of spectrum")
+    frequencies: Rows = Field(description="ascending frequencies above 0, Hz", examples=[[20.0, 80.0, 350.0, 2000.0]])
+    densities: Rows = Field(
+        description="density above 0 at each frequency, N^2/Hz or (m/s^2)^2/Hz", examples=[[0.01, 0.04, 0.04, 0.007]]
+    )
+
+    def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the table."""
+        return self.frequencies, self.densities
+
+    def faults(self, key: Key) -> Iterator[Fault]:
+        """Yield columns of different lengths, and frequencies that do not ascend."""
+        count, other = len(self.frequencies), len(self.densities)
+        found = [(one, following) for one, following in pairwise(self.frequencies) if one >= following]
+        if count != other:
+            yield Fault(
+                (*key, "densities"),
+                f"{other} for {count} frequencies",
+                "one density for each frequency",
+                related=((*key, "frequencies"),),
+            )
+        if found:
+            one, following = found[0]
+            yield Fault(
+                (*key, "frequencies"),
+                f"{following:g} Hz after {one:g} Hz",
+                "frequencies that ascend",
+                f"for a step, {one:g} and {1.001 * one:g}" if one == following else "sort the rows",
+            )
+        if count == other and not found:
+            yield from self.size_faults((*key, "densities"))
+
+
+class WhiteSpectrum(SpectrumTable):
+    """The same density at all frequencies of a band."""
+
+    type: Literal["white"] = Field(description="kind of spectrum")
+    density: Positive = Field(description="density in the band, N^2/Hz or (m/s^2)^2/Hz", examples=[0.01])
+    low: NonNegative = Field(default=0.0, description="lowest frequency of the band, Hz")
+    high: Positive = Field(description="highest frequency of the band, Hz", examples=[500.0])
+
+    def rows(self) -> tuple[tuple[float, ...], tuple[float, ...]]:
+        """Return the ends of the band."""
+        return (self.low, self.high), (self.density, self.density)
+
+    def faults(self, key: Key) -> Iterator[Fault]:
+        """Yield a band without a width."""
+        if self.low >= self.high:
+            yield Fault(
+                (*key, "low"),
+                f"{self.low:g} Hz, with high = {self.high:g} Hz",
+                "a lowest frequency below the highest",
+                f"low = {self.high:g} and high = {self.low:g}" if self.low > self.high else "a band of some width",
+                ((*key, "high"),),
+            )
+        else:
+            yield from self.size_faults((*key, "density"))
+
+
+SpectrumChoice = Annotated[
+    WhiteSpectrum | TableSpectrum | FileSpectrum | TurbulenceSpectrum, Field(discriminator="type")
+]

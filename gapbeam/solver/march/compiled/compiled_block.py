@@ -13,8 +13,7 @@ from gapbeam.solver.march.compiled.plan_arrays import state_of
 from gapbeam.solver.march.python.march import March
 from gapbeam.solver.system.modal_coordinates import ModalSystem
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.semi_discrete import State
-from gapbeam.solver.system.snapshots import Snapshots
+from gapbeam.solver.system.semi_discrete import Snapshots, State
 
 
 @dataclass(frozen=True)

@@ -136,7 +136,7 @@ class Room(NamedTuple):
 
 
 class SlidingArrays(NamedTuple):
-    """The work of sliding, see `gapbeam.solver.diagnostics.sliding_work`; without points where it is not measured.
+    """The work of sliding, see `gapbeam.solver.diagnostics.point_contact`; without points where it is not measured.
 
     Attributes:
         tangents: T in modal coordinates, (m, k, n).

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.face_updates import Watched
+from gapbeam.solver.diagnostics.contact_episodes import Watched
 from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records

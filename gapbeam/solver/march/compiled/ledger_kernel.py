@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.face_updates import (
+from gapbeam.solver.diagnostics.contact_episodes import (
     FaceTouches,
     Peak,
     Watched,

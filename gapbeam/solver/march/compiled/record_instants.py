@@ -8,8 +8,7 @@ from gapbeam.solver.diagnostics.ledger_update import Energies
 from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
 from gapbeam.solver.march.compiled.ledger_kernel import APPROACH, CLOSINGS, CONTACT_TIME, IMPULSE, SQUARE
-from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.system.operators import Array, row_product
 
 
 def instants_of(block: CompiledBlock, count: int) -> Instants:

@@ -1,4 +1,4 @@
-"""The work of sliding in compiled steps, as `gapbeam.solver.diagnostics.sliding_work` defines it."""
+"""The work of sliding in compiled steps, as `gapbeam.solver.diagnostics.point_contact` defines it."""
 
 from __future__ import annotations
 

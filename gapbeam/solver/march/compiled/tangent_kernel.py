@@ -8,8 +8,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.contact.laws.contact_law import ContactLaw
-from gapbeam.solver.contact.laws.step_slopes import step_slopes
+from gapbeam.solver.contact.laws.contact_law import ContactLaw, step_slopes
 from gapbeam.solver.jit import allocating, allocating_entry
 from gapbeam.solver.march.compiled.plan_arrays import inverse_updates
 from gapbeam.solver.system.modal_coordinates import ModalSystem

@@ -8,6 +8,16 @@ that of y^2, and k nodes integrate twice the degree.
 A mean over points with other initial gaps is the gap of no place: the lowest point of a round face touches long before.
 Lines whose initial gaps differ keep the points of the mesh, those within reach of the face that they are met by; where
 all motion is symmetric, the points at y and -y are one. Holes keep all points of the mesh.
+
+Shapes of pressure on the contact faces: hat functions along the support times powers across it.
+
+The truncation check: the share of the contact faces' static flexibility that a basis misses.
+
+Under a pressure z the faces give way by z^T D z, D = G (K + sigma M)^-1 G^T. A basis gives less,
+
+    sum_j (phi_j^T G^T z)^2 / (s_j + sigma).
+
+The share of what is missing, rigid motions left out, is averaged over random pressures.
 """
 
 from __future__ import annotations
@@ -18,7 +28,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.assembly.gauss_rule import gauss_rule
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator, mean_tangents
-from gapbeam.solver.system.operators import Array, Indices
+from gapbeam.solver.models.reduction.modal_basis import Basis
+from gapbeam.solver.system.operators import Array, Factor, Indices, Operators
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 SAME_PLACE = 1.0e-6  # of the length of a face
@@ -112,3 +123,121 @@ def _mirrored(contact: ContactOperator, line: Indices, symmetric: bool) -> list[
     order = np.argsort(away, kind="stable")
     breaks = np.flatnonzero(np.diff(away[order]) > SAME_PLACE * away.max(initial=0.0)) + 1
     return [points for points in np.split(line[order], breaks) if len(points)]
+
+
+HARMONICS = 4  # around a hole
+
+
+def face_shapes(
+    contact: ContactOperator, count: int, powers: tuple[int, ...], touching: NDArray[np.bool_] | None = None
+) -> Array:
+    """Return pressures of unit size at the contact points, (m, shapes): hat functions times y^k, face by face.
+
+    In holes they are hat functions times cos(k t) and sin(k t), with t the angle about the axis.
+
+    Args:
+        contact: The contact points.
+        count: Number of hat functions along each face, at least 2.
+        powers: The powers k; y is measured from the middle of the face over half its width.
+        touching: Which points can touch, (m,); pressure is on them alone, and their width counts. None: all.
+    """
+    along, across = contact.positions[:, 0], contact.positions[:, 1]
+    columns = []
+    for face, met in enumerate(contact.support.faces):
+        here = contact.faces == face
+        if met.around:
+            columns += _around(contact, here, count)
+            continue
+        if touching is not None:
+            here &= touching
+        x, y = along[here], across[here]
+        knots = np.linspace(x.min(), x.max(), count)
+        span = knots[1] - knots[0]
+        half = 0.5 * np.ptp(y)
+        side = (y - 0.5 * (y.max() + y.min())) / half if half > 0.0 else np.zeros_like(y)
+        for knot in knots:
+            hat = np.maximum(1.0 - np.abs(x - knot) / span, 0.0)
+            for power in powers if half > 0.0 else (0,):
+                column = np.zeros(contact.size)
+                column[here] = hat * side**power
+                columns.append(column)
+    return np.stack(columns, axis=1)
+
+
+def _around(contact: ContactOperator, here: NDArray[np.bool_], count: int) -> list[Array]:
+    """Return the pressures of a hole; along it no more hat functions than places, two for three of them."""
+    x, y, z = contact.positions[here].T
+    places = 1 + int(np.sum(np.diff(np.sort(x)) > SAME_PLACE * np.ptp(x)))
+    knots = np.linspace(x.min(), x.max(), max(2, min(count, 2 * places // 3)))
+    angles = np.arctan2(z, y)
+    waves = [np.ones_like(angles)]
+    for number in range(1, HARMONICS + 1):
+        waves += [np.cos(number * angles), np.sin(number * angles)]
+    found = list[Array]()
+    for knot in knots:
+        hat = np.maximum(1.0 - np.abs(x - knot) / (knots[1] - knots[0]), 0.0)
+        for wave in waves:
+            column = np.zeros(contact.size)
+            column[here] = hat * wave
+            found.append(column)
+    return found
+
+
+RIGID = 0.5  # of the shift; modes below are motions of the floating body on its weak restraint
+
+
+def neglected_shares(
+    operators: Operators, contact: ContactOperator, factor: Factor, basis: Basis, shift: float, pressures: list[Array]
+) -> list[float]:
+    """Return the shares of the flexibility that a basis misses, at least 0, one for each set of pressures.
+
+    Args:
+        operators: M and K.
+        contact: The contact points.
+        factor: The factor of K + sigma M.
+        basis: V and its frequencies.
+        shift: sigma, 1/s^2.
+        pressures: Sets of pressures at the contact points, columns (m, k).
+
+    Collective.
+    """
+    missing, elastic = flexibilities(operators, contact, factor, basis, shift, np.concatenate(pressures, axis=1))
+    ends = np.cumsum([columns.shape[1] for columns in pressures])[:-1]
+    return [
+        max(float(missed.sum() / whole.sum()), 0.0) if whole.sum() > 0.0 else 0.0
+        for missed, whole in zip(np.split(missing, ends), np.split(elastic, ends), strict=True)
+    ]
+
+
+def flexibilities(
+    operators: Operators, contact: ContactOperator, factor: Factor, basis: Basis, shift: float, pressures: Array
+) -> tuple[Array, Array]:
+    """Return z^T D z less what a basis gives, and z^T D z, both without rigid motions, (k,), J.
+
+    Args:
+        operators: M and K.
+        contact: The contact points.
+        factor: The factor of K + sigma M.
+        basis: V and its frequencies.
+        shift: sigma, 1/s^2.
+        pressures: At the contact points, (m, k), Pa.
+
+    Collective.
+    """
+    interface = contact.interface
+    loads = np.asarray(contact.resultants @ (contact.weights[:, None] * pressures))
+    moved = factor.solve_columns(interface, csr_matrix(loads))
+    forces = loads[interface.slots]
+    full = operators.sum(np.einsum("ij,ij->j", moved[interface.owned], forces))
+    shares = operators.sum(np.ascontiguousarray(basis.columns[interface.owned].T @ forces)) ** 2
+    flexibility = shares / (basis.squares + shift)[:, None]
+    rigid = flexibility[basis.squares < RIGID * shift].sum(axis=0)
+    return full - flexibility.sum(axis=0), full - rigid
+
+
+def random_pressures(contact: ContactOperator, count: int, shapes: Array | None = None) -> Array:
+    """Return random pressures, (m, count), always the same: from point to point, or of random sizes of given shapes."""
+    random = np.random.default_rng(0)
+    if shapes is None:
+        return np.asarray(random.choice([-1.0, 1.0], (contact.size, count)))
+    return np.asarray(shapes @ random.choice([-1.0, 1.0], (shapes.shape[1], count)))

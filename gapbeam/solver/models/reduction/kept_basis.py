@@ -31,8 +31,8 @@ from scipy.sparse import csr_matrix
 
 from gapbeam.solver.jit import cache_home
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
-from gapbeam.solver.models.reduction.kept_contact import Neglected
 from gapbeam.solver.models.reduction.modal_basis import Basis
+from gapbeam.solver.models.reduction.rigid_sections import Neglected
 
 LOG = logging.getLogger("gapbeam")
 LIBRARIES = ("numpy", "scipy", "petsc4py", "slepc4py")

@@ -1,11 +1,22 @@
-"""The contact points that a reduced model keeps across the width."""
+"""The contact points that a reduced model keeps across the width.
+
+The contact faces of a model with fewer contact points, beside those of the mesh that it comes from.
+
+A model whose points are means over the points of a mesh is compared with that mesh where it lies undeformed, and where
+it is seated: the deepest points of each face have to be as deep, or the beam rests elsewhere than its mesh would.
+"""
 
 from __future__ import annotations
 
 from typing import Literal
 
+import numpy as np
+
 from gapbeam.solver.case.case import Case
+from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.errors import UserError
 from gapbeam.solver.models.reduction.contact_lines import across_lines
+from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 SPACING = 0.25  # of a facet, between lines of points that do not lie on lines
@@ -31,3 +42,36 @@ def gathered_points(
         return contact
     count = across if symmetric else UNSYMMETRIC * across
     return across_lines(contact, count, symmetric, SPACING * facet_length, REACH * case.profile.thinnest)
+
+
+OF_CLEARANCE = 0.1
+OF_THICKNESS = 1.0e-4
+
+
+def refuse_other_faces(case: Case, contact: ContactOperator, interface_values: Array, pose: str) -> None:
+    """Refuse a model whose faces are not where those of its mesh are.
+
+    Args:
+        case: The case.
+        contact: The contact operator of the model.
+        interface_values: The pose, (interface.size,), m.
+        pose: What to call it.
+
+    Raises:
+        UserError: The deepest points of a face differ by more than a tenth of the clearance and 1e-4 of the thickness.
+    """
+    if not isinstance(contact, ResultantOperator) or case.contact.points is not None:
+        return
+    own, mesh = contact.depth(interface_values), contact.distributed.depth(interface_values)
+    allowed = OF_CLEARANCE * abs(case.layout.clearance) + OF_THICKNESS * case.profile.thinnest
+    finer = "more stations" if case.model.rings else 'points_across = "all" (reduced)'
+    for face, name in enumerate(contact.face_names):
+        found = float(np.max(own[contact.faces == face], initial=-np.inf))
+        there = float(np.max(mesh[contact.distributed.faces == face]))
+        if not abs(found - there) <= allowed:
+            raise UserError(
+                f'[model] type = "{case.model.type}": its {name} is not that of the mesh it comes from, {pose}\n'
+                f"  found:    the deepest contact point {found:.3g} m deep, that of the mesh {there:.3g} m\n"
+                f"  expected: the same to {allowed:.2g} m, or the beam rests elsewhere than its mesh would\n"
+                f'  try:      {finer} in [model], or type = "full"'
+            )

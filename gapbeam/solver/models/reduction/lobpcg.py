@@ -18,7 +18,7 @@ import numpy as np
 
 from gapbeam.solver.errors import RunError
 from gapbeam.solver.linear_algebra.iterative.iterative_factor import ConjugateGradients
-from gapbeam.solver.models.reduction.ritz_vectors import symmetric_part, unit_directions
+from gapbeam.solver.models.reduction.modal_basis import symmetric_part, unit_directions
 from gapbeam.solver.system.operators import Array, Indices
 
 MOST_STEPS = 1000  # thin walls, where the preconditioner is weak, take some 300

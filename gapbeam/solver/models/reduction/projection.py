@@ -1,22 +1,53 @@
-"""A finite element body in terms of a basis, u = V q: operators, contact, loads and probes."""
+"""A finite element body in terms of a basis, u = V q: operators, contact, loads and probes.
+
+The equations of motion that a basis leaves out where joints hold the body: they give the forces of the joints.
+
+A basis V without the motions that joints hold, B V = 0, knows nothing of the forces lambda that hold them. These follow
+from the equation along shapes Z with B Z = 1, of the same body before it is held:
+
+    lambda = Z^T (M a + C v + K u - f - H^T (w p)),    u = V q
+
+Z are the static shapes of K + sigma M under unit forces along B. Every Z gives the same lambda, for the residual of the
+held body lies in the span of B^T.
+
+A basis without the motions that joints hold.
+
+Of q with B q = 0, B = R V of the rows R of the motions held, in coordinates y = (s + sigma)^(1/2) q in which the energy
+of K + sigma M is 1: the eigenvalues 1 / (s' + sigma) of its inertia on the null space of B (s + sigma)^(-1/2) give the
+low frequencies of the held body to full accuracy, and their vectors its vibration modes. The null space is that of
+Householder reflections, which leave alone what no joint holds, such as the lateral motions of a symmetric body.
+
+A rigid body on the contact faces of its mesh, as in multibody programs.
+
+    u = V q,    V^T M V = 1,    V^T K_restraint V = diag(s)
+
+V are the three rigid motions in 2D, the six in 3D. Contact, loads and probes are those of the mesh. Of a solid that
+moves symmetrically those motions stay which loads or contact can cause: heave and pitch.
+"""
 
 from __future__ import annotations
 
+import time
 from dataclasses import dataclass, replace
+from math import pi
 
 import numpy as np
 from numpy.typing import NDArray
+from scipy.linalg import eigh, qr
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.assembly.attached_motions import attached_rows
+from gapbeam.solver.assembly.assembled_system import attached_rows
+from gapbeam.solver.case.computed_defaults import overhang_frequency
+from gapbeam.solver.case.symmetry import is_symmetric
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
+from gapbeam.solver.linear_algebra.rigid_body_modes import rigid_body_modes
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body, ProbeRow
-from gapbeam.solver.models.expansion import ProductExpansion
+from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
+from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import Basis
 from gapbeam.solver.system.dense_operators import DenseOperators
-from gapbeam.solver.system.operators import Array, Interface, Operators
-from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.system.operators import Array, Interface, Operators, row_product
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 Kept = NDArray[np.bool_]
@@ -114,3 +145,100 @@ def _sparse(filled: Array) -> csr_matrix:
     starts = np.concatenate([[0], np.cumsum(np.count_nonzero(kept, axis=1))])
     columns = np.broadcast_to(np.arange(filled.shape[1], dtype=np.int32), filled.shape)[kept]
     return csr_matrix((filled[kept], columns, starts), filled.shape)
+
+
+INDEPENDENT = 1.0e-10  # of a motion of unit length: two holds may hold the same motion, and share its force
+
+
+@dataclass(frozen=True)
+class FloatingBody:
+    """A body before joints hold it.
+
+    Attributes:
+        body: The body.
+        basis: V of the floating body, with V^T M V = 1 and V^T K V = diag(s).
+        shift: sigma > 0, 1/s^2.
+    """
+
+    body: Body
+    basis: Basis
+    shift: float
+
+    def holding_shapes(self, contact: ContactOperator, held: Basis) -> HoldingShapes | None:
+        """Return what the equations along Z take of the held body; None where no joint holds anything.
+
+        Args:
+            contact: The contact points that the held body keeps, on the DOFs of the body.
+            held: The basis of the held body.
+
+        Collective.
+        """
+        body, operators = self.body, self.body.operators
+        rows = [row for one, row in attached_rows(body.case, body.patterns) if one.held]
+        if not rows:
+            return None
+        motions = np.stack([self.basis.project(operators, row) for row in rows])
+        soft = motions / (self.basis.squares + self.shift)
+        flexibility = soft @ motions.T
+        lengths = np.sqrt(np.diagonal(flexibility))
+        lengths = np.where(lengths > 0.0, lengths, 1.0)
+        stiffness = np.linalg.pinv(flexibility / np.outer(lengths, lengths), rcond=INDEPENDENT, hermitian=True)
+        shapes = self.basis.columns @ (soft.T @ (stiffness / np.outer(lengths, lengths)))
+        images = operators.apply_mass(shapes), operators.apply_stiffness(shapes)
+        mass, elastic = (held.project(operators, image).T for image in images)
+        traced = np.zeros((contact.interface.size, len(rows)))
+        traced[contact.interface.slots] = shapes[contact.interface.owned]
+        everywhere = operators.sum(traced)
+        return HoldingShapes(
+            mass=np.ascontiguousarray(mass),
+            stiffness=np.ascontiguousarray(elastic),
+            patterns=operators.sum(np.array([shapes.T @ pattern for pattern in body.patterns]).T.copy()),
+            pressure=np.ascontiguousarray((contact.resultants.T @ everywhere).T),
+            friction=np.ascontiguousarray((contact.friction_resultants.T @ everywhere).T),
+        )
+
+
+def held(body: Body, basis: Basis, shift: float) -> Basis:
+    """Return the basis of the held body, in its modal coordinates; the same where no joint holds anything.
+
+    Args:
+        body: The body.
+        basis: V, with V^T M V = 1 and V^T K V = diag(s).
+        shift: sigma > 0, 1/s^2, about the square of the lowest angular frequency.
+
+    Collective.
+    """
+    holding = [row for one, row in attached_rows(body.case, body.patterns) if one.held]
+    if not holding:
+        return basis
+    motions = np.stack([basis.project(body.operators, row) for row in holding])
+    soft = 1.0 / np.sqrt(basis.squares + shift)
+    motions = motions * soft
+    lengths = np.linalg.norm(motions, axis=1, keepdims=True)
+    rotation, triangle, _ = qr((motions / np.where(lengths > 0.0, lengths, 1.0)).T, pivoting=True)
+    sizes = np.abs(np.diagonal(triangle))
+    free = rotation[:, np.count_nonzero(sizes > INDEPENDENT * sizes.max()) :]
+    compliances, modes = np.linalg.eigh(free.T @ (soft[:, None] ** 2 * free))
+    compliances, modes = compliances[::-1], modes[:, ::-1]
+    columns = basis.columns @ (soft[:, None] * (free @ (modes / np.sqrt(compliances))))
+    return Basis(np.asfortranarray(columns), np.maximum(1.0 / compliances - shift, 0.0))
+
+
+def rigid_body(body: Body) -> Body:
+    """Return a finite element body as a rigid one. Collective."""
+    started = time.perf_counter()
+    case, operators = body.case, body.operators
+    motions = rigid_body_modes(body.meshed.space)
+    images = [(operators.apply_mass(motion), operators.apply_restraint(motion)) for motion in motions.T]
+    mass, restraint = operators.sum(np.stack([[motions.T @ image for image in pair] for pair in images], axis=-1))
+    squares, turn = eigh(0.5 * (restraint + restraint.T), 0.5 * (mass + mass.T))
+    floating = Basis(np.asfortranarray(motions @ turn), np.maximum(squares, 0.0))
+    shift = (2.0 * pi * overhang_frequency(case)) ** 2
+    basis = held(body, floating, shift)
+    symmetric = is_symmetric(case)
+    contact = gathered_points(case, body.contact, symmetric, 1, body.meshed.facet_length)
+    if symmetric:
+        basis = basis.kept(moved(body, contact, basis))
+    seconds = body.seconds | {"reduction": time.perf_counter() - started}
+    holding = FloatingBody(body, floating, shift).holding_shapes(contact, basis)
+    return replace(projected(body, contact, basis), holding=holding, seconds=seconds)

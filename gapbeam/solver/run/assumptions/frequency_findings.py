@@ -18,7 +18,7 @@ from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Findin
 from gapbeam.solver.diagnostics.assumptions.frequency_content import PARTS, FrequencyContent
 from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.integrators.spectral_analysis import carried_error, scheme_error
-from gapbeam.solver.loads.forcing import forcing_frequencies
+from gapbeam.solver.loads.load_choice import forcing_frequencies
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.system.operators import Array
 from gapbeam.solver.system.semi_discrete import SemiDiscreteSystem

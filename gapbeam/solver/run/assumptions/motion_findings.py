@@ -14,10 +14,9 @@ from gapbeam.solver.case.model_table import BeamModel, RigidModel
 from gapbeam.solver.case.squeezed_sections import squeezed_stiffness
 from gapbeam.solver.diagnostics.assumptions.assumption import Assumption, Finding
 from gapbeam.solver.diagnostics.assumptions.pose_watch import ASIDE, ROTATION, STRAIN, STRESS, TRAVEL, PoseWatch
-from gapbeam.solver.diagnostics.contact_episodes import Episodes
-from gapbeam.solver.diagnostics.contact_peaks import Peaks
-from gapbeam.solver.diagnostics.face_updates import RESOLVING_STEPS
-from gapbeam.solver.loads.load_directions import load_direction
+from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS, Episodes
+from gapbeam.solver.diagnostics.point_contact import Peaks
+from gapbeam.solver.loads.load_choice import load_direction
 from gapbeam.solver.loads.support_walls import interference
 from gapbeam.solver.system.operators import Array
 

@@ -7,18 +7,17 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.sparse import csr_matrix, vstack
 
-from gapbeam.solver.assembly.body_points import body_points
+from gapbeam.solver.assembly.face_quadrature import body_points
 from gapbeam.solver.assembly.surface_rows import SurfaceRows, rows_at, surface_rows
 from gapbeam.solver.case.case import Case, Material
 from gapbeam.solver.case.model_table import BeamModel
 from gapbeam.solver.diagnostics.assumptions.pose_watch import PoseScales, PoseWatch
 from gapbeam.solver.diagnostics.stress_gauges import Gauges
-from gapbeam.solver.loads.load_directions import axis_point
+from gapbeam.solver.loads.load_choice import axis_point
 from gapbeam.solver.loads.support_walls import shifts_at
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.supports.body_motions import body_shifts
-from gapbeam.solver.system.operators import Array, Interface, Operators
-from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.supports.layout import body_shifts
+from gapbeam.solver.system.operators import Array, Interface, Operators, row_product
 
 
 @dataclass(frozen=True)

@@ -40,7 +40,7 @@ from gapbeam.solver.run.output.field_files import FieldWriter
 from gapbeam.solver.run.output.history_file import HistoryWriter
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, on_rank_zero_with
 from gapbeam.solver.run.output.results_folder import clear
-from gapbeam.solver.wording.compared_numbers import apart
+from gapbeam.solver.wording.short_words import apart
 
 LOG = logging.getLogger("gapbeam")
 LARGEST_SHARE = 0.01  # of the wall time, for checkpoints

@@ -16,8 +16,7 @@ from numpy.typing import NDArray
 from scipy.sparse import csr_matrix
 
 from gapbeam.solver.models.body import Body
-from gapbeam.solver.models.expansion import ProductExpansion
-from gapbeam.solver.models.holding_shapes import HoldingShapes
+from gapbeam.solver.models.expansion import HoldingShapes, ProductExpansion
 from gapbeam.solver.models.reduction.projection import DenseRow
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array, Interface

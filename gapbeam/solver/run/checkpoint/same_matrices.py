@@ -12,7 +12,7 @@ import numpy as np
 from mpi4py import MPI
 from scipy.linalg import LinAlgError, cho_factor, cho_solve, eigh
 
-from gapbeam.solver.assembly.attached_motions import attached_rows
+from gapbeam.solver.assembly.assembled_system import attached_rows
 from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.models.body import Body
 from gapbeam.solver.models.reduction.projection import DenseRow

@@ -10,8 +10,7 @@ from dolfinx import fem
 from scipy.sparse import issparse
 
 from gapbeam.solver.models.model import Model
-from gapbeam.solver.system.operators import Array, Indices
-from gapbeam.solver.system.ordered_products import row_product
+from gapbeam.solver.system.operators import Array, Indices, row_product
 
 
 @dataclass(frozen=True)

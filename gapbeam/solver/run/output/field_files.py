@@ -39,7 +39,7 @@ from gapbeam.solver.run.output.hdf5_contents import refuse_other_data
 from gapbeam.solver.run.output.parallel_tables import ParallelTable, Pieces, RankRows
 from gapbeam.solver.run.output.stress_fields import StressFields
 from gapbeam.solver.system.operators import Array
-from gapbeam.solver.system.snapshots import Snapshots
+from gapbeam.solver.system.semi_discrete import Snapshots
 
 MOST_BYTES = 2**25  # of a file with several fields
 

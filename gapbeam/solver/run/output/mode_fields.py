@@ -10,7 +10,7 @@ from mpi4py import MPI
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.modes.contact_modes import HeldModes
 from gapbeam.solver.run.output.field_files import FieldWriter
-from gapbeam.solver.system.snapshots import Snapshots
+from gapbeam.solver.system.semi_discrete import Snapshots
 
 LARGEST = 0.05  # displacement of a node, of the length of the beam
 

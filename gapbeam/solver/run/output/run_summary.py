@@ -17,7 +17,7 @@ from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.loads.support_walls import face_motions
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.seat.static_seat import Seat
-from gapbeam.solver.supports.body_motions import body_motions
+from gapbeam.solver.supports.layout import body_motions
 from gapbeam.solver.supports.support import Face
 from gapbeam.solver.supports.support_tables import OWN_CONTACT
 from gapbeam.solver.system.semi_discrete import VALUE

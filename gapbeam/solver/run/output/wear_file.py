@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from gapbeam.solver.case.face_wear import FaceWear
-from gapbeam.solver.diagnostics.sliding_work import SlidingWork
+from gapbeam.solver.diagnostics.point_contact import SlidingWork
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.record_table import WEAR_COLUMNS, WEAR_FILE
 from gapbeam.solver.run.output.atomic_files import written

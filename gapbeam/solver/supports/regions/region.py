@@ -1,10 +1,20 @@
-"""What the regions of supports have in common: the faces that bound what the beam may take up."""
+"""What the regions of supports have in common: the faces that bound what the beam may take up.
+
+A stop: one plane, below or above the beam.
+
+A slot: one plane below the beam and one above it.
+
+What regions around a round beam have in common.
+"""
 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Iterator
 from dataclasses import dataclass
+from typing import Literal
+
+from pydantic import Field
 
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.supports.support import Face
@@ -76,3 +86,57 @@ class Region(Table, ABC):
             radius: Half the thickness of the beam, m.
         """
         yield from ()
+
+
+SIDES = {"below": 1.0, "above": -1.0}
+
+
+class Stop(Region):
+    """One plane, the clearance away from the undeformed beam."""
+
+    type: Literal["stop"] = Field(description="one plane on one side of the beam")
+    side: Literal["below", "above"] = Field(default="below", description="where the plane is, seen from the beam")
+
+    def faces(self, name: str, placed: Placement) -> tuple[Face, ...]:
+        """Return the plane; an offset moves it upward."""
+        side = SIDES[self.side]
+        gap = placed.clearance - side * placed.offset
+        return (Face(f"{name}_{self.side}", side, gap, placed.tilt, placed.middle),)
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """The side of the plane."""
+        return (SIDES[self.side],)
+
+
+class Slot(Region):
+    """Two planes with the clearance between them and the beam, half of it on either side of a centered beam."""
+
+    type: Literal["slot"] = Field(description="one plane below and one above the beam")
+
+    def faces(self, name: str, placed: Placement) -> tuple[Face, ...]:
+        """Return both planes: an offset opens the upper gap and closes the lower one."""
+        below, above = 0.5 * placed.clearance - placed.offset, 0.5 * placed.clearance + placed.offset
+        return (
+            Face(f"{name}_below", 1.0, below, placed.tilt, placed.middle),
+            Face(f"{name}_above", -1.0, above, placed.tilt, placed.middle),
+        )
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """Below and above."""
+        return 1.0, -1.0
+
+
+class AroundRegion(Region, ABC):
+    """A region whose one face is met all around a beam of round section."""
+
+    @property
+    def sides(self) -> tuple[float, ...]:
+        """Below and above: the face takes all of the surface of the beam."""
+        return 1.0, -1.0
+
+
+def place_around(placed: Placement) -> tuple[float, float, float, float, float]:
+    """Return what all faces around a beam begin with, from their gap on."""
+    return placed.clearance, placed.tilt, placed.middle, placed.offset, placed.lateral

@@ -1,15 +1,169 @@
-"""The choice of regions: `region` of a [[support]], by name or as a table with its `type`."""
+"""The choice of regions: `region` of a [[support]], by name or as a table with its `type`.
+
+A profile: a hole that is not round, measured or worn.
+
+A hole: a bore, a sleeve or a drilled baffle around a round beam.
+
+A polygon: flat walls around a round beam, such as a broached hole, lattice bars or a V-block.
+"""
 
 from __future__ import annotations
 
-from typing import Annotated
+from collections.abc import Iterator
+from itertools import pairwise
+from math import radians
+from typing import Annotated, Literal
 
 from pydantic import Field
 
-from gapbeam.solver.supports.regions.hole import Hole
-from gapbeam.solver.supports.regions.polygon import Polygon
-from gapbeam.solver.supports.regions.profile import Profile
-from gapbeam.solver.supports.regions.slot import Slot
-from gapbeam.solver.supports.regions.stop import Stop
+from gapbeam.solver.faults import Fault, Key
+from gapbeam.solver.supports.regions.around_face import BoreFace, ProfileFace, WallsFace
+from gapbeam.solver.supports.regions.region import AroundRegion, Placement, Slot, Stop, place_around
+from gapbeam.solver.table import Number
+
+FEWEST, MOST = 3, 3600  # angles
+STEEPEST = 0.1  # slope of the wall, up to which the radii of the section stand for its normals
+
+
+class Profile(AroundRegion):
+    """A hole whose radius is given over the angle, linear in between and the same all along the support."""
+
+    type: Literal["profile"] = Field(
+        description="a hole around a beam of round section that is not round: measured, drawn or worn"
+    )
+    angles: Annotated[tuple[Number, ...], Field(min_length=FEWEST, max_length=MOST)] = Field(
+        description="directions in ascending order within one turn, from straight down and positive toward +y, degrees",
+        examples=[[-90.0, 0.0, 90.0, 180.0]],
+    )
+    recesses: Annotated[tuple[Number, ...], Field(max_length=MOST)] = Field(
+        description="how much farther out than the clearance the wall is in these directions, linear in between, m",
+        examples=[[0.0, 5.0e-5, 0.0, 0.0]],
+    )
+
+    @property
+    def along_radii(self) -> bool:
+        """Yes: the wall is met along the radii of the section."""
+        return True
+
+    def faces(self, name: str, placed: Placement) -> tuple[ProfileFace, ...]:
+        """Return the inside of the hole."""
+        return (ProfileFace(f"{name}_hole", 0.0, *place_around(placed), self.angles, self.recesses),)
+
+    @property
+    def touches_at_once(self) -> bool:
+        """Never: points around the section touch one after the other."""
+        return False
+
+    @property
+    def recess(self) -> float:
+        """That of the widest direction."""
+        return max(0.0, *self.recesses)
+
+    def faults(self, key: Key, radius: float) -> Iterator[Fault]:
+        """Yield angles that do not ascend, a number of recesses that is another, and steep walls."""
+        angles, recesses = self.angles, self.recesses
+        if any(one >= following for one, following in pairwise(angles)) or angles[-1] - angles[0] >= 360.0:
+            yield Fault(
+                (*key, "angles"),
+                f"{list(angles)} degrees",
+                "angles in ascending order, less than 360 degrees from the first to the last",
+                "leave out the last one where it repeats the first",
+            )
+        elif len(recesses) != len(angles):
+            yield Fault(
+                (*key, "recesses"),
+                f"{len(recesses)} for {len(angles)} angles",
+                "one recess for each angle",
+                related=((*key, "angles"),),
+            )
+        else:
+            ends = [*zip(angles, recesses, strict=True), (angles[0] + 360.0, recesses[0])]
+            for (start, first), (end, last) in pairwise(ends):
+                slope = abs(last - first) / (radius * radians(end - start))
+                if slope > STEEPEST:
+                    yield Fault(
+                        (*key, "recesses"),
+                        f"{first:g} m at {start:g} degrees and {last:g} m at {end:g}, a slope of {slope:.3g}",
+                        f"slopes up to {STEEPEST:g}: contact acts along the radii of the beam",
+                        'flat walls are those of the region "polygon"',
+                    )
+                    return
+
+
+class Hole(AroundRegion):
+    """A round hole around a round section, the clearance wider than its radius."""
+
+    type: Literal["hole"] = Field(description="a round hole around a beam of round section")
+    contact: Literal["auto", "points", "circle"] = Field(
+        default="auto",
+        description="how its wall is met: at points around the section, each along its own radius, or as a circle, at "
+        "one point of each station along the hole, along the line from the middle of the hole to the axis of the "
+        "section: for sections that keep their shape, quicker, and the angular momentum of an orbit is kept; auto: at "
+        "points, or as a circle with support_stiffness",
+    )
+
+    @property
+    def along_radii(self) -> bool:
+        """Where it is met at points; the circle is met where it is touched."""
+        return self.contact != "circle"
+
+    @property
+    def touches_at_once(self) -> bool:
+        """As a circle; points around the section touch one after the other."""
+        return self.contact != "points"
+
+    def of_whole(self) -> Hole:
+        """Return the hole met as a circle: a force along the line from its middle to the axis of the section."""
+        return self.model_copy(update={"contact": "circle"}) if self.contact == "auto" else self
+
+    def faces(self, name: str, placed: Placement) -> tuple[BoreFace, ...]:
+        """Return the inside of the hole."""
+        return (BoreFace(f"{name}_hole", 0.0, *place_around(placed), exact=self.contact == "circle"),)
+
+
+POLYGON_MOST = 24  # walls
+NEAREST = 15.0  # degrees between two walls, so that contact points of coarse meshes look at each
+
+
+class Polygon(AroundRegion):
+    """Flat walls, each the clearance away from the round beam in the middle: always convex, closed or open."""
+
+    type: Literal["polygon"] = Field(description="flat walls around a beam of round section: V-block, bars, hexagon")
+    walls: Annotated[tuple[Number, ...], Field(min_length=1, max_length=POLYGON_MOST)] = Field(
+        description="directions of the walls seen from the axis, from straight down and positive toward +y, degrees",
+        examples=[[-45.0, 45.0]],
+    )
+    recesses: Annotated[tuple[Number, ...], Field(max_length=POLYGON_MOST)] = Field(
+        default=(), description="how much farther away than the clearance each wall is; none given: 0, m"
+    )
+
+    def faces(self, name: str, placed: Placement) -> tuple[WallsFace, ...]:
+        """Return all walls as one face."""
+        recesses = self.recesses or (0.0,) * len(self.walls)
+        return (WallsFace(f"{name}_walls", 0.0, *place_around(placed), self.walls, recesses),)
+
+    @property
+    def recess(self) -> float:
+        """That of the farthest wall."""
+        return max(0.0, *self.recesses, 0.0)
+
+    def faults(self, key: Key, radius: float) -> Iterator[Fault]:  # noqa: ARG002
+        """Yield walls in the same direction, and a number of recesses that is another."""
+        turns = sorted(angle % 360.0 for angle in self.walls)
+        if any(following - one < NEAREST for one, following in pairwise([*turns, turns[0] + 360.0])):
+            yield Fault(
+                (*key, "walls"),
+                f"{list(self.walls)} degrees",
+                f"directions at least {NEAREST:g} degrees apart",
+                'many walls are a region "profile"; of two in one direction the beam meets the nearer one alone',
+            )
+        if self.recesses and len(self.recesses) != len(self.walls):
+            yield Fault(
+                (*key, "recesses"),
+                f"{len(self.recesses)} for {len(self.walls)} walls",
+                "one recess for each wall, or none",
+                related=((*key, "walls"),),
+            )
+
 
 RegionChoice = Annotated[Slot | Stop | Hole | Polygon | Profile, Field(discriminator="type")]

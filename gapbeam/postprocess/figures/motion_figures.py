@@ -1,0 +1,289 @@
+"""Figure: the orbits of the probes across the beam.
+
+Figure: contact forces on the faces of the supports, gap and penetration.
+
+Figure: where the energy is, where it went, and what the balance leaves over.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gapbeam.postprocess.display_units import shown
+from gapbeam.postprocess.figures.figure_style import (
+    BLACK,
+    BLUE,
+    DOUBLE,
+    GRAY,
+    GREEN,
+    PURPLE,
+    SKY,
+    VERMILION,
+    face_style,
+    letter,
+    panels,
+    spread,
+)
+from gapbeam.postprocess.figures.room_in_support import room_of
+from gapbeam.postprocess.results.supports_of_run import RunSupport, wall_motion_series
+from gapbeam.postprocess.signals.enlarged_part import enlarged_span
+from gapbeam.postprocess.signals.signal import SignalError, face_signal
+
+ASIDE = 1.0e-6  # of the vertical motion; less is round-off
+IN_A_ROW = 4
+
+
+def moves_in_space(history: xr.Dataset) -> bool:
+    """Return whether a probe moves out of the bending plane."""
+    if "displacement" not in history or not history.sizes.get("probe", 0):
+        return False
+    if "z" not in history["component"].values:
+        return False
+    lateral, vertical = (np.ptp(history["displacement"].sel(component=axis).values, axis=0) for axis in "yz")
+    return bool(np.any(lateral > ASIDE * vertical.max(initial=0.0)) and np.all(np.isfinite(lateral)))
+
+
+def farthest(history: xr.Dataset) -> float:
+    """Return the largest distance of a probe from its place across the beam, m."""
+    return float(np.hypot(*(history["displacement"].sel(component=axis).values for axis in "yz")).max())
+
+
+def rooms_at_probes(
+    case: Mapping[str, Any], supports: Sequence[RunSupport], motion: float = 0.0
+) -> dict[str, np.ndarray]:
+    """Return the region that a support leaves to each probe on the axis in it, (n, 2), m, by the name of the probe.
+
+    Args:
+        case: The case as run.
+        supports: Its supports.
+        motion: The largest distance of a probe from its place, m: open regions are shown somewhat farther.
+    """
+    found = {}
+    for name, place, one in _in_supports(case, supports):
+        if not any(change[0] for _, change in one.faces[0].moves):  # a region that opens and closes has no one outline
+            rise = one.faces[0].tilt * (place - 0.5 * (one.start + one.end))
+            found[name] = room_of(one.faces[0], motion) + np.array([0.0, rise])
+    return found
+
+
+def shifts_at_probes(
+    case: Mapping[str, Any], supports: Sequence[RunSupport], history: xr.Dataset
+) -> dict[str, np.ndarray]:
+    """Return how far the support around each probe on the axis in it has moved, (times, 2), m, by the probe's name.
+
+    Args:
+        case: The case as run.
+        supports: Its supports.
+        history: `Results.history`.
+    """
+    found, motions = dict[str, np.ndarray](), wall_motion_series(history)
+    for name, _, one in _in_supports(case, supports):
+        for motion, (_, up, aside) in one.faces[0].moves:
+            if up or aside:
+                along = motions[motion][:, None] * np.array([aside, up])
+                found[name] = found.get(name, 0.0) + along
+    return found
+
+
+def _in_supports(case: Mapping[str, Any], supports: Sequence[RunSupport]) -> Iterator[tuple[str, float, RunSupport]]:
+    """Yield the probes on the axis in supports around the beam: name, place along the beam, support."""
+    for probe in case.get("probe") or ():
+        place, *aside = np.atleast_1d(probe["point"])
+        for one in supports:
+            if one.faces[0].around and one.start <= place <= one.end and not np.any(aside):
+                yield str(probe["name"]), float(place), one
+
+
+def draw_orbits(
+    history: xr.Dataset, start: float, rooms: Mapping[str, np.ndarray], shifts: Mapping[str, np.ndarray]
+) -> Figure:
+    """Draw z over y of every probe on equal scales, from the undeformed beam in the origin.
+
+    Args:
+        history: `Results.history`, with displacements in space.
+        start: What is drawn before this time is gray, s.
+        rooms: Corners of the region that the support around a probe leaves to it, m: its orbit does not leave that but
+            by penetration and by the tilt of the beam.
+        shifts: How far the support around a probe has moved, (times, 2), m: its orbit is that in the support.
+    """
+    names = [str(name) for name in history["probe"].values]
+    rows = -(-len(names) // IN_A_ROW)
+    columns = min(len(names), IN_A_ROW)
+    figure, axes = panels(rows, columns, height=2.6 if columns < IN_A_ROW else 1.9)
+    before = history["time"].values < start
+    unit, factor = shown("m")
+    for panel, name in zip(axes.flat, names, strict=False):
+        path = np.stack([history["displacement"].sel(probe=name, component=axis).values for axis in "yz"], axis=1)
+        y, z = factor * (path - shifts.get(name, 0.0)).T
+        panel.plot(y[before], z[before], color=GRAY, lw=0.5, zorder=1)
+        panel.plot(y[~before], z[~before], color=BLACK, lw=0.6, zorder=2)
+        if len(rooms.get(name, ())):
+            y, z = factor * rooms[name].T
+            panel.plot(y, z, color=VERMILION, lw=0.8, ls="--", zorder=3)
+        panel.set_aspect("equal", adjustable="datalim")
+        panel.set_title(f"{name}, in its support" if name in shifts else name, loc="right", fontsize="medium", pad=3.0)
+        panel.set_xlabel(f"y ({unit})")
+    for panel in axes.flat[len(names) :]:
+        panel.set_visible(False)
+    for row in axes:
+        row[0].set_ylabel(f"z ({unit})")
+    letter(list(axes.flat[: len(names)]))
+    return figure
+
+
+_MICRO = 1.0e6
+
+
+def draw_contact(history: xr.Dataset, forcing_frequency: float | None, zoom: int = 3) -> Figure:
+    """Draw normal force, smallest gap and penetration of every face; left the whole record, right a part of it.
+
+    Args:
+        history: `Results.history`, with contact_force and penetration.
+        forcing_frequency: Hz; None shows the tenth of the record where most happens on the right.
+        zoom: Forcing periods on the right.
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    time = np.asarray(history["time"].values, dtype=float)
+    faces = [str(name) for name in history["face"].values]
+    forces = [face_signal(history, "contact_force", face).values for face in faces]
+    start, stop = enlarged_span(time, np.sum(forces, axis=0), forcing_frequency, zoom)
+    figure, axes = panels(3, 2, height=1.35, sharey="row", sharex="col", width_ratios=[1.5, 1.0])
+    for face, force in zip(faces, forces, strict=True):
+        depth = _MICRO * face_signal(history, "penetration", face).values
+        style = face_style(face, faces)
+        rows = (force, np.maximum(-depth, 0.0), np.maximum(depth, 0.0))
+        for values, (whole, end) in zip(rows, axes, strict=True):
+            whole.plot(time, values, **{**style, "linewidth": 0.5, "linestyle": "-"})
+            keep = (time >= start) & (time <= stop)
+            end.plot(1e3 * time[keep], values[keep], label=face, **style)
+    labels = ("contact force (N)", "smallest gap (µm)", "penetration (µm)")
+    for label, (whole, _) in zip(labels, axes, strict=True):
+        whole.set_ylabel(label)
+        whole.axvspan(start, stop, color=GRAY, alpha=0.25, lw=0)
+        whole.set_ylim(0.0, max(whole.get_ylim()[1], 1e-6))
+    axes[0][1].legend(loc="lower right", bbox_to_anchor=(1.0, 0.98), ncols=2, borderaxespad=0.0, columnspacing=1.2)
+    axes[-1][0].set_xlabel("time (s)")
+    axes[-1][1].set_xlabel("time (ms)")
+    if time.size == 1:
+        _one_record(axes)
+    figure.align_ylabels(axes[:, 0])
+    letter(list(axes.flat))
+    return figure
+
+
+def _one_record(axes: np.ndarray) -> None:
+    for panel in axes.flat:
+        for line in panel.get_lines():
+            line.set_marker("o")
+            line.set_markersize(4)
+
+
+_STORED = (
+    ("kinetic_energy", "kinetic", BLUE, "-"),
+    ("strain_energy", "strain", VERMILION, "--"),
+    ("contact_energy", "contact", GREEN, "-."),
+    ("restraint_energy", "restraint", PURPLE, ":"),
+)
+_LOST = (
+    ("structural_dissipation", "structural damping", BLUE, "-"),
+    ("contact_dissipation", "contact damping", VERMILION, "--"),
+    ("algorithmic_dissipation", "scheme", GREEN, "-."),
+)
+_FRICTION = ("friction_dissipation", "friction", PURPLE, ":")  # where there is any
+# Parts that stay below this fraction of the sum are not drawn.
+_SMALL = 1.0e-3
+_LOADS = ((BLACK, "-"), (GRAY, "-"), (SKY, "--"), (PURPLE, ":"))
+
+
+def draw_energy(history: xr.Dataset, forcing_frequency: float | None, zoom: int = 3) -> Figure:
+    """Draw the ledger of energies.
+
+    (a) Stored energy over the whole record, (b) its parts over a part of it, (c) work of the loads and losses
+    since t = 0, (d) residual of the balance.
+
+    Args:
+        history: `Results.history`, with all energy records.
+        forcing_frequency: Hz; None shows the tenth of the record where most happens in (b).
+        zoom: Forcing periods in (b).
+
+    Raises:
+        SignalError: A value is not finite.
+    """
+    time = np.asarray(history["time"].values, dtype=float)
+    start, stop = enlarged_span(
+        time, np.sum([_millijoule(history, name) for name, *_ in _STORED], axis=0), forcing_frequency, zoom
+    )
+    figure = Figure(figsize=(DOUBLE, 4.9))
+    axes = figure.subplot_mosaic(
+        [["whole", "end"], ["ledger", "ledger"], ["residual", "residual"]],
+        width_ratios=[1.5, 1.0], height_ratios=[1.1, 1.2, 0.8],
+    )  # fmt: skip
+    spread(figure)
+    marker: dict[str, Any] = {"marker": "o", "ms": 4} if time.size == 1 else {}
+    _stored(axes["whole"], axes["end"], history, time, (start, stop), marker)
+    _balance(axes["ledger"], history, time, marker)
+    axes["residual"].plot(time, _millijoule(history, "energy_residual"), color=BLACK, lw=0.8, **marker)
+    axes["residual"].axhline(0.0, color=GRAY, lw=0.5, zorder=0)
+    axes["residual"].set_ylabel("residual (mJ)")
+    axes["residual"].set_xlabel("time (s)")
+    figure.legend(*axes["end"].get_legend_handles_labels(), loc="outside upper right", ncols=5)
+    figure.align_ylabels([axes[name] for name in ("whole", "ledger", "residual")])
+    letter([axes[name] for name in ("whole", "end", "ledger", "residual")])
+    return figure
+
+
+def _stored(
+    whole: Axes, end: Axes, history: xr.Dataset, time: np.ndarray, span: tuple[float, float], marker: dict[str, Any]
+) -> None:
+    start, stop = span
+    keep = (time >= start) & (time <= stop)
+    total = np.zeros(time.size)
+    parts = []
+    for name, label, color, line in _STORED:
+        values = _millijoule(history, name)
+        total += values
+        parts.append((values, label, color, line))
+    for values, label, color, line in parts:
+        if values.max() > _SMALL * total.max():
+            end.plot(1e3 * time[keep], values[keep], color=color, ls=line, label=label, **marker)
+    whole.plot(time, total, color=BLACK, lw=0.7, **marker)
+    end.plot(1e3 * time[keep], total[keep], color=BLACK, lw=0.8, label="sum", zorder=1, **marker)
+    whole.axvspan(start, stop, color=GRAY, alpha=0.25, lw=0)
+    whole.set_ylabel("stored energy (mJ)")
+    whole.set_xlabel("time (s)")
+    end.set_xlabel("time (ms)")
+
+
+def _balance(panel: Axes, history: xr.Dataset, time: np.ndarray, marker: dict[str, Any]) -> None:
+    if "load_work" in history:
+        work = _millijoule(history, "load_work")
+        for index, load in enumerate(str(name) for name in history["load"].values):
+            color, line = _LOADS[index % len(_LOADS)]
+            panel.plot(time, work[:, index], color=color, ls=line, label=f"work of {load}", **marker)
+    rubs = _FRICTION[0] in history and bool(np.any(history[_FRICTION[0]].values))
+    for name, label, color, line in (*_LOST, _FRICTION) if rubs else _LOST:
+        panel.plot(time, _millijoule(history, name), color=color, ls=line, label=label, **marker)
+    panel.set_ylabel("work, loss (mJ)")
+    panel.legend(
+        loc="lower right",
+        bbox_to_anchor=(1.0, 0.98),
+        ncols=6,
+        borderaxespad=0.0,
+        columnspacing=1.0,
+        handletextpad=0.5,
+    )
+
+
+def _millijoule(history: xr.Dataset, name: str) -> np.ndarray:
+    values = 1e3 * np.asarray(history[name].values, dtype=float)
+    if not np.isfinite(values).all():
+        raise SignalError(f"{name}: a value is not finite")
+    return values

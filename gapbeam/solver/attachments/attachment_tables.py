@@ -1,0 +1,239 @@
+"""[[joint]]: what holds a cross-section of the beam to the frame of the supports, without play.
+
+[[fluid]]: still fluid around a part of the beam: added mass, buoyancy and damping per length.
+
+A section that moves across the axis with the velocity v relative to the fluid feels, per length,
+
+    f = -m_a v' - c v,
+
+with the added mass m_a and the damping c. The fluid fills the frame of the supports and moves with it. In a frame with
+the acceleration a, and under gravity g, the displaced mass m_d is lifted as in any pressure field,
+
+    (m + m_a) w'' + c w' + E I w'''' = (m - m_d) (g - a).
+
+The equation is integrated along the fluid by Gauss's rule: each of its points is a mean motion of a cross-section.
+
+Source: Morison, O'Brien, Johnson and Schaaf (1950), Petroleum Transactions 189, 149-154, in the linear form; Lamb
+(1932), Hydrodynamics, 6th ed., sec. 68, for the cylinder, whose added mass is the displaced mass.
+
+[[mass]]: a mass on the beam, with rotary inertia, on its axis or beside it.
+
+A mass at d from the centroid of a cross-section moves as a point that the section carries (`attachments.mean_motion`),
+
+    T = m |v + omega x d|^2 / 2 + I_r (theta_t^2 + psi_t^2) / 2 + I_p phi_t^2 / 2,
+
+with the moments of inertia about axes through the center of the mass. Weight and base motion act at its place, too.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, ClassVar, Literal
+
+import numpy as np
+from pydantic import Field
+
+from gapbeam.solver.attachments.mean_motion import (
+    BENDING,
+    DISPLACEMENTS,
+    IN_PLANE,
+    OUT_OF_PLANE,
+    Attached,
+    MeanMotion,
+    MotionName,
+)
+from gapbeam.solver.loads.attachment import Attachment
+from gapbeam.solver.table import AlongBeam, Name, NonNegative, Number, Positive, Table, Vector, placed_along
+
+MOTIONS: tuple[MotionName, ...] = (*IN_PLANE, *OUT_OF_PLANE)
+
+
+class Joint(Table):
+    """What all joints have in common."""
+
+    name: Name = Field(description="name in messages, different for every joint", examples=["root"])
+    point: Number = Field(description="x on the beam axis, m", examples=[0.0])
+
+    holds: ClassVar[tuple[MotionName, ...]] = ()
+    """The motions that the section cannot have."""
+
+    def attached(self) -> Iterator[Attached]:
+        """Yield what the joint does to the motions of its cross-section."""
+        for name in self.holds:
+            yield Attached(MeanMotion(self.point, name), Attachment(0.0, 0.0, 0.0), held=True)
+
+
+class ClampedJoint(Joint):
+    """The cross-section neither moves nor rotates, on average; it can still deform."""
+
+    type: Literal["clamped"] = Field(description="kind of joint")
+    holds: ClassVar[tuple[MotionName, ...]] = MOTIONS
+
+
+class PinnedJoint(Joint):
+    """The cross-section rotates about its center, which does not move; there is no twist."""
+
+    type: Literal["pinned"] = Field(description="kind of joint")
+    holds: ClassVar[tuple[MotionName, ...]] = ("axial", "vertical", "lateral", "twist")
+
+
+class GuidedJoint(Joint):
+    """The cross-section slides up, down and sideways, and does not rotate or move along the beam."""
+
+    type: Literal["guided"] = Field(description="kind of joint")
+    holds: ClassVar[tuple[MotionName, ...]] = ("axial", "rotation", "lateral_rotation", "twist")
+
+
+class Stiffnesses(Table):
+    """Springs on the motions of a cross-section."""
+
+    axial: NonNegative = Field(default=0.0, description="along the beam, N/m")
+    vertical: NonNegative = Field(default=0.0, description="in the bending direction, N/m", examples=[1.0e5])
+    lateral: NonNegative = Field(default=0.0, description="across the bending plane (3D), N/m")
+    rotation: NonNegative = Field(default=0.0, description="against rotation by bending, N m/rad", examples=[1.0e3])
+    lateral_rotation: NonNegative = Field(
+        default=0.0, description="against rotation by bending across the plane (3D), N m/rad"
+    )
+    twist: NonNegative = Field(default=0.0, description="against twist (3D), N m/rad")
+
+
+class Dampings(Table):
+    """Dampers on the motions of a cross-section."""
+
+    axial: NonNegative = Field(default=0.0, description="along the beam, N s/m")
+    vertical: NonNegative = Field(default=0.0, description="in the bending direction, N s/m", examples=[20.0])
+    lateral: NonNegative = Field(default=0.0, description="across the bending plane (3D), N s/m")
+    rotation: NonNegative = Field(default=0.0, description="against rotation by bending, N m s/rad")
+    lateral_rotation: NonNegative = Field(
+        default=0.0, description="against rotation by bending across the plane (3D), N m s/rad"
+    )
+    twist: NonNegative = Field(default=0.0, description="against twist (3D), N m s/rad")
+
+
+class ElasticJoint(Joint):
+    """Springs and dampers between the cross-section and the frame of the supports, relaxed where the beam is made."""
+
+    type: Literal["elastic"] = Field(description="kind of joint")
+    stiffness: Stiffnesses = Field(default=Stiffnesses(), description="springs of the joint")
+    damping: Dampings = Field(default=Dampings(), description="dampers of the joint")
+
+    def attached(self) -> Iterator[Attached]:
+        """Yield the springs and dampers that are there."""
+        for name in MOTIONS:
+            attachment = Attachment(0.0, getattr(self.stiffness, name), getattr(self.damping, name))
+            if attachment.acts:
+                yield Attached(MeanMotion(self.point, name), attachment)
+
+
+JointChoice = Annotated[ClampedJoint | PinnedJoint | GuidedJoint | ElasticJoint, Field(discriminator="type")]
+"""All kinds of joints."""
+
+
+def holds_motion(joints: tuple[Joint, ...], name: MotionName) -> bool:
+    """Return whether joints hold a motion of a cross-section, or have springs on it."""
+    return any(_on(one, held_only=False) and one.motion.name == name for joint in joints for one in joint.attached())
+
+
+def bending_rank(joints: tuple[Joint, ...], *, held_only: bool, plane: tuple[MotionName, ...] = BENDING) -> int:
+    """Return how many of the two rigid motions in a plane, heave and pitch, joints take from the beam.
+
+    Args:
+        joints: The joints.
+        held_only: Count holds alone, no springs.
+        plane: The displacement and the rotation of a cross-section there: in the bending plane, or across it.
+    """
+    rows = [
+        ((0.0, 1.0) if one.motion.turns else (1.0, one.motion.x))
+        for joint in joints
+        for one in joint.attached()
+        if one.motion.name in plane and _on(one, held_only)
+    ]
+    if not rows:
+        return 0
+    return 2 if any(first[0] * row[1] != first[1] * row[0] for first in rows for row in rows) else 1
+
+
+def _on(one: Attached, held_only: bool) -> bool:
+    return one.held or (not held_only and one.attachment.stiffness > 0.0)
+
+
+STATIONS = 24  # Gauss points along a fluid; the third bending frequency of a cantilever is off by 1.5e-5 in them
+ACROSS: tuple[MotionName, ...] = ("vertical", "lateral")
+
+
+class Fluid(AlongBeam):
+    """What a [[fluid]] has besides its place."""
+
+    name: Name = Field(description="name in messages, different for every fluid", examples=["water"])
+    added_mass: NonNegative = Field(
+        default=0.0, description="mass of fluid that moves with the beam across its axis, kg/m", examples=[0.5]
+    )
+    displaced_mass: NonNegative = Field(
+        default=0.0, description="mass of the fluid that the beam displaces: its buoyancy, kg/m"
+    )
+    damping: NonNegative = Field(default=0.0, description="damping of motion across the axis, N s/m^2", examples=[2.0])
+
+    @property
+    def acts(self) -> bool:
+        """Whether the fluid does anything."""
+        return max(self.added_mass, self.displaced_mass, self.damping) > 0.0
+
+    def attached(self) -> Iterator[Attached]:
+        """Yield what the fluid adds to the cross-sections at its Gauss points."""
+        half = 0.5 * self.length
+        for place, weight in zip(*np.polynomial.legendre.leggauss(STATIONS), strict=True):
+            x, part = self.start + half * (1.0 + float(place)), half * float(weight)
+            added = Attachment(part * self.added_mass, 0.0, part * self.damping)
+            for name in ACROSS:
+                yield Attached(MeanMotion(x, name), added, driven=-part * self.displaced_mass, spread=True)
+
+
+PlacedFluid = placed_along(
+    Fluid,
+    "PlacedFluid",
+    "the fluid",
+    (0.1, 0.5),
+    "Still fluid around the beam from x = from to x = to, in the frame of the supports.",
+)
+
+ROTATIONS: tuple[MotionName, ...] = ("rotation", "lateral_rotation")
+
+
+class PointMass(Table):
+    """A mass that moves with the cross-section of the beam at a place; gravity and base motion act on the mass."""
+
+    name: Name = Field(description="name in messages, different for every mass", examples=["head"])
+    point: Number = Field(description="x on the beam axis, m", examples=[0.51])
+    mass: Positive = Field(description="mass, kg", examples=[0.2])
+    offset: Vector | None = Field(
+        default=None,
+        description="from the centroid of the cross-section to the center of the mass, [x, y, z] or, of a slice, "
+        "[x, z], m; default: the mass is at the centroid",
+        examples=[[0.0, 0.02, -0.03]],
+    )
+    rotary_inertia: NonNegative = Field(
+        default=0.0,
+        description="moment of inertia about the axes across the beam through the center of the mass, kg m^2",
+        examples=[1.0e-4],
+    )
+    polar_inertia: NonNegative = Field(
+        default=0.0,
+        description="moment of inertia about the axis along the beam through the center of the mass (3D), kg m^2",
+        examples=[2.0e-4],
+    )
+
+    @property
+    def away(self) -> tuple[float, float, float]:
+        """The offset along, beside and above the axis, m."""
+        given = self.offset or (0.0, 0.0, 0.0)
+        return given if len(given) == 3 else (given[0], 0.0, given[1])
+
+    def attached(self) -> Iterator[Attached]:
+        """Yield what it adds to the motions of its cross-section."""
+        for name in DISPLACEMENTS:
+            yield Attached(MeanMotion(self.point, name, self.away), Attachment(self.mass, 0.0, 0.0))
+        if self.rotary_inertia > 0.0:
+            for name in ROTATIONS:
+                yield Attached(MeanMotion(self.point, name), Attachment(self.rotary_inertia, 0.0, 0.0))
+        if self.polar_inertia > 0.0:
+            yield Attached(MeanMotion(self.point, "twist"), Attachment(self.polar_inertia, 0.0, 0.0))

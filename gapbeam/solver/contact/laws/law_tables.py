@@ -1,0 +1,170 @@
+"""A stop that yields: elastic up to a yield pressure, then plastic, with a set that stays; the gap has grown.
+
+A mass m that arrives at v0 on such a stop (F_y, k of the whole contact, no hardening) leaves a set s and returns at v1:
+
+    m v0^2 / 2 = F_y s + F_y^2 / (2 k),    v1 = F_y / sqrt(k m)
+
+What laws have in common whose damping follows from a coefficient of restitution and the speed at touch.
+
+A stop that stiffens: a linear spring whose stiffness changes at given depths, with a constant damper.
+
+    p(d) = K (<d> + sum_j (f_j - f_(j-1)) <d - d_j>) + c d',   f_0 = 1
+
+K holds from touch to the first depth, f_j K from the depth d_j on: a force over penetration as a polygon. A buffer
+before a hard stop and a bump stop are such laws.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from math import inf
+from typing import ClassVar, Literal
+
+from pydantic import Field
+
+from gapbeam.solver.contact.formulations.formulation_choice import ChosenFormulation
+from gapbeam.solver.contact.laws.chosen_law import ChosenLaw
+from gapbeam.solver.contact.laws.damper import Damper, per_area
+from gapbeam.solver.faults import Fault
+from gapbeam.solver.system.operators import Array
+from gapbeam.solver.table import NonNegative, Number, Positive
+
+
+class ElasticPlastic(ChosenLaw):
+    """A linear spring K that yields at a pressure, returns along K and keeps its plastic set, with contact.damping."""
+
+    type: Literal["elastic-plastic"] = Field(description="name of the law")
+    yield_pressure: Positive | None = Field(
+        default=None,
+        description="pressure at which the stop yields (of each of contact.points in N), Pa",
+        examples=[2.0e6],
+    )
+    yield_force: Positive | None = Field(
+        default=None,
+        description="force at which a whole support yields, instead of yield_pressure, at supports with "
+        "support_stiffness, N",
+        examples=[500.0],
+    )
+    hardening: Number = Field(
+        default=0.0, ge=0, le=0.99, description="stiffness of loading beyond the yield pressure, relative to K, no unit"
+    )
+
+    takes_damping: ClassVar[bool] = True
+    jumps: ClassVar[bool] = True
+    keeps_set: ClassVar[bool] = True
+
+    @property
+    def yield_point(self) -> tuple[float, float]:
+        """Yield pressure or force, and hardening."""
+        return self.yield_pressure or self.yield_force or inf, self.hardening
+
+    @property
+    def yields_as_whole(self) -> bool:
+        """Whether a force is given."""
+        return self.yield_force is not None
+
+    @property
+    def dissipates(self) -> bool:
+        """Yes: by plastic work."""
+        return True
+
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
+        """Return the constant damper."""
+        return Damper("kelvin-voigt", per_area(damping, areas))
+
+    def contradictions(self, formulation: ChosenFormulation, damping: float) -> Iterator[Fault]:
+        """The law has one yield point."""
+        del formulation, damping
+        if self.yield_pressure is None and self.yield_force is None:
+            yield Fault(
+                ("contact", "law", "yield_pressure"),
+                "no yield_pressure and no yield_force",
+                "one of the two: where the stop yields",
+                "yield_pressure = 2e6, Pa, or yield_force = 500, N, with the support_stiffness of the support",
+            )
+        elif self.yield_pressure is not None and self.yield_force is not None:
+            yield Fault(
+                ("contact", "law", "yield_force"),
+                f"{self.yield_force:g} N together with yield_pressure = {self.yield_pressure:g}",
+                "one of the two",
+                "leave one of them out",
+                (("contact", "law", "yield_pressure"),),
+            )
+
+
+class RestitutionLaw(ChosenLaw):
+    """Table of a law K d^n (1 + chi d'), chi = p / v0 by the restitution and the speed v0 at touch of each point."""
+
+    exponent: Number = Field(default=1.0, ge=1, le=5, description="n, no unit; 1.5 is Hertz's")
+    restitution: Number = Field(gt=0, le=1, description="coefficient of restitution, no unit", examples=[0.8])
+
+    by_touch_speed: ClassVar[bool] = True
+
+    @property
+    def spring_exponent(self) -> float:
+        """The exponent n."""
+        return self.exponent
+
+    @property
+    def dissipates(self) -> bool:
+        """Whether the restitution is below 1."""
+        return self.restitution < 1.0
+
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
+        """Return the damper with chi = 0, until the speed at touch is known."""
+        del damping, areas
+        return Damper("hunt-crossley")
+
+
+class PiecewiseLinear(ChosenLaw):
+    """A linear spring K whose stiffness changes at given depths, with contact.damping: stops that stiffen, buffers."""
+
+    type: Literal["piecewise-linear"] = Field(description="name of the law")
+    depths: tuple[Positive, ...] = Field(
+        min_length=1,
+        max_length=100,
+        description="penetrations at which the stiffness changes, ascending, m",
+        examples=[[1.0e-4, 2.0e-4]],
+    )
+    factors: tuple[NonNegative, ...] = Field(
+        min_length=1,
+        max_length=100,
+        description="stiffness beyond each of these depths, relative to K, no unit",
+        examples=[[3.0, 20.0]],
+    )
+
+    takes_damping: ClassVar[bool] = True
+    jumps: ClassVar[bool] = True
+
+    @property
+    def bends(self) -> tuple[tuple[float, float], ...]:
+        """Depths with their factors."""
+        return tuple(zip(self.depths, self.factors, strict=True))
+
+    @property
+    def dissipates(self) -> bool:
+        """No, contact.damping aside."""
+        return False
+
+    def damper(self, damping: float | Array, areas: float | Array) -> Damper:
+        """Return the constant damper."""
+        return Damper("kelvin-voigt", per_area(damping, areas))
+
+    def contradictions(self, formulation: ChosenFormulation, damping: float) -> Iterator[Fault]:
+        """Every depth has a factor, and depths ascend."""
+        del formulation, damping
+        if len(self.factors) != len(self.depths):
+            yield Fault(
+                ("contact", "law", "factors"),
+                f"{len(self.factors)} factors for {len(self.depths)} depths",
+                "one factor for each depth",
+                f"factors = {[2.0 * (number + 1) for number in range(len(self.depths))]}",
+                (("contact", "law", "depths"),),
+            )
+        if list(self.depths) != sorted(set(self.depths)):
+            yield Fault(
+                ("contact", "law", "depths"),
+                f"{list(self.depths)} m",
+                "depths that ascend, each once",
+                f"depths = {sorted(set(self.depths))}",
+            )

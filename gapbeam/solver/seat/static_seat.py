@@ -166,7 +166,7 @@ class _Search:
                 )
             self._moves.append(float(np.max(np.abs(self._depth - self._before))))
             settled = settled and self._moves[-1] <= self._limit(noise is not None)
-            if settled and _stand_still(contact, moved[VALUE], noise, self._operators):
+            if settled and _stand_still(contact, self._forces, moved[VALUE], noise, self._operators):
                 self._refuse_escape(looked or not self._has_left())
                 pressure = self._forces / contact.weights
                 return Seat(_at_rest(self._u, self._depth, pressure, carries_acceleration), updates[-1], len(updates))
@@ -309,20 +309,27 @@ class _Search:
         )
 
 
-def _stand_still(contact: ContactOperator, moved: Array, noise: Array | None, operators: Operators) -> bool:
+def _stand_still(
+    contact: ContactOperator, forces: Array, moved: Array, noise: Array | None, operators: Operators
+) -> bool:
     """Return whether stations in round holes no longer roll along their walls, which takes no energy. Collective.
+
+    Stations that do not press roll nowhere: round-off moves what only the weak restraint holds aside.
 
     Args:
         contact: The contact.
+        forces: Of its points, (m,), N.
         moved: By how much the beam moved, (n,), m.
         noise: By how much round-off moves it, where that is known, (n,), m.
         operators: Of the system.
     """
     if (circles := contact.turning) is None:
         return True
+    pressed = np.repeat(forces[circles.points] > 0.0, 2)
 
     def rolled(motion: Array) -> float:
-        return float(np.max(np.abs(circles.plane @ contact.interface.trace(motion, operators))))
+        aside = np.abs(circles.plane @ contact.interface.trace(motion, operators))
+        return float(np.max(aside, initial=0.0, where=pressed))
 
     largest = float(np.max(np.abs(circles.clearances)))
     hidden = 0.0 if noise is None else min(NOISE_SAFETY * rolled(noise), UNCERTAIN * largest)

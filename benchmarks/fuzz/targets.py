@@ -181,8 +181,7 @@ def _analysis(seeds: Path, folder: Path, chance: random.Random) -> Work:
     def work() -> int:
         from gapbeam.postprocess.results.damaged_files import as_written
         from gapbeam.postprocess.results.results import open_results
-        from gapbeam.postprocess.signals.analysis_tables import as_data, as_text
-        from gapbeam.postprocess.signals.probe_analysis import Options, analyze
+        from gapbeam.postprocess.signals.probe_analysis import Options, analyze, as_data, as_text
 
         with as_written(copy):
             results = open_results(copy)

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 from rich.console import Console
 
-from gapbeam.studies.engine.worker_setup import TimeLeft
+from gapbeam.studies.engine.workers import TimeLeft
 
 if TYPE_CHECKING:
     from rich.progress import Progress

@@ -91,7 +91,7 @@ def judged_by(outcome: Outcome, taken: Taken) -> Outcome:
     """
     from mpi4py import MPI
 
-    from gapbeam.studies.tradeoff.run_promise import with_promise
+    from gapbeam.studies.tradeoff.run_tradeoff import with_promise
 
     return with_promise(outcome, taken, MPI.COMM_WORLD)
 

@@ -180,7 +180,7 @@ def test_workers_in_jobs_of_slurm(whole: Path, tmp_path: Path) -> None:
         assert "#SBATCH --mem=3G" in job
         assert "#SBATCH -t" not in job
         assert "--nthreads 1" in job
-        assert "--preload gapbeam.studies.engine.worker_setup" in job
+        assert "--preload gapbeam.studies.engine.workers" in job
     assert len((play / "canceled").read_text().split()) == 2
     assert figures(folder) == figures(whole)
 

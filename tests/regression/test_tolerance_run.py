@@ -13,8 +13,7 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.studies.tradeoff.fidelity_levels import Level
 from gapbeam.studies.tradeoff.level_errors import Grounds, Judged, percent, window_differences
 from gapbeam.studies.tradeoff.level_measurement import LevelJob, MeasuredLevel, measure
-from gapbeam.studies.tradeoff.run_promise import with_promise
-from gapbeam.studies.tradeoff.run_tradeoff import Taken
+from gapbeam.studies.tradeoff.run_tradeoff import Taken, with_promise
 from tests.shared.command import DEMO, alone, called, settings
 from tests.unit.test_tolerance import write_stored
 

@@ -5,8 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gapbeam.postprocess.results.supports_of_run import supports_of
-from gapbeam.postprocess.scene.attached_marks import Mark, marks_of, placed
-from gapbeam.postprocess.scene.support_surface import support_of
+from gapbeam.postprocess.scene.support_surface import Mark, marks_of, placed, support_of
 from gapbeam.solver.attachments.attachment_tables import JointChoice
 from gapbeam.solver.table import models_in, type_name
 

@@ -6,11 +6,10 @@ import numpy as np
 import pytest
 
 from gapbeam.postprocess.results.supports_of_run import supports_of
-from gapbeam.postprocess.scene.attached_marks import carried_by, marks_of, placed
 from gapbeam.postprocess.scene.camera_window import window_of_whole
 from gapbeam.postprocess.scene.carrying_section import carrying_section
 from gapbeam.postprocess.scene.motion_range import MotionRange
-from gapbeam.postprocess.scene.support_surface import support_of
+from gapbeam.postprocess.scene.support_surface import carried_by, marks_of, placed, support_of
 
 
 def test_a_rigid_motion_is_found_and_carries_places_beside_the_section() -> None:

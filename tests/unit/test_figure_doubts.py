@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
-from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import SUMMED, RunStatistics
-from gapbeam.solver.diagnostics.statistics.statistic_figures import StatisticFigure, may_be_asked
+from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts, StatisticFigure, may_be_asked
 from gapbeam.solver.errors import IntervalNotMet
 from gapbeam.solver.integrators.noise_bias import NoiseBias, bias_at
 from gapbeam.solver.integrators.scheme_choice import USUAL, scheme_of

@@ -17,7 +17,7 @@ from gapbeam.solver.diagnostics.contact_episodes import (
     after_look,
     breaks_gates,
 )
-from gapbeam.solver.diagnostics.ledger_update import (
+from gapbeam.solver.diagnostics.energy_ledger import (
     Energies,
     StepEnergies,
     after_measuring,

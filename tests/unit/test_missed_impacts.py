@@ -8,8 +8,7 @@ import pytest
 from gapbeam.solver.diagnostics.impact_list import MOST, ImpactList
 from gapbeam.solver.diagnostics.statistics.batch_interval import Interval
 from gapbeam.solver.diagnostics.statistics.block_means import MOST_MISSED, missed_share
-from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
-from gapbeam.solver.diagnostics.statistics.statistic_figures import StatisticFigure
+from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts, StatisticFigure
 
 STEP = 0.1  # s
 

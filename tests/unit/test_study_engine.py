@@ -13,8 +13,7 @@ import pytest
 from gapbeam.solver.errors import OutOfMemory, UserError
 from gapbeam.studies.engine import workers as workers_module
 from gapbeam.studies.engine.study_engine import Engine
-from gapbeam.studies.engine.worker_setup import TimeLeft, duration_words
-from gapbeam.studies.engine.workers import Workers, as_workers, read_job_options
+from gapbeam.studies.engine.workers import TimeLeft, Workers, as_workers, duration_words, read_job_options
 from tests.programs.points_of_a_study import deadly, faulty, hungry, squared
 from tests.shared.command import PROJECT, alone, process_environment
 from tests.shared.processes import LONGEST

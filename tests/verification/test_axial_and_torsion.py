@@ -13,7 +13,7 @@ from scipy.optimize import brentq
 
 import gapbeam
 from gapbeam.solver.models.model import Model, build_model
-from gapbeam.solver.modes.section_motion import Sections
+from gapbeam.solver.modes.contact_modes import Sections
 from gapbeam.solver.system.dense_operators import DenseOperators
 from gapbeam.solver.system.operators import Array
 

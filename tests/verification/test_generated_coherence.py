@@ -10,8 +10,7 @@ import pytest
 from gapbeam.postprocess.report.blocks import TableBlock, Words
 from gapbeam.postprocess.report.sections.contact_section import random_loads_section
 from gapbeam.solver.loads.coherence.coherence_table import GaussianCoherence
-from gapbeam.solver.loads.generated_coherence import bandwidth, compared_coherence
-from gapbeam.solver.loads.random_line_load import RandomLineLoad
+from gapbeam.solver.loads.random_line_load import RandomLineLoad, bandwidth, compared_coherence
 
 WHITE = {"type": "white", "density": 2.0, "low": 5.0, "high": 105.0}
 FLOW = {"type": "turbulence", "velocity": 4.0, "length": 0.1, "scale": 10.0}

@@ -19,8 +19,7 @@ from gapbeam.solver.loads.coherence.coherence_table import (
     GaussianCoherence,
     joint_acceptance,
 )
-from gapbeam.solver.loads.generated_coherence import line_patterns
-from gapbeam.solver.loads.random_line_load import RandomLineLoad
+from gapbeam.solver.loads.random_line_load import RandomLineLoad, line_patterns
 from gapbeam.solver.models.body_key import body_key
 from gapbeam.solver.models.model import Model, build_model
 from gapbeam.solver.system.dense_operators import DenseOperators

@@ -10,11 +10,11 @@ import xarray as xr
 
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.run_watch import motion_of
-from gapbeam.postprocess.signals.period_windows import FEWEST
 from gapbeam.postprocess.signals.periodicity import last_periods
 from gapbeam.postprocess.signals.signal import Signal, SignalError, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth_over, window_of
 from gapbeam.postprocess.signals.spectra import whole_periods
+from gapbeam.postprocess.signals.steady_figures import FEWEST
 
 FloatArray = np.ndarray
 

@@ -12,7 +12,6 @@ from gapbeam.postprocess.results.field_reader import Fields, Frame
 from gapbeam.postprocess.results.results import Results
 from gapbeam.postprocess.results.supports_of_run import supports_of, wall_motions
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.scene.attached_marks import Mark, carried_by, marks_of, placed
 from gapbeam.postprocess.scene.camera_window import (
     scale_of_support,
     scale_of_whole,
@@ -24,7 +23,7 @@ from gapbeam.postprocess.scene.carrying_section import carrying_section
 from gapbeam.postprocess.scene.motion_range import MotionRange, motion_of, shown_displacement
 from gapbeam.postprocess.scene.plane_view import Shot, views_of
 from gapbeam.postprocess.scene.sheet import ZOOM, Sheet, pixels, whole_place
-from gapbeam.postprocess.scene.support_surface import support_of
+from gapbeam.postprocess.scene.support_surface import Mark, carried_by, marks_of, placed, support_of
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from gapbeam.postprocess.scene.traces import loudest_face, traces_of
 

@@ -18,14 +18,23 @@ from matplotlib.figure import Figure
 from gapbeam.postprocess.figures.figure_style import SKY
 from gapbeam.postprocess.results.field_reader import Frame
 from gapbeam.postprocess.results.supports_of_run import RunSupport
-from gapbeam.postprocess.scene.attached_marks import ARM, carried_by, marks_of, placed
 from gapbeam.postprocess.scene.camera_window import Window, rounded_down, window_of_support, window_of_whole
 from gapbeam.postprocess.scene.motion_range import MotionRange
 from gapbeam.postprocess.scene.offscreen import rows_of
 from gapbeam.postprocess.scene.plane_view import PictureView, Shot, views_of
 from gapbeam.postprocess.scene.set_up import LoadArrow, SectionMask, SetUp
 from gapbeam.postprocess.scene.sheet import Place, pixels, style_of
-from gapbeam.postprocess.scene.support_surface import FaceBox, SupportBoxes, inner_radii, outer_radius, support_of
+from gapbeam.postprocess.scene.support_surface import (
+    ARM,
+    FaceBox,
+    SupportBoxes,
+    carried_by,
+    inner_radii,
+    marks_of,
+    outer_radius,
+    placed,
+    support_of,
+)
 from gapbeam.postprocess.scene.surface_color import ABOVE, BEAM, BELOW, EDGE, SurfaceColor
 
 _BLOCK = 0.35  # height of a block over the thickness of the beam

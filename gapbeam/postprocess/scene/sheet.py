@@ -19,11 +19,10 @@ from matplotlib.text import Annotation
 
 from gapbeam.postprocess.figures.figure_style import GRAY, SKY, face_style
 from gapbeam.postprocess.results.field_reader import Frame
-from gapbeam.postprocess.scene.attached_marks import ARM, PlacedMark
 from gapbeam.postprocess.scene.camera_window import Window
 from gapbeam.postprocess.scene.caption import Caption
 from gapbeam.postprocess.scene.pressure_panel import PressurePanel
-from gapbeam.postprocess.scene.support_surface import SupportBoxes
+from gapbeam.postprocess.scene.support_surface import ARM, PlacedMark, SupportBoxes
 from gapbeam.postprocess.scene.surface_color import SurfaceColor
 from gapbeam.postprocess.scene.traces import Traces
 

@@ -9,8 +9,7 @@ from mpi4py import MPI
 
 from gapbeam.meshes.beam_geometry import BeamGeometry, BeamStep
 from gapbeam.meshes.contact_span import ContactSpan
-from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches
-from gapbeam.meshes.sections.shared_patches import shared_patches
+from gapbeam.meshes.sections.section_patches import CELLS_THROUGH, SectionPatches, rectangle_patches, shared_patches
 from gapbeam.meshes.sizing.mesh_size import BeamSizing
 from gapbeam.meshes.tagged_mesh import TaggedMesh, build_beam
 from gapbeam.meshes.user_mesh.user_mesh import read_mesh

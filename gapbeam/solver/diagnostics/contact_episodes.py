@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.ledger_update import relative_growth
+from gapbeam.solver.diagnostics.energy_ledger import relative_growth
 from gapbeam.solver.jit import shared
 from gapbeam.solver.system.accepted_step import Step
 from gapbeam.solver.system.semi_discrete import ContactOperator

@@ -13,7 +13,6 @@ from typing import Annotated
 import numpy as np
 from pydantic import Field
 
-from gapbeam.solver.loads.clearance_change import ClearanceChange
 from gapbeam.solver.loads.exciter import Exciter
 from gapbeam.solver.loads.gravity import Gravity
 from gapbeam.solver.loads.places import SupportAcceleration
@@ -21,7 +20,13 @@ from gapbeam.solver.loads.point_load import ConstantForce, HarmonicForce, Record
 from gapbeam.solver.loads.random_line_load import RandomLineLoad
 from gapbeam.solver.loads.random_load import RandomLoad
 from gapbeam.solver.loads.step_force import StepForce
-from gapbeam.solver.loads.support_motion import BaseMotion, HarmonicSupportMotion, RecordedMotion, RecordedSupportMotion
+from gapbeam.solver.loads.support_motion import (
+    BaseMotion,
+    ClearanceChange,
+    HarmonicSupportMotion,
+    RecordedMotion,
+    RecordedSupportMotion,
+)
 from gapbeam.solver.loads.swept_sine import SweptSineLoad
 from gapbeam.solver.system.operators import Array
 

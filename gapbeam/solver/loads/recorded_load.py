@@ -16,9 +16,16 @@ from typing import Self
 
 from gapbeam.solver.faults import Fault, Key
 from gapbeam.solver.loads.load_table import RecordedTable
-from gapbeam.solver.loads.record_curve import RecordCurve, curve_of, holes_between
 from gapbeam.solver.loads.record_file import GREATEST, RecordError
-from gapbeam.solver.loads.recorded_function import MOST_POWER, ROUNDING, RecordedSignal, signal_of
+from gapbeam.solver.loads.recorded_function import (
+    MOST_POWER,
+    ROUNDING,
+    RecordCurve,
+    RecordedSignal,
+    curve_of,
+    holes_between,
+    signal_of,
+)
 from gapbeam.solver.loads.time_function import TimeFunction
 from gapbeam.solver.wording.short_words import apart, either, exceeds
 

@@ -30,9 +30,9 @@ from gapbeam.solver.loads.load_parts import patterned
 from gapbeam.solver.loads.places import BodyForce, LineForce, PointForce, SupportAcceleration, SupportWalls
 from gapbeam.solver.models.body import Body, MeshedBeam, floating_basis, gathered, point_rule
 from gapbeam.solver.models.elastic_rod import ElasticRod
+from gapbeam.solver.models.reduction.contact_lines import points_around
 from gapbeam.solver.models.reduction.line_points import gathered_points
 from gapbeam.solver.models.reduction.modal_basis import modal_basis
-from gapbeam.solver.models.reduction.points_around import points_around
 from gapbeam.solver.models.reduction.projection import DenseRow, FloatingBody, held, projected
 from gapbeam.solver.models.stepped_beam import AxialPart, BeamPart, BendingPart, SteppedBeam, TorsionPart
 from gapbeam.solver.supports.support import along_faces

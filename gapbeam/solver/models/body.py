@@ -46,8 +46,7 @@ from gapbeam.solver.case.element_spacing import highest_frequency
 from gapbeam.solver.case.model_table import FullModel, RigidModel
 from gapbeam.solver.case.own_contact import whole_areas
 from gapbeam.solver.case.weak_restraint import axial_restraint, lateral_restraint
-from gapbeam.solver.contact.formulations.contact_points import resultant_operator
-from gapbeam.solver.contact.formulations.whole_contact import whole_contact
+from gapbeam.solver.contact.formulations.contact_points import resultant_operator, whole_contact
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.linear_algebra.solver_choice import LinearSolver, linear_solver
 from gapbeam.solver.memory.free_memory import free_memory

@@ -10,10 +10,9 @@ import numpy as np
 from gapbeam.solver.case.gates_table import Gates
 from gapbeam.solver.diagnostics.contact_episodes import RESOLVING_STEPS
 from gapbeam.solver.diagnostics.energy_gates import EnergyGates
-from gapbeam.solver.diagnostics.energy_ledger import Ledger
+from gapbeam.solver.diagnostics.energy_ledger import ESTIMATE, ROUND_OFF_SAFETY, Ledger
 from gapbeam.solver.diagnostics.impact_list import ImpactList
 from gapbeam.solver.diagnostics.impact_updates import approach_speed
-from gapbeam.solver.diagnostics.ledger_update import ESTIMATE, ROUND_OFF_SAFETY
 from gapbeam.solver.scene.condensed_arrays import StepRecords
 from gapbeam.solver.scene.linear_scheme import LinearScheme
 from gapbeam.solver.scene.modal_march import TOLERANCE, Marcher

@@ -11,7 +11,7 @@ from gapbeam.solver.case.case import Case
 from gapbeam.solver.diagnostics.impact_list import DURATION
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.block_means import missed_share
-from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, Doubts, energy_bias
+from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST, Doubts, energy_bias
 from gapbeam.solver.integrators.noise_bias import bias_at
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import has_statistics

@@ -13,9 +13,8 @@ from gapbeam.solver.case.computed_defaults import overhang_frequency, rayleigh
 from gapbeam.solver.case.model_table import RigidModel
 from gapbeam.solver.case.symmetry import bends_in_two_planes
 from gapbeam.solver.diagnostics.statistics.batch_interval import BURN_IN_RELAXATIONS, STOPPING_RELAXATIONS
-from gapbeam.solver.diagnostics.statistics.figure_doubts import WORK_RATE, Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import FEW, PointStatistics, RunStatistics
-from gapbeam.solver.diagnostics.statistics.statistic_figures import figure_names, may_be_asked
+from gapbeam.solver.diagnostics.statistics.statistic_figures import WORK_RATE, Doubts, figure_names, may_be_asked
 from gapbeam.solver.errors import IntervalNotMet, UserError
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.wording.short_words import apart, near

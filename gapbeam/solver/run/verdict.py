@@ -22,7 +22,7 @@ from gapbeam.solver.diagnostics.energy_ledger import Ledger
 from gapbeam.solver.diagnostics.history_rows import Recorder
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.point_contact import Peaks
-from gapbeam.solver.diagnostics.statistics.figure_doubts import LEAST, energy_bias
+from gapbeam.solver.diagnostics.statistics.statistic_figures import LEAST, energy_bias
 from gapbeam.solver.diagnostics.step_counts import Tally
 from gapbeam.solver.errors import RangeNotCovered
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators

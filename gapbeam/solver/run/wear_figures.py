@@ -19,8 +19,8 @@ import numpy as np
 from gapbeam.solver.case.face_wear import face_wear
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.diagnostics.statistics.batch_interval import largest_of_map
-from gapbeam.solver.diagnostics.statistics.figure_doubts import PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.diagnostics.statistics.run_statistics import PointStatistics, RunStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import PARTS_OF_WORK, WORK_RATE
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.record_table import SLIP_MODES
 from gapbeam.solver.run.output.wear_file import angles

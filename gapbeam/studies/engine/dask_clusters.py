@@ -11,8 +11,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gapbeam.solver.errors import UserError
-from gapbeam.studies.engine.worker_setup import silence
-from gapbeam.studies.engine.workers import INSTALL, Workers
+from gapbeam.studies.engine.workers import INSTALL, Workers, silence
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 LOG = logging.getLogger("gapbeam")
 LOSSES = 2  # of workers over one point that are put up with; after a third one the point is a suspect
 ANSWER = 15.0  # s in which a scheduler must answer
-SETUP = "gapbeam.studies.engine.worker_setup"
+SETUP = "gapbeam.studies.engine.workers"
 GIGABYTE = 1.0e9
 LEAST_MEMORY = 2.0e9  # bytes of a job that is predicted to take less
 SETTINGS: dict[str, Any] = {

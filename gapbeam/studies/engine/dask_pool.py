@@ -19,7 +19,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 
 from gapbeam.solver.errors import OutOfMemory
 from gapbeam.studies.engine.dask_clusters import LOSSES, PoolPlan, started
-from gapbeam.studies.engine.worker_setup import computed, hushed, introduced
+from gapbeam.studies.engine.workers import computed, hushed, introduced
 
 if TYPE_CHECKING:
     from distributed import Client, Future

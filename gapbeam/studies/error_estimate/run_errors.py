@@ -30,8 +30,15 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.verdict import UNDER_NOISE
 from gapbeam.studies.error_estimate.companion_marches import WHOLE, CompanionMotion, EstimateError, companion_motions
 from gapbeam.studies.error_estimate.companions import FOURFOLD, STIFFER, TWICE, CompanionPlan, companions_of
-from gapbeam.studies.error_estimate.figure_errors import FigureError, figure_errors, horizon_of, repeats
-from gapbeam.studies.error_estimate.figure_words import MOST_FORCES, figures_in_words, with_unit
+from gapbeam.studies.error_estimate.figure_errors import (
+    MOST_FORCES,
+    FigureError,
+    figure_errors,
+    figures_in_words,
+    horizon_of,
+    repeats,
+    with_unit,
+)
 from gapbeam.studies.error_estimate.force_peaks import (
     FEWEST_RECORDS,
     SETTLED,

@@ -31,8 +31,14 @@ from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.solver.run.scene_run import SceneMarch, SceneRun
 from gapbeam.solver.scene.scene_march import marcher_of, steps_to
 from gapbeam.studies.error_estimate.companions import HALF_STEP, STIFFER
-from gapbeam.studies.error_estimate.figure_errors import FACTORS, FigureError, figure_errors, horizon_of, repeats
-from gapbeam.studies.error_estimate.figure_words import figures_in_words
+from gapbeam.studies.error_estimate.figure_errors import (
+    FACTORS,
+    FigureError,
+    figure_errors,
+    figures_in_words,
+    horizon_of,
+    repeats,
+)
 from gapbeam.studies.error_estimate.force_peaks import (
     FEWEST_RECORDS,
     SETTLED,

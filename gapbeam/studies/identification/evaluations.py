@@ -17,9 +17,8 @@ from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.bounded_files import read_plain
 from gapbeam.postprocess.results.records_in_memory import as_history
 from gapbeam.postprocess.results_errors import ResultsError
-from gapbeam.postprocess.signals.period_windows import settled_windows
 from gapbeam.postprocess.signals.signal import SignalError
-from gapbeam.postprocess.signals.steady_figures import WindowFigure
+from gapbeam.postprocess.signals.steady_figures import WindowFigure, settled_windows
 from gapbeam.solver.case.case_writer import case_to_toml
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.known_keys import flat
@@ -29,7 +28,7 @@ from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.output.results_folder import finite, write_beside
 from gapbeam.solver.wording.short_words import printable
 from gapbeam.studies.engine.study_engine import Engine
-from gapbeam.studies.identification.identification_problem import Problem, Values
+from gapbeam.studies.identification.identification_file import Problem, Values
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure
 from gapbeam.studies.identification.measured_figures import (
     natural_frequency,

@@ -8,10 +8,9 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
-from gapbeam.postprocess.signals.period_windows import Windows
 from gapbeam.postprocess.signals.signal import face_signal, probe_signal
 from gapbeam.postprocess.signals.smoothing import smooth
-from gapbeam.postprocess.signals.steady_figures import WindowFigure
+from gapbeam.postprocess.signals.steady_figures import WindowFigure, Windows
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.modes.contact_modes import FREE, RIGID, held_modes
 from gapbeam.studies.identification.identification_tables import Figure, ForceFigure, FrequencyFigure, MotionFigure

@@ -19,7 +19,7 @@ from scipy.optimize import differential_evolution, least_squares
 from scipy.stats import qmc
 
 from gapbeam.studies.identification.evaluations import Evaluations, Record, failed, mean
-from gapbeam.studies.identification.identification_problem import FloatArray, Problem, Values
+from gapbeam.studies.identification.identification_file import FloatArray, Problem, Values
 from gapbeam.studies.identification.identification_tables import Measurement, Search
 
 

@@ -17,7 +17,7 @@ from gapbeam.studies.engine.worker_memory import worker_memory
 from gapbeam.studies.engine.workers import Workers
 from gapbeam.studies.identification.conclusion import Conclusion, conclude
 from gapbeam.studies.identification.evaluations import Evaluations, Record, prepare
-from gapbeam.studies.identification.identification_problem import Problem
+from gapbeam.studies.identification.identification_file import Problem
 from gapbeam.studies.identification.identification_results import sentences, tables, write_results
 from gapbeam.studies.identification.misfit import Misfit, search
 from gapbeam.studies.printed_results import PrintedResult

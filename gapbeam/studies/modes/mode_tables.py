@@ -9,8 +9,7 @@ from typing import Any
 import numpy as np
 from rich.table import Table
 
-from gapbeam.solver.modes.contact_modes import FREE, SEATED, HeldModes
-from gapbeam.solver.modes.section_motion import MIXED
+from gapbeam.solver.modes.contact_modes import FREE, MIXED, SEATED, HeldModes
 from gapbeam.studies.modes.end_springs import Estimate
 from gapbeam.studies.modes.theory_comparison import ModesComparison, SpringFit, TheoryMode
 

@@ -15,8 +15,8 @@ from gapbeam.postprocess.signals.periodicity import NOT_SETTLED
 from gapbeam.postprocess.signals.steady_figures import figures_of_record
 from gapbeam.postprocess.study_figures.response_census import RANDOM
 from gapbeam.solver.case.analysis_table import Transient
-from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts
 from gapbeam.solver.models.model import Model
 from gapbeam.solver.run.stop_rule import gathered_statistics, statistics_of
 from gapbeam.studies.sweep.window_data import as_data

@@ -1,6 +1,8 @@
 """A trade-off from a case file to its files, and the level of fidelity that a stored one names for a tolerance.
 
 Trade-offs on disk: what they depend on, and the fidelity level that one of them names for a tolerance.
+
+Whether a run keeps the tolerance that was asked for: into its summary, its last line and its exit status.
 """
 
 from __future__ import annotations
@@ -12,8 +14,10 @@ from math import inf
 from pathlib import Path
 from typing import Any
 
+from mpi4py import MPI
 from rich.table import Table
 
+from gapbeam.meshes.distribution.rank_zero import on_rank_zero
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.damaged_files import as_written
 from gapbeam.postprocess.shell_command import shell_command
@@ -21,10 +25,12 @@ from gapbeam.solver.case.case import Case, Output
 from gapbeam.solver.case.checks.time_checks import whole_interval
 from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.run.outcome import Outcome
+from gapbeam.solver.run.output.results_folder import write_summary
 from gapbeam.studies.printed_results import PrintedResult
 from gapbeam.studies.study_folder import study_folder
 from gapbeam.studies.tradeoff.fidelity_levels import Level
-from gapbeam.studies.tradeoff.level_errors import WHOLE, Grounds, Judged, choice, doubts, nearest
+from gapbeam.studies.tradeoff.level_errors import WHOLE, Grounds, Judged, choice, doubts, group_of, nearest, percent
 from gapbeam.studies.tradeoff.level_measurement import MeasuredLevel
 from gapbeam.studies.tradeoff.tradeoff_report import DATA_FILE, as_table, verdict, write_study
 from gapbeam.studies.tradeoff.tradeoff_study import TradeoffStudy, run_study
@@ -249,3 +255,77 @@ def whole_intervals(output: Output, changes: Mapping[str, Any]) -> dict[str, flo
             found[key] = nearest
             LOG.info("%s = %g, whole steps of %g s, instead of %g s", key, nearest, step, interval)
     return found
+
+
+REASON = "tolerance not promised"
+
+
+def with_promise(outcome: Outcome, taken: Taken, comm: MPI.Comm) -> Outcome:
+    """Add to a finished run whether its tolerance is promised; where it is not, the exit status becomes 5.
+
+    A run that failed is returned as it is.
+
+    Args:
+        outcome: How the run ended.
+        taken: The fidelity level that it took.
+        comm: The ranks of the run.
+
+    Collective.
+    """
+    if outcome.exit_status != 0:
+        return outcome
+    if describe(taken).items() <= outcome.summary.get("tolerance", {}).items():  # it was done before
+        return replace(outcome, exit_status=outcome.summary["exit_status"])
+    summary = on_rank_zero(comm, lambda: _written(outcome, taken))
+    return replace(outcome, summary=summary, message=summary["message"], exit_status=summary["exit_status"])
+
+
+def describe(taken: Taken) -> dict[str, Any]:
+    """Return what a trade-off says of a run, as its summary has it."""
+    return {
+        "asked": taken.tolerance,
+        "promised": not taken.doubts,
+        "level": taken.name,
+        "errors": taken.errors,
+        "uncertainty_of_the_reference": taken.uncertainty,
+        "covered": taken.covered,
+        "doubts": list(taken.doubts),
+    }
+
+
+def own_estimates(summary: Mapping[str, Any]) -> dict[str, float]:
+    """Return the largest relative error that a run estimates for itself, by group of figures of the trade-off."""
+    found: dict[str, float] = {}
+    for figure in summary.get("errors", {}).get("figures", []):
+        group, error = group_of(figure["name"]), figure["relative_error"]
+        if group is not None and error is not None:
+            found[group] = max(found.get(group, 0.0), float(error))
+    return found
+
+
+def _written(outcome: Outcome, taken: Taken) -> dict[str, Any]:
+    """Write the summary with the tolerance, and return it."""
+    summary, asked = dict(outcome.summary), f"{100.0 * taken.tolerance:.3g} %"
+    own = own_estimates(summary)
+    summary["tolerance"] = describe(taken) | {"estimate_of_the_run": own}
+    if taken.doubts:
+        warning = f"a tolerance of {asked} is not promised for this run: {'; '.join(taken.doubts)}"
+        summary["warnings"] = [*summary["warnings"], warning]
+        summary["exit_status"], summary["reason"] = NOT_PROMISED, REASON
+        summary["message"] += f"; {warning}"
+        LOG.warning("%s", warning)
+    else:
+        worst = max(taken.errors.values(), default=0.0)
+        summary["message"] += f"; within the tolerance of {asked}: {percent(worst)} off the reference of the trade-off"
+        larger = {group: error for group, error in own.items() if error > taken.tolerance}
+        if larger:
+            warning = (
+                f"the trade-off promises the tolerance of {asked}, and the error estimate of the run itself is larger: "
+                + ", ".join(f"{group} {percent(error)}" for group, error in larger.items())
+                + "; an estimate is a bound, several times the error in most cases, and contains that of an automatic "
+                "contact.stiffness, which the trade-off does not vary"
+            )
+            summary["warnings"] = [*summary["warnings"], warning]
+            LOG.warning("%s", warning)
+    write_summary(outcome.folder, summary)
+    return summary

@@ -14,7 +14,7 @@ from gapbeam.solver.case.reading.case_reader import read_case
 from gapbeam.solver.case.reading.overrides import parse_value
 from gapbeam.solver.errors import UserError
 from gapbeam.solver.loads.load_choice import forcing_frequencies
-from gapbeam.studies.engine.worker_setup import in_fresh_process
+from gapbeam.studies.engine.workers import in_fresh_process
 from gapbeam.studies.tradeoff.fidelity_levels import FINEST, REFINEMENT, Level, LevelPlan, plan_levels
 from gapbeam.studies.tradeoff.level_errors import (
     GROUPS,

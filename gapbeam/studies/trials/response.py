@@ -13,8 +13,8 @@ from gapbeam.solver.diagnostics.assumptions.frequency_content import content_of_
 from gapbeam.solver.diagnostics.energy_gates import remedy_for
 from gapbeam.solver.diagnostics.history_rows import Recorder, Rows
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
-from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.run_statistics import RunStatistics
+from gapbeam.solver.diagnostics.statistics.statistic_figures import Doubts
 from gapbeam.solver.errors import (
     AssumptionBroken,
     EnergyCreated,

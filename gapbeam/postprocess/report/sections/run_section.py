@@ -33,7 +33,6 @@ from gapbeam.postprocess.report.sections.curve_section import comparison_blocks,
 from gapbeam.postprocess.report.sections.motion_section import motion_section, periodicity_section, spectra_section
 from gapbeam.postprocess.report.sections.orbits_section import orbits_section
 from gapbeam.postprocess.report.sections.scene_section import scene_of, still_scene_of
-from gapbeam.postprocess.report.sections.scene_table import scene_table
 from gapbeam.postprocess.report.sections.statistics_section import (
     energy_section,
     impacts_section,
@@ -50,6 +49,7 @@ from gapbeam.postprocess.report.sections.verdict_section import (
     run_verdicts,
     summary_section,
 )
+from gapbeam.postprocess.report.sections.verdict_tables import scene_table
 from gapbeam.postprocess.report.study_json import read_object
 from gapbeam.postprocess.results.columns_of_run import impacts_of, points_of, wear_of
 from gapbeam.postprocess.results.results import Results

@@ -7,11 +7,28 @@ spread over a patch by a hat function N_i around its place, and its gap is the m
 
 with j the quadrature points of the face. That is G -> P G, g0 -> P g0 and, with friction, T -> P T; the areas A_i stand
 instead of w, so that a law F(d) is the pressure F(d) / A_i.
+
+Contact by figures of whole supports: weights of contact points whose sum is the same for every section.
+
+A stiffness k of a whole support, N/m^n, is the law F = k d^n of a beam that lies on it along its length L. With the
+nominal area A = L b (b the width of the beam) a law per area has K = k / A, and the weights of the contact points that
+touch at once add up to A:
+
+    sum_i w_i = A,    F = sum_i w_i K d^n = k d^n
+
+Points of flat faces keep their places. A round or pointed section touches a plane along a line: the points of one
+station, at one x, become one whose gap opens by the mean motion of a strip about this line, with hat functions h,
+
+    g_i = g0_i + sum_j P_ij n_j . u_j,    P_ij = h_j w_j / sum_j h_j w_j (n_j . n_i),
+
+and g0 the gap of its outermost point, so that the force does not depend on a chord that grows with the penetration. A
+strip that is mirrored about its line passes no moment about the axis. A round hole is met at stations
+(`circle_contact`), whose weights are those of the points around it over pi.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -19,8 +36,9 @@ import numpy as np
 from scipy.sparse import csr_matrix, identity, kron
 
 from gapbeam.solver.errors import UserError
+from gapbeam.solver.supports.regions.around_face import WallsFace
 from gapbeam.solver.supports.support import Face
-from gapbeam.solver.system.operators import Array, Springs
+from gapbeam.solver.system.operators import Array, Indices, Springs
 from gapbeam.solver.system.semi_discrete import ContactOperator
 
 Place = float | tuple[float, float]
@@ -177,3 +195,145 @@ def _no_patch_is_empty(contact: ContactOperator, places: Sequence[Place], areas:
             "  expected: several quadrature points of the contact face in every patch\n"
             f"  try:      mesh.support_size = {0.5 * size:g}, or a larger contact.patch"
         )
+
+
+STRIP = 0.25  # half the width of a strip over the largest distance of points from its line
+FLAT = 0.05  # share of a line across that is even, from which on it is flat
+EVEN = 1.0e-6  # of the length of the support: initial gaps that differ by less are one
+SAME_PLACE = 1.0e-9  # of the length of the support: at one x
+FEWEST = 3  # points at one x, on average, of a mesh whose points lie on lines across
+TOGETHER = 16  # points of other meshes that make a station
+
+Row = tuple[Indices, Array, float, Array]
+"""Points with their shares, the initial gap, m, and the place of a contact point."""
+
+
+def whole_contact(contact: ContactOperator, areas: Sequence[float | None]) -> ContactOperator:
+    """Return the operator whose points of some faces add up to nominal areas; itself where no face asks for it.
+
+    Args:
+        contact: The operator at the points of the mesh.
+        areas: Nominal area of each face, m^2; None: the face keeps its points.
+
+    Not collective: the operator is the same on all ranks.
+    """
+    if all(area is None for area in areas):
+        return contact
+    rows, weights, owners = list[Row](), list[float](), list[int]()
+    for number, (face, area) in enumerate(zip(contact.support.faces, areas, strict=True)):
+        here = contact.points_of_faces[number]
+        if area is None:
+            found, sizes = [_kept(contact, point) for point in here], contact.weights[here]
+        elif face.circle:
+            sizes = contact.weights[here] * (np.pi * area / contact.weights[here].sum())
+            found = [_kept(contact, point) for point in here]
+        else:
+            parts = [_touching(contact, face, group, along) for group, along in _groups(contact, face, here)]
+            found = [row for part, _ in parts for row in part]
+            sizes = np.concatenate([size * (area / size.sum()) for _, size in parts])
+        rows += found
+        weights += [float(size) for size in sizes]
+        owners += [number] * len(found)
+    ends = np.cumsum([0, *(len(points) for points, *_ in rows)])
+    shares = csr_matrix(
+        (np.concatenate([share for _, share, *_ in rows]), np.concatenate([points for points, *_ in rows]), ends),
+        (len(rows), contact.size),
+    )
+    return ResultantOperator(
+        interface=contact.interface,
+        gap_matrix=csr_matrix(shares @ contact.gap_matrix),
+        weights=np.array(weights),
+        initial_gap=np.array([gap for *_, gap, _ in rows]),
+        faces=np.array(owners),
+        support=contact.support,
+        positions=np.array([place for *_, place in rows]),
+        tangents=mean_tangents(contact, shares),
+        frictionless=contact.frictionless,
+        distributed=contact,
+        shares=shares,
+    )
+
+
+def _kept(contact: ContactOperator, point: int) -> Row:
+    return np.array([point]), np.ones(1), float(contact.initial_gap[point]), contact.positions[point]
+
+
+def _groups(contact: ContactOperator, face: Face, here: Indices) -> Iterator[tuple[Indices, Array]]:
+    """Yield the points that one wall of a face meets, with the unit vector (y, z) across the beam along the wall."""
+    if isinstance(face, WallsFace):
+        walls, normals = face.wall_of(contact.positions[here]), face.normals(contact.positions[here])
+        for wall in np.unique(walls):
+            y, z = normals[walls == wall][0]
+            yield here[walls == wall], np.array([-z, y])
+        return
+    yield here, np.array([1.0, 0.0])
+
+
+def _touching(contact: ContactOperator, face: Face, group: Indices, along: Array) -> tuple[list[Row], Array]:
+    """Return the contact points of what one wall meets, with the areas that they stand for, (k,), m^2."""
+    places, weights = contact.positions[group], contact.weights[group]
+    rise = face.side * face.rise(places)
+    gaps, length = contact.initial_gap[group] + rise, float(np.ptp(places[:, 0])) or 1.0
+    stations, aligned = _stations(places[:, 0], length)
+    outermost = np.full(len(group), gaps.min())
+    if aligned:
+        for one in stations:
+            outermost[one] = gaps[one].min()
+    even = gaps - outermost <= EVEN * length
+    if not face.around and weights[even].sum() > FLAT * weights.sum():
+        flat = np.flatnonzero(even)
+        return [_kept(contact, group[point]) for point in flat], weights[flat]
+    sideways = places[:, 1:] @ along
+    line = float(np.average(sideways[even], weights=weights[even]))
+    aside = sideways - line
+    rows, sizes = list[Row](), list[float]()
+    for one in _across(stations, aside):
+        shares = _strip(aside[one], weights[one], STRIP * float(np.abs(aside).max()))
+        taken, shares = one[shares != 0.0], shares[shares != 0.0]
+        first = one[np.argmin(gaps[one])]
+        across = places[first, 1:] + (line - sideways[first]) * along
+        place = np.array([float(np.average(places[one, 0], weights=weights[one])), *across])
+        opening = contact.support.opening(contact.faces[group[:1]], place[None])[0]
+        toward = contact.support.opening(contact.faces[group[taken]], places[taken]) @ opening
+        level = outermost[first] - face.side * float(face.rise(place[None])[0])
+        rows.append((group[taken], shares / float(shares @ toward), level, place))
+        sizes.append(float(weights[one].sum()))
+    return rows, np.array(sizes)
+
+
+def _stations(x: Array, length: float) -> tuple[list[Indices], bool]:
+    """Return points in the order along the beam, those at one x together, or a few each where hardly any x is equal."""
+    order = np.argsort(x, kind="stable")
+    breaks = np.flatnonzero(np.diff(x[order]) > SAME_PLACE * length) + 1
+    if FEWEST * (len(breaks) + 1) <= len(x):
+        return np.split(order, breaks), True
+    return np.array_split(order, max(1, len(x) // TOGETHER)), False
+
+
+def _across(stations: Sequence[Indices], aside: Array) -> list[Indices]:
+    """Return stations that reach to both sides of the line; those that do not are joined with their neighbors."""
+    found, waiting = list[Indices](), np.zeros(0, dtype=np.int64)
+    for one in stations:
+        waiting = np.concatenate([waiting, one])
+        if aside[waiting].min() <= 0.0 <= aside[waiting].max():
+            found.append(waiting)
+            waiting = np.zeros(0, dtype=np.int64)
+    if len(waiting):
+        found = [*found[:-1], np.concatenate([*found[-1:], waiting])]
+    return found
+
+
+def _strip(aside: Array, weights: Array, half: float) -> Array:
+    """Return shares of the points of a station in a strip about the line, whose mean lies on it, (m,), with sum 1.
+
+    The strip reaches at least to a point on each side of the line.
+    """
+    sides = [side for side in (aside <= 0.0, aside >= 0.0) if np.any(side)]
+    nearest = max(float(np.abs(aside[side]).min()) for side in sides)
+    shares = weights * np.maximum(1.0 - np.abs(aside) / max(half, 2.0 * nearest), 0.0)
+    left, right = aside < 0.0, aside > 0.0
+    moments = float(-shares[left] @ aside[left]), float(shares[right] @ aside[right])
+    if min(moments) > 0.0:
+        shares[left] *= moments[1] / max(moments)
+        shares[right] *= moments[0] / max(moments)
+    return np.asarray(shares / shares.sum())

@@ -21,11 +21,11 @@ from gapbeam.solver.diagnostics.statistics.batch_interval import (
     interval_of_mean,
 )
 from gapbeam.solver.diagnostics.statistics.block_means import MOST, BlockEnds, BlockMeans, correlation_time
-from gapbeam.solver.diagnostics.statistics.figure_doubts import Doubts
 from gapbeam.solver.diagnostics.statistics.statistic_figures import (
     ASKED,
     LATERAL,
     AveragedSeries,
+    Doubts,
     StatisticFigure,
     face_series,
     may_be_asked,

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from gapbeam.solver.diagnostics.contact_episodes import Watched
-from gapbeam.solver.diagnostics.ledger_update import Energies
+from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.march.compiled.kernel_tables import KernelState, Records
 from gapbeam.solver.march.compiled.ledger_kernel import LedgerArrays, Limits

@@ -1,6 +1,6 @@
 """What kernels keep of every step: energy ledger, gates, contact episodes and peaks, as arrays.
 
-Kernels measure in modal coordinates; `gapbeam.solver.diagnostics.ledger_update` and `face_updates` say how to use
+Kernels measure in modal coordinates; `gapbeam.solver.diagnostics.energy_ledger` and `face_updates` say how to use
 what they measure, as they do in the step-by-step march.
 """
 
@@ -20,8 +20,7 @@ from gapbeam.solver.diagnostics.contact_episodes import (
     after_touch,
     breaks_gates,
 )
-from gapbeam.solver.diagnostics.impact_updates import RunningImpact, after_gap, approach_speed
-from gapbeam.solver.diagnostics.ledger_update import (
+from gapbeam.solver.diagnostics.energy_ledger import (
     Energies,
     StepEnergies,
     after_measuring,
@@ -32,6 +31,7 @@ from gapbeam.solver.diagnostics.ledger_update import (
     relative_growth,
     unresolved_energy,
 )
+from gapbeam.solver.diagnostics.impact_updates import RunningImpact, after_gap, approach_speed
 from gapbeam.solver.jit import compiled
 from gapbeam.solver.system.operators import Array, Indices
 

@@ -14,7 +14,7 @@ from gapbeam.solver.contact.laws.law_forms import ENDPOINT
 from gapbeam.solver.contact.laws.point_law import LawTable, numbers_at
 from gapbeam.solver.contact.laws.springs import spring_potential, spring_pressure
 from gapbeam.solver.contact.solve.contact_solve import UNRESOLVED
-from gapbeam.solver.diagnostics.ledger_update import StepEnergies, total_energy
+from gapbeam.solver.diagnostics.energy_ledger import StepEnergies, total_energy
 from gapbeam.solver.jit import compiled, compiled_apart, entry, long_entry
 from gapbeam.solver.march.compiled import ledger_kernel as accounts
 from gapbeam.solver.march.compiled.array_loops import copy_into, fill, inner_product, set_products

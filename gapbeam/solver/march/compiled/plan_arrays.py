@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from gapbeam.solver.contact.laws.law_forms import ENDPOINT, IMPLICIT, MEAN
-from gapbeam.solver.diagnostics.ledger_update import Energies
+from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.march_diagnostics import Accounts
 from gapbeam.solver.integrators.time_scheme import kernel_of
 from gapbeam.solver.march.compiled.around_points import AroundPoints, around_points

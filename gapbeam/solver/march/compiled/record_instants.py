@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from gapbeam.solver.diagnostics.ledger_update import Energies
+from gapbeam.solver.diagnostics.energy_ledger import Energies
 from gapbeam.solver.diagnostics.output_instants import Instants
 from gapbeam.solver.march.compiled.compiled_block import CompiledBlock
 from gapbeam.solver.march.compiled.ledger_kernel import APPROACH, CLOSINGS, CONTACT_TIME, IMPULSE, SQUARE

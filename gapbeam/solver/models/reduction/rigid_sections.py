@@ -22,13 +22,12 @@ from typing import Any, Protocol
 import numpy as np
 from scipy.sparse import csr_matrix
 
-from gapbeam.solver.assembly.ring_rows import RingRows, ring_rows
+from gapbeam.solver.assembly.contact_assembly import RingRows, ring_rows
 from gapbeam.solver.contact.formulations.contact_points import ResultantOperator
 from gapbeam.solver.linear_algebra.petsc_operators import PetscOperators
 from gapbeam.solver.models.body import Body, point_rule
-from gapbeam.solver.models.reduction.contact_lines import flexibilities, random_pressures
+from gapbeam.solver.models.reduction.contact_lines import flexibilities, points_around, random_pressures
 from gapbeam.solver.models.reduction.modal_basis import Basis
-from gapbeam.solver.models.reduction.points_around import points_around
 from gapbeam.solver.models.reduction.vibration_modes import Modes
 from gapbeam.solver.system.operators import Array, Indices
 from gapbeam.solver.system.semi_discrete import ContactOperator

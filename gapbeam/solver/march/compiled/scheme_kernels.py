@@ -1,4 +1,4 @@
-"""One step of each compiled scheme up to the state at its end, which is left in `Room`; `kernel.py` enters it."""
+"""One step of each compiled scheme up to the state at its end, which is left in `Room`; `march_kernel.py` enters it."""
 
 from __future__ import annotations
 

@@ -129,7 +129,16 @@ def _of_all(contact: ContactOperator, matrix: csr_matrix, size: int) -> Array:
 
 def _refusals(model: Model) -> Iterator[str]:
     """Yield what a scene has no noun for, in words of the case file."""
-    system, contact, law = model.system, model.system.contact, model.law
+    system, contact, law, case = model.system, model.system.contact, model.law, model.case
+    if not case.time.scheme.conserves_energy:
+        yield (
+            f"the scheme {case.time.scheme.type}: a scene has none, and marches by that which `march` is given; choose "
+            'time.scheme = {type = "discrete-gradient"}'
+        )
+    if case.time.adaptive:
+        yield "adaptive steps; set time.adaptive = false"
+    if case.wear is not None:
+        yield "[wear], which is of runs of cases; leave it out"
     if not isinstance(system.operators, DenseOperators):
         yield 'a full model has its mesh; choose [model] type = "reduced", "beam" or "rigid"'
     elif system.contact_is_massless:

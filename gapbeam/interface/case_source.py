@@ -40,6 +40,7 @@ def read_case(source: CaseSource, overrides: Overrides = ()) -> Case:
     Raises:
         CaseError: The file cannot be read, or the case has faults; all of them are in the message.
     """
+    _refuse_scene(source)
     if isinstance(source, Case):
         return case_reader.read_case_text(case_to_toml(source), overrides, NAME) if overrides else chosen_case(source)
     if isinstance(source, Mapping):
@@ -47,6 +48,21 @@ def read_case(source: CaseSource, overrides: Overrides = ()) -> Case:
     if isinstance(source, str) and "\n" in source:
         return case_reader.read_case_text(source, overrides, NAME)
     return case_reader.read_case(Path(source), overrides)
+
+
+def _refuse_scene(source: object) -> None:
+    """Refuse a scene where a case is asked for.
+
+    Raises:
+        UserError: It is one.
+    """
+    from gapbeam.solver.scene.scene import Scene
+
+    if isinstance(source, Scene):
+        raise UserError(
+            "found a scene, expected a case; `gapbeam.run` marches one scene into a folder, `gapbeam.ensemble` many "
+            'members of it side by side: ensemble(scene, {"left.clearance": values}, step=, end=)'
+        )
 
 
 def shared_case(source: CaseSource, overrides: Overrides, comm: MPI.Comm) -> Case:
@@ -60,6 +76,7 @@ def name_of(source: CaseSource) -> str:
     """Return the name of a case, by which its results folder is called: that of its file, or "case"."""
     if isinstance(source, Case | Mapping) or (isinstance(source, str) and "\n" in source):
         return NAME
+    _refuse_scene(source)
     return Path(source).stem
 
 

@@ -150,8 +150,8 @@ def model(case: CaseSource, overrides: Overrides = (), comm: MPI.Comm | None = N
 def scene(case: CaseSource, overrides: Overrides = ()) -> Scene:
     """Return the scene of a case with a reduced, beam or rigid model: its structure, contacts and loads.
 
-    The scene moves as the case does under the default scheme; `ensemble` marches many members of it. It has no gates,
-    files or error estimates.
+    The scene moves as the case does; `run`, `march` and `ensemble` take it with a step and a start of their own: it has
+    neither, nor gates or an analysis. What else a scene cannot carry is refused by name.
 
     Args:
         case: As in `run`.

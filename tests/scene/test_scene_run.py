@@ -149,6 +149,15 @@ def test_step_and_end_are_no_arguments_of_cases() -> None:
         gb.run("cases/stability.toml", step=1e-4)
 
 
+def test_studies_of_cases_refuse_scenes(tmp_path: Path) -> None:
+    """They name what does the same for scenes, before anything is written."""
+    with pytest.raises(gb.UserError, match="ensemble"):
+        gb.sweep(ball(), {"floor.stiffness": [1e5, 1e6]}, output=tmp_path / "a")
+    with pytest.raises(gb.UserError, match="found a scene"):
+        gb.check(ball())  # type: ignore[arg-type]
+    assert not (tmp_path / "a").exists()
+
+
 def test_results_are_not_replaced_by_accident(tmp_path: Path) -> None:
     """As those of cases."""
     gb.run(ball(), step=1e-3, end=0.01, output=tmp_path / "a")

@@ -1,10 +1,12 @@
 """Marches of a mass in a hole or a square by stiffness, step and friction: what converges, and what it keeps of energy.
 
 environment/run python3 -m benchmarks.stiff_marches
+environment/run python3 -m benchmarks.stiff_marches --cost      # what friction costs in ten round holes
 """
 
 from __future__ import annotations
 
+import sys
 import time
 from itertools import product
 
@@ -36,8 +38,42 @@ def march(region: str, stiffness: float, step: float, friction: float, sliding: 
     return abs(float(last.balance) - begun) / max(begun, abs(float(last.energy["loads"])))
 
 
+def holes(friction: float, sliding: float) -> gb.Scene:
+    """Return 40 modes in ten round holes, shaken in two directions."""
+    number = np.arange(40)
+    points = {
+        f"hole{i}": np.vstack([np.cos(0.37 * (i + 1) * number), np.sin(0.61 * (i + 1) * number)]) for i in range(10)
+    }
+    body = gb.from_modes(2.0 * np.pi * np.linspace(10.0, 1500.0, 40), 0.01, points)
+    law = gb.KelvinVoigt(stiffness=1e6, damping=20.0)
+    contacts = [
+        gb.Contact(body[name], gb.Disc(1e-4), law, friction=friction, sliding=sliding, name=name) for name in points
+    ]
+    loads = [
+        gb.Force(body["hole0"], lambda t: 20.0 * np.sin(200.0 * t)),
+        gb.Force(body["hole3"], lambda t: 30.0 * np.cos(170.0 * t), [0.3, 1.0]),
+    ]
+    return gb.Scene(body, contacts=contacts, loads=loads)
+
+
+def cost(rounds: int = 5, steps: int = 10_000) -> dict[str, float]:
+    """Return processor time of a step by friction, s: the best of some rounds in turns."""
+    scenes = {"none": holes(0.0, 1.0), "sliding at 1 mm/s": holes(0.3, 1e-3), "Coulomb": holes(0.3, 0.0)}
+    best = dict.fromkeys(scenes, np.inf)
+    for _ in range(rounds):
+        for name, scene in scenes.items():
+            clock = time.process_time()
+            gb.history(scene, 1e-5, 1e-5 * steps)
+            best[name] = min(best[name], (time.process_time() - clock) / steps)
+    return best
+
+
 def main() -> None:
-    """Print what did not converge, and the largest error of the balance."""
+    """Print what did not converge and the largest error of the balance, or what friction costs."""
+    if "--cost" in sys.argv:
+        for name, seconds in (found := cost()).items():
+            print(f"friction {name}: {1e6 * seconds:.2f} us a step, {seconds / found['none']:.2f} times that without")
+        return
     errors, refused, clock = [], 0, time.process_time()
     for region, (friction, sliding), stiffness, step in product(("hole", "square"), FRICTIONS, STIFFNESSES, TIMES):
         try:

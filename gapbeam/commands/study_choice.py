@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from gapbeam.commands import compare, identify, life, modes, stability, sweep, tradeoff
+from gapbeam.commands import atlas, compare, identify, life, modes, stability, sweep, tradeoff
 from gapbeam.commands.study import StudyCommand
 
 if TYPE_CHECKING:
@@ -14,6 +14,7 @@ STUDIES: tuple[StudyCommand, ...] = (
     sweep.STUDY,
     stability.STUDY,
     tradeoff.STUDY,
+    atlas.STUDY,
     identify.STUDY,
     life.STUDY,
     compare.STUDY,

@@ -15,7 +15,7 @@ PROJECT = Path(__file__).parents[2]
 FILES = sorted(path for path in (PROJECT / "gapbeam").glob("**/*.py"))
 COMMAND = re.compile(
     r"\bgapbeam (new|view|watch|run|check|"
-    r"render|plot|film|export|report|compare|sweep|modes|stability|life|identify|tradeoff)\b"
+    r"render|plot|film|export|report|compare|sweep|modes|stability|life|identify|tradeoff|atlas)\b"
 )
 
 

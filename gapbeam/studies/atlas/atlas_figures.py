@@ -76,7 +76,8 @@ def draw_responses(found: Atlas, point: str) -> Figure:
     shares.set_ylim(0.0, 1.0)
     shares.set_ylabel("share of starts")
     shares.set_xlabel(paths[0])
-    shares.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
+    if shares.get_legend_handles_labels()[0]:
+        shares.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
     return figure
 
 

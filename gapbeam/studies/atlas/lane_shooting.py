@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from gapbeam.solver.scene.lane_ensemble import ensemble
-from gapbeam.solver.scene.linear_scheme import LinearScheme
+from gapbeam.solver.scene.linear_scheme import RESOLVED, LinearScheme
 from gapbeam.solver.scene.scene import Scene, SceneState
 from gapbeam.solver.system.operators import Array
 
@@ -60,6 +60,18 @@ class StrobeMap:
         """Squares of the angular frequencies by which displacements count, (n,)."""
         found: Array = np.maximum(self.scene.squares, (2.0 * np.pi / self.period.max()) ** 2)
         return found
+
+    @cached_property
+    def resolved(self) -> Any:
+        """Modes that turn by less than 2.4 in a step, (n,); the midpoint rule hardly damps faster ones."""
+        found = np.sqrt(self.scene.squares) * self.period.max() / self.steps < 2.0 * RESOLVED
+        return found if found.any() else np.ones(self.scene.size, dtype=bool)
+
+    def distance(self, X: Any) -> Any:
+        """Return the energy norm of differences of states, of the modes that the step resolves."""
+        n, keep = self.scene.size, self.resolved
+        moved = np.einsum("n,n...->...", self.weight[keep], X[:n][keep] ** 2) + (X[n : 2 * n][keep] ** 2).sum(axis=0)
+        return np.sqrt(moved)
 
     def size(self, X: Any) -> Any:
         """Return the energy norm of states, (members,): of velocity, and displacement times its angular frequency."""

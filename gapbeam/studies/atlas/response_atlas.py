@@ -244,7 +244,7 @@ class _Search:
         late = self.late[..., i]
         size = self.scale(late)
         for n in range(1, self.orders + 1):
-            if self.strobe.size((late[n:] - late[:-n]).T)[-self.orders :].max() <= REPEATS * size:
+            if self.strobe.distance((late[n:] - late[:-n]).T)[-self.orders :].max() <= REPEATS * size:
                 return n
         return 0
 
@@ -256,7 +256,7 @@ class _Search:
                 continue
             size = self.scale(one.strobes)
             apart = self.late[..., mine][:, None] - one.strobes[None, :, :, None]
-            distance = self.strobe.size(np.moveaxis(apart, 2, 0)).min(axis=1) / size  # (strobes, members)
+            distance = self.strobe.distance(np.moveaxis(apart, 2, 0)).min(axis=1) / size  # (strobes, members)
             last = distance[-one.order :].max(axis=0)
             nearer = last <= np.maximum(distance[: one.order].max(axis=0), SAME)
             there = mine[(last <= NEAR) & nearer]
@@ -332,11 +332,11 @@ class _Search:
 
     def scale(self, strobes: Any) -> float:
         """Return the size of a motion by its strobes, (strobes, 2 n)."""
-        return max(float(self.strobe.size(strobes.T).max()), self.strobe.floor)
+        return max(float(self.strobe.distance(strobes.T).max()), self.strobe.floor)
 
     def near(self, a: Any, b: Any) -> Any:
         """Return the distance of states."""
-        return self.strobe.size(a - b)
+        return self.strobe.distance(a - b)
 
     def judge(self) -> Any:
         """Return the exponents of members that have not settled; those that are chaotic are marked."""

@@ -1,0 +1,68 @@
+"""The command `gapbeam atlas`."""
+
+from __future__ import annotations
+
+from pathlib import Path
+from typing import TYPE_CHECKING, Annotated
+
+import typer
+
+from gapbeam.commands.study import StudyCommand
+from gapbeam.commands.terminal import progress_bar, screen
+
+if TYPE_CHECKING:
+    from gapbeam.postprocess.report.folder_report import Kind
+
+WIDTH = 160  # columns of the table where there is no terminal to fit it to
+
+
+def atlas(
+    case: Annotated[Path, typer.Argument(metavar="CASE", help="case file (TOML) with loads that repeat")],
+    vary: Annotated[
+        list[str] | None,
+        typer.Option(metavar="KEY=VALUES", help="a key and its values, a,b,c or first:last:count; at most two"),
+    ] = None,
+    override: Annotated[
+        list[str] | None, typer.Option("--set", metavar="KEY=VALUE", help="replace a key of the case; may be repeated")
+    ] = None,
+    starts: Annotated[int, typer.Option(min=1, max=100_000, help="starts at each point")] = 64,
+    settle: Annotated[int, typer.Option(min=1, help="periods before responses are looked for")] = 100,
+    rounds: Annotated[int, typer.Option(min=1, help="marches of so many periods at most")] = 4,
+    orders: Annotated[int, typer.Option(min=1, help="most periods after which a response repeats")] = 8,
+    reach: Annotated[
+        float, typer.Option(help="largest velocity of a start, over that of the motion from the seat")
+    ] = 2.0,
+    seed: Annotated[int, typer.Option(min=0, help="of the starts")] = 0,
+    output: Annotated[Path | None, typer.Option(help="folder; by default results/<case>-atlas")] = None,
+) -> int:
+    """Find all stable responses of a case, with the share of starts that come to each, over values of keys.
+
+    Exit status: 0 done, 5 some starts did not settle, 2 a fault of the input, 6 results could not be written.
+    """
+    from gapbeam.interface.case_atlas import scenes_of
+    from gapbeam.studies.atlas.run_atlas import run_atlas
+    from gapbeam.studies.trials.axes import read_axis
+
+    axes = [read_axis(text, "linear", "--vary ") for text in vary or []]
+    folder = output if output is not None else Path("results") / f"{case.stem}-atlas"
+    with progress_bar("points") as bar:
+        result = run_atlas(
+            scenes_of(case, override or []), axes, folder, starts=starts, settle=settle, rounds=rounds, orders=orders,
+            reach=reach, seed=seed, progress=bar.show,
+        )  # fmt: skip
+    console = screen(WIDTH)
+    for table in result.tables():
+        console.print(table)
+    console.print("\n".join(map(str, result.paths)), markup=False)
+    console.print(result.headline(), markup=False)
+    return result.exit_status
+
+
+def _kind() -> Kind:
+    from gapbeam.postprocess.report.folder_report import Kind
+    from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, atlas_sections
+
+    return Kind("atlas", "Atlas", (ATLAS_FILE,), atlas_sections)
+
+
+STUDY = StudyCommand(atlas, _kind)

@@ -1,0 +1,72 @@
+"""The report on an atlas: every stable response with its share, what is chaotic, and what did not settle."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from gapbeam.postprocess.report.blocks import Block, Cell, Picture, ReportSection, TableBlock, Verdict
+from gapbeam.postprocess.report.study_json import read_records
+
+ATLAS_FILE, ATLAS_PICTURE = "atlas.json", "atlas-responses.png"
+Record = Mapping[str, Any]
+
+
+def responses_of(records: Sequence[Record]) -> tuple[tuple[str, ...], list[tuple[Cell, ...]]]:
+    """Return heads and rows of a table: one row for each response, and for chaotic and unsettled starts."""
+    keys = tuple(records[0]["values"])
+    probes = tuple(dict.fromkeys(name for one in records for r in one["responses"] for name in r["peak"]))
+    heads = (*keys, "response", "share", "from", "to", "largest multiplier", "impacts a period", "force (N)",
+             *(f"{name}: peak (m)" for name in probes))  # fmt: skip
+    rows: list[tuple[Cell, ...]] = []
+    for one in records:
+        values = tuple(float(one["values"][key]) for key in keys)
+        for r in one["responses"]:
+            forces, impacts = r["peak_force"].values(), r["impacts"].values()
+            peaks = (float(r["peak"][name]) if name in r["peak"] else None for name in probes)
+            rows.append((
+                *values, f"order {r['order']}", float(r["share"]), *map(float, r["interval"]),
+                float(r["largest_multiplier"]), float(max(impacts, default=0.0)), float(max(forces, default=0.0)),
+                *peaks,
+            ))  # fmt: skip
+        for word in ("chaotic", "unsettled", "failed"):
+            if one[word]:
+                rows.append((*values, word, float(one[word]), *(None for _ in range(5 + len(probes)))))
+    return heads, rows
+
+
+def atlas_sections(folder: Path, command: str) -> list[ReportSection]:
+    """Return the verdict, the picture and the table of all responses.
+
+    Args:
+        folder: As `gapbeam atlas` left it.
+        command: That makes the report.
+
+    Raises:
+        ResultsError: The file cannot be read, or is no such study.
+    """
+    del command
+    records = read_records(folder / ATLAS_FILE, ("values", "responses", "chaotic", "unsettled", "failed"))
+    left = sum(float(one["unsettled"]) + float(one["failed"]) for one in records) / len(records)
+    several = sum(len(one["responses"]) + bool(one["chaotic"]) > 1 for one in records)
+    text = f"{sum(len(one['responses']) for one in records)} stable periodic responses at {len(records)} points; "
+    text += f"several at {several} of them."
+    blocks: list[Block] = [
+        Verdict("warning", f"{text} {left:.1%} of the starts did not settle.") if left else Verdict("passed", text)
+    ]
+    heads, rows = responses_of(records)
+    blocks.append(
+        TableBlock(
+            "All responses: shares with 95 % intervals; impacts and force of the contact point that has most",
+            heads,
+            rows,
+            digits=4,
+        )
+    )
+    sections = [ReportSection("Summary", "summary", blocks)]
+    picture = folder / ATLAS_PICTURE
+    if picture.is_file():
+        caption = "Responses over the keys, or over the starts; gray: chaotic, yellow: not settled."
+        sections.append(ReportSection("Picture", "picture", [Picture(picture, caption, "gapbeam atlas")]))
+    return sections

@@ -1,0 +1,228 @@
+"""The atlas of a case: all responses over values of keys, as tables and pictures in a folder."""
+
+from __future__ import annotations
+
+import csv
+import io
+import json
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from math import ceil, pi
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.table import Table
+
+from gapbeam.postprocess.report.sections.atlas_section import ATLAS_FILE, ATLAS_PICTURE, responses_of
+from gapbeam.solver.errors import NotConverged, UserError
+from gapbeam.solver.run.output.results_folder import finite, write_beside
+from gapbeam.solver.scene.lane_ensemble import ensemble
+from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.scene_seat import NoSeat, seat
+from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
+from gapbeam.studies.atlas.response_atlas import Atlas, AtlasPoint, atlas
+from gapbeam.studies.atlas.start_set import drawn_starts
+from gapbeam.studies.printed_results import PrintedResult
+from gapbeam.studies.study_folder import study_folder, study_written
+from gapbeam.studies.trials.axes import Axis, points_of
+
+DOUBTFUL = 5
+
+
+@dataclass(frozen=True, eq=False)
+class PeriodicScene:
+    """The scene of a case under loads that repeat.
+
+    Attributes:
+        scene: Its structure, contacts and loads.
+        period: Of all loads, s.
+        step: Of the case, s: the atlas takes the whole part of a period below it.
+        rise: Time after which all loads have their full amplitude, s.
+    """
+
+    scene: Scene
+    period: float
+    step: float
+    rise: float
+
+
+@dataclass(frozen=True, repr=False)
+class AtlasResult(PrintedResult):
+    """All responses of a case.
+
+    Attributes:
+        folder: Where its files are.
+        atlas: The responses.
+        records: One a point, as in atlas.json.
+        paths: Files.
+    """
+
+    folder: Path
+    atlas: Atlas
+    records: Sequence[dict[str, Any]]
+    paths: Sequence[Path]
+
+    @property
+    def exit_status(self) -> int:
+        """0 where each start came to a response or to chaos, else 5."""
+        return 0 if self.atlas.is_complete else DOUBTFUL
+
+    def headline(self) -> str:
+        """Return what was found in one line."""
+        counts = [len(one.responses) for one in self.atlas.points]
+        several = sum(count + (one.chaotic > 0.0) > 1 for count, one in zip(counts, self.atlas.points, strict=True))
+        chaos = sum(one.chaotic > 0.0 for one in self.atlas.points)
+        left = float(np.mean([one.unsettled + one.failed for one in self.atlas.points]))
+        words = f"{sum(counts)} stable periodic responses at {len(counts)} points, {several} with several responses"
+        words += f", {chaos} with chaos" if chaos else ""
+        rest = f"; {left:.1%} of the starts did not settle: raise settle, rounds or orders" if left else ""
+        return words + rest
+
+    def tables(self) -> list[Table]:
+        """Return one line for each response."""
+        heads, rows = responses_of(self.records)
+        table = Table(*heads)
+        for row in rows:
+            words = ("" if cell is None else cell for cell in row)
+            table.add_row(*(f"{word:.4g}" if isinstance(word, float) else str(word) for word in words))
+        return [table]
+
+
+def run_atlas(
+    scene_at: Callable[[tuple[str, ...]], PeriodicScene], axes: Sequence[Axis], folder: Path, *, starts: int = 64,
+    settle: int = 100, rounds: int = 4, orders: int = 8, reach: float = 2.0, seed: int = 0,
+    progress: Callable[[int, int], None] | None = None,
+) -> AtlasResult:  # fmt: skip
+    """Find all responses of a case at each combination of values, and write tables and pictures.
+
+    Starts are the seat with velocities of the probes drawn evenly, up to `reach` times those of the motion that
+    follows from the seat.
+
+    Args:
+        scene_at: Returns the scene with these overrides, KEY=VALUE.
+        axes: At most two keys, with numbers as values.
+        folder: Where the files go.
+        starts: At each point.
+        settle: See `atlas`.
+        rounds: See `atlas`.
+        orders: See `atlas`.
+        reach: Largest velocity of a start, over that of the motion from the seat.
+        seed: Of the draws.
+        progress: Called with the number of points that are done, and of all.
+
+    Raises:
+        UserError: An axis has no numbers, there are three, or a scene has no probe, or its loads move none.
+        NotWritten: A file could not be written.
+    """
+    if len(axes) > 2:
+        raise UserError(f"atlas: found {len(axes)} keys, expected at most 2")
+    over = {axis.key: _numbers(axis) for axis in axes}
+    points = points_of(axes) if axes else [()]
+    with study_folder(folder):
+        found: list[Atlas] = []
+        scene = None
+        for number, values in enumerate(points):
+            texts = tuple(f"{axis.key}={value}" for axis, value in zip(axes, values, strict=True))
+            one = scene_at(texts)
+            scene = scene or one.scene
+            begin = _starts(one, settle, starts, reach, seed)
+            steps = ceil(one.period / one.step * (1.0 - 1e-9))
+            part = atlas(
+                one.scene, period=one.period, starts=begin, steps=steps, settle=settle, rounds=rounds, orders=orders
+            )
+            named = dict(zip(over, map(float, values), strict=True))
+            found.append(replace(part, points=[replace(part.points[0], values=named)]))
+            if progress is not None:
+                progress(number + 1, len(points))
+        whole = Atlas(
+            over, [part.points[0] for part in found], np.vstack([part.which for part in found]), found[0].starts,
+            {name: np.concatenate([part.strobes[name] for part in found]) for name in found[0].strobes},
+        )  # fmt: skip
+        records = [finite(_record(one)) for one in whole.points]
+        paths = [folder / ATLAS_FILE, folder / "atlas.csv", folder / ATLAS_PICTURE]
+        with study_written(paths[0]):
+            write_beside(paths[0], json.dumps(records, indent=1) + "\n")
+            write_beside(paths[1], _csv(records))
+            assert scene is not None
+            _picture(whole, scene).savefig(paths[2])
+    return AtlasResult(folder, whole, records, paths)
+
+
+def _numbers(axis: Axis) -> Any:
+    try:
+        return np.array([float(value) for value in axis.values])
+    except ValueError:
+        raise UserError(f"atlas: {axis.key}: found {', '.join(axis.values)}; expected numbers") from None
+
+
+def _starts(one: PeriodicScene, settle: int, count: int, reach: float, seed: int) -> SceneState:
+    """Return drawn starts, at a time when the loads have their full amplitude."""
+    scene, T = one.scene, one.period
+    names = [name for name, point in scene.point_names.items() if len(point.rows) == 1]
+    if not names:
+        raise UserError("atlas: the case has no probe; starts are drawn by velocities of probes: add a [[probe]]")
+    if not reach > 0.0:
+        raise UserError(f"atlas: found a reach of {reach:g}, expected one above 0")
+    t = ceil(one.rise / T - 1e-9) * T
+    try:
+        rest = seat(scene, t)
+    except (NoSeat, NotConverged):
+        rest = scene.state()
+    rest.t = t
+    steps = ceil(T / one.step * (1.0 - 1e-9))
+    first = ensemble(
+        scene,
+        step=T / steps,
+        end=t + 2 * settle * T,
+        settle=t + settle * T,
+        start=rest,
+        members=1,
+        period=T,
+        harmonics=0,
+    )
+    speeds = {}
+    for name in names:
+        moved = first.rms[name][0] ** 2 - abs(first.harmonics[name][0, 0]) ** 2
+        speeds[name] = float(2.0 * pi / T * np.sqrt(max(2.0 * moved, 0.0)))
+    if not max(speeds.values()) > 0.0:
+        raise UserError("atlas: the loads do not move the probes")
+    ranges = {name: (-reach * speed, reach * speed) for name, speed in speeds.items()}
+    return drawn_starts(scene, count, velocity=ranges, seed=seed, rest=rest)
+
+
+def _record(one: AtlasPoint) -> dict[str, Any]:
+    """Return a point as its record in atlas.json."""
+    responses = [
+        {
+            "order": r.order, "starts": r.count, "share": r.share, "interval": list(r.interval),
+            "multipliers": [[float(m.real), float(m.imag)] for m in r.multipliers],
+            "largest_multiplier": float(np.abs(r.multipliers).max()),
+            "peak": {name: np.asarray(value).tolist() for name, value in r.peak.items()},
+            "impacts": {str(name): value for name, value in r.impacts.items()},
+            "peak_force": {str(name): value for name, value in r.peak_force.items()},
+        }
+        for r in one.responses
+    ]  # fmt: skip
+    shares = {"chaotic": one.chaotic, "exponent": one.exponent, "unsettled": one.unsettled, "failed": one.failed}
+    return {"values": one.values, "period": one.period, "responses": responses, **shares}
+
+
+def _csv(records: Sequence[dict[str, Any]]) -> str:
+    heads, rows = responses_of(records)
+    text = io.StringIO()
+    csv.writer(text).writerows([heads, *rows])
+    return text.getvalue()
+
+
+def _picture(found: Atlas, scene: Scene) -> Any:
+    names = list(_single(found))
+    if found.over:
+        return draw_responses(found, names[-1])
+    up = (names[-2], "velocity") if len(names) > 1 else (names[-1], "displacement")
+    return draw_basins(found, (names[-1], "velocity"), up, scene)
+
+
+def _single(found: Atlas) -> Iterator[str]:
+    """Yield points of one motion."""
+    yield from (name for name, strobes in found.strobes.items() if strobes.ndim == 3)

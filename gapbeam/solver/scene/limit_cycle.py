@@ -46,11 +46,18 @@ class LimitCycle(PeriodicOrbit):
         period: s.
         steps: In a period.
         along: Multiplier of a shift along the cycle: 1, but for what the step leaves where contacts open and close.
+        growth: Largest growth rate of the scene with all contacts idle, 1/s.
     """
 
     period: float
     steps: int
     along: float
+    growth: float
+
+    @property
+    def is_subcritical(self) -> bool:
+        """Whether small motions that touch no contact decay, so that the cycle needs a large motion to begin."""
+        return self.growth < 0.0
 
     @property
     def is_decided(self) -> bool:
@@ -221,7 +228,7 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
         marcher.advance(steps)
         return np.concatenate([marcher.q[:, 0], marcher.v[:, 0], marcher.z[:, 0]])
 
-    least, found = np.inf, None
+    least, found, growth = np.inf, None, float(np.linalg.eigvals(state_matrix(scene)).real.max())
     for count in range(1, passes + 1):
         miss, P, size = returned(scene, x, t, T / steps, steps, MIDPOINT)
         side = (end(T * (1.0 + SHIFT)) - end(T * (1.0 - SHIFT))) / (2.0 * SHIFT * T) / size
@@ -231,7 +238,7 @@ def _shot(scene: Scene, start: SceneState, period: float, steps: int, passes: in
             values = np.linalg.eigvals(scaled - np.outer(unit, unit @ scaled))
             kept = np.delete(values, np.abs(values).argmin())
             state = state_of(scene, x[:, None].copy(), t)
-            found = LimitCycle(state, kept, left, count, T, steps, float(unit @ scaled @ unit))
+            found = LimitCycle(state, kept, left, count, T, steps, float(unit @ scaled @ unit), growth)
         if left < TOLERANCE:
             break
         whole = np.block([[scaled - np.eye(len(x)), side[:, None] * T], [side[None] * T, np.zeros((1, 1))]])

@@ -53,15 +53,23 @@ def test_nothing_is_wrong_with_a_scene_at_rest(kind: str, scene: str, steps: int
         assert [one.words for one in passed if one.verdict != "holds"] == []
 
 
-def test_free_motion_is_no_resonance() -> None:
-    """A motion that loads have not brought is at none; one that they have brought is."""
-    model = beam_model({"mesh": COARSE}, probes={"tip": 0.51})
+SHAKEN = {"type": "harmonic_force", "name": "shaker", "point": 0.3, "amplitude": 1.0, "frequency": 3000.0}
+STEPPED = {"type": "step_force", "name": "jump", "point": 0.3, "amplitude": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("load", "verdict"), [(SHAKEN, "failure"), (STEPPED, "holds"), (None, "holds")], ids=["shaken", "stepped", "weight"]
+)
+def test_free_motion_is_no_resonance(load: dict[str, Any] | None, verdict: str) -> None:
+    """A motion that loads have not brought is at none, nor what rings after a step; one that a shaker feeds is."""
+    loads = ({"type": "gravity"}, *([] if load is None else [load]))
+    model = beam_model({"mesh": COARSE}, loads, {"tip": 0.51})
     content = FrequencyContent(np.full(100, 3000.0))
-    free = Ledger(1.0, 1.0, 0.0, 2.0, np.zeros(1), largest_kinetic=1.0)
+    free = Ledger(1.0, 1.0, 0.0, 2.0, np.zeros(len(loads)), largest_kinetic=1.0)
     fed = replace(free, absolute_work=1.5)
     model = replace(model, case=model.case.model_copy(update={"time": model.case.time.model_copy(update={"end": 1.0})}))
     assert of_resonance(model, content, free, 0).verdict == "holds"
-    assert of_resonance(model, content, fed, 0).verdict == "failure"
+    assert of_resonance(model, content, fed, 0).verdict == verdict
 
 
 def test_modes_that_the_step_does_not_resolve_are_named() -> None:

@@ -30,6 +30,7 @@ class LoadTable(Table, ABC):
 
     Attributes:
         static: Whether it is constant and part of the seat; it then does not drive the motion.
+        settles: Whether it ends at a constant: what it excites rings freely from then on.
         alone: Whether a case has at most one load of its type.
         noise: Whether it is random for ever, so that a run is known by its statistics.
         of_model: Keys that a model depends on, beside those that change the place.
@@ -37,6 +38,7 @@ class LoadTable(Table, ABC):
     """
 
     static: ClassVar[bool] = False
+    settles: ClassVar[bool] = False
     alone: ClassVar[bool] = False
     noise: ClassVar[bool] = False
     of_model: ClassVar[tuple[str, ...]] = OF_MODEL

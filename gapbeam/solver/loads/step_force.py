@@ -13,7 +13,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Iterator
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field
@@ -68,6 +68,8 @@ FASTEST = 2.0
 
 class StepForce(UnrepeatedLoad, PointLoad):
     """A force at a point from a time on, until another time if one is given; no part of the static seat."""
+
+    settles: ClassVar[bool] = True
 
     type: Literal["step_force"] = Field(description="kind of load")
     name: Name = Field(default="force", description="name in results and messages, different for every load")

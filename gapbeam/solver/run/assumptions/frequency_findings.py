@@ -146,15 +146,17 @@ def of_resonance(model: Model, content: FrequencyContent, ledger: Ledger, contac
     z and e are damping ratio and period error of the scheme at the frequency w below which half of the energy lies, z_o
     the damping ratio without the scheme: that of Rayleigh damping or, where it is larger, of what was lost in a cycle,
     over 4 pi times the largest kinetic energy. A run is at a resonance where loads have brought the energy that is
-    stored, and a cycle exchanges little of it. Free motion, and motion that round-off hides, are at none. Where faces
-    open and close, the formula is no more than a hint, and ends no run: contact limits the amplitude, too.
+    stored, and a cycle exchanges little of it. Free motion, such as what rings after a step of force, and motion that
+    round-off hides are at none. Where faces open and close, the formula is no more than a hint, and ends no run:
+    contact limits the amplitude, too.
     """
     case, omega = model.case, 2.0 * pi * content.middle
     cycles = max(content.middle * case.time.end, 1.0)
     stored = ledger.largest_kinetic
     exchanged = ledger.absolute_work / cycles / stored if stored > 0.0 else np.inf
     detail = f"{content.middle:.4g} Hz; a cycle exchanges {100.0 * exchanged:.2g} % of the largest kinetic energy"
-    if not ledger.fed(isinstance(case.analysis, Transient) and case.analysis.state is None):
+    rings = all(load.static or load.settles for load in case.load)
+    if rings or not ledger.fed(isinstance(case.analysis, Transient) and case.analysis.state is None):
         return Finding(RESONANT, 0.0, detail=f"no resonance: loads do not feed the motion; {content.middle:.4g} Hz")
     if exchanged >= STORED:
         return Finding(RESONANT, 0.0, detail=f"no resonance: {detail}")

@@ -92,7 +92,7 @@ BAD = {
     ),
     "a needle": (
         text("points = [[0, 0], [0.012, 0], [0.006, 0.001], [0.006, 0.012], [0, 0.012]]"),
-        ["an angle of 9.46 degrees at", "at least 10 degrees"],
+        ["an angle of 9.46232 degrees at", "at least 10 degrees"],
     ),
     "a corner below": (
         text("points = [[0, -0.006], [0.006, 0], [0, 0.006], [-0.006, 0]]"),

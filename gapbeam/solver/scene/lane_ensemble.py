@@ -38,7 +38,7 @@ def ensemble(
     """March many members of a scene at once, and return their features.
 
     Members of one step march 64 side by side; those that have a step (or a damping, or a flow) of their own march
-    alone, which costs some five times more each.
+    alone, which costs some eight times more each.
 
     Args:
         scene: What all members share.

@@ -56,6 +56,7 @@ if TYPE_CHECKING:
     from gapbeam.solver.scene.limit_cycle import limit_cycle
     from gapbeam.solver.scene.linear_scheme import euler, generalized_alpha, hht, midpoint, newmark, theta
     from gapbeam.solver.scene.linear_stability import critical_velocity, eigenvalues, idle_supports, root_locus
+    from gapbeam.solver.scene.modal_files import read_modes
     from gapbeam.solver.scene.periodic_orbit import periodic
     from gapbeam.solver.scene.point_basis import reduced_at_points
     from gapbeam.solver.scene.scene import Scene
@@ -68,6 +69,7 @@ if TYPE_CHECKING:
     from gapbeam.studies.atlas.atlas_figures import draw_basins, draw_responses
     from gapbeam.studies.atlas.response_atlas import atlas
     from gapbeam.studies.atlas.start_set import drawn_starts, gridded_starts
+    from gapbeam.solver.scene.structure_writing import write_structure
 
     __version__: str
 
@@ -114,6 +116,8 @@ _MODULES = {
     "studies.atlas.atlas_figures": ("draw_basins", "draw_responses"),
     "studies.atlas.response_atlas": ("atlas",),
     "studies.atlas.start_set": ("drawn_starts", "gridded_starts"),
+    "solver.scene.structure_writing": ("write_structure",),
+    "solver.scene.modal_files": ("read_modes",),
 }
 """Where each function is; a module is loaded when one of its names is first asked for. Error classes stand in one."""
 
@@ -199,6 +203,7 @@ __all__ = [
     "plot",
     "quasi_steady",
     "read_case",
+    "read_modes",
     "read_structure",
     "reduced_at_points",
     "region",
@@ -217,6 +222,7 @@ __all__ = [
     "unsteady",
     "view",
     "weight",
+    "write_structure",
 ]
 
 

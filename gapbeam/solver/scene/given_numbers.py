@@ -11,6 +11,18 @@ from gapbeam.solver.errors import UserError
 from gapbeam.solver.system.operators import Array
 
 
+class ArgumentError(UserError):
+    """A fault of one argument.
+
+    Attributes:
+        argument: Its name, such as "stiffness"; of an entry of a table "points.tip".
+    """
+
+    def __init__(self, message: str, argument: str) -> None:
+        super().__init__(message)
+        self.argument = argument
+
+
 def finite(value: Any, where: str) -> Array:
     """Return numbers as an array of floats.
 

@@ -1,0 +1,148 @@
+"""Structures written in the formats of other programs and read again: every bit, or the digits that a format has."""
+
+from __future__ import annotations
+
+import logging
+from pathlib import Path
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import gapbeam as gb
+
+SECTION, STEEL = gb.section("rectangle", 0.01), gb.material(2.1e11, 7850.0)
+DIGITS = {"mtx": 0.0, "npz": 0.0, "coordinate": 1e-13, "matrix-input": 1e-13, "dmig": 5.01e-10}
+NODES = 9
+
+
+def beam(damped: bool = False) -> gb.Structure:
+    """Return a free beam; with damping in proportion to its stiffness."""
+    one = gb.beam(1.0, SECTION, STEEL, {}, elements=NODES - 1)
+    M, K = (np.tril(A) + np.tril(A, -1).T for A in (one.M, one.K))  # symmetric to the last bit
+    return gb.Structure(M, K, 1e-5 * K if damped else None, rigid=one.rigid)
+
+
+def labels() -> list[str]:
+    return [f"{node}.{way}" for node in range(1, NODES + 1) for way in (3, 5)]
+
+
+@pytest.mark.parametrize("format_", DIGITS)
+def test_formats_hold_their_digits(tmp_path: Path, format_: str, caplog: pytest.LogCaptureFixture) -> None:
+    """Every entry of M, C and K comes back within the digits of the format; DMIG warns."""
+    one = beam(damped=True)
+    with caplog.at_level(logging.WARNING, "gapbeam"):
+        files = gb.write_structure(one, tmp_path / "beam", format_, labels())
+    assert ("ten digits" in caplog.text) == (format_ == "dmig")
+    found = gb.read_structure(files["stiffness"], files["mass"], damping=files["damping"], units="m-kg-s")
+    for A, B in ((found.M, one.M), (found.K, one.K), (found.C, one.C)):
+        difference = np.abs(A.toarray() - sp.csr_matrix(B).toarray())
+        assert np.all(difference <= DIGITS[format_] * np.abs(sp.csr_matrix(B).toarray()))
+
+
+@pytest.mark.parametrize("format_", ["matrix-input", "dmig"])
+def test_files_name_their_rows(tmp_path: Path, format_: str) -> None:
+    """Rows come by their names, sorted: a point by node and direction needs no file of DOFs, only coordinates."""
+    one, order = beam(), np.random.default_rng(1).permutation(2 * NODES)
+    mixed = gb.Structure(one.M[order][:, order], one.K[order][:, order])
+    files = gb.write_structure(mixed, tmp_path / "beam", format_, [labels()[i] for i in order])
+    nodes = tmp_path / "nodes.txt"
+    nodes.write_text("".join(f"{i + 1} {i / (NODES - 1)} 0 0\n" for i in range(NODES)))
+    points = {
+        "tip": {"node": NODES, "direction": [0, 0, 2.0]},
+        "down": {"nearest": [0.99, 0.1, 0.0], "direction": [0, 0, -1]},
+    }
+    found = gb.read_structure(files["stiffness"], files["mass"], units="m-kg-s", nodes=nodes, points=points)
+    row = np.zeros(2 * NODES)
+    row[labels().index(f"{NODES}.3")] = 1.0
+    assert np.array_equal(found["tip"].rows[0], row)
+    assert np.array_equal(found["down"].rows[0], -row)
+    assert np.abs(found.K.toarray() - one.K).max() <= 1e-9 * np.abs(one.K).max()
+
+
+def test_two_matrices_of_one_dmig_file(tmp_path: Path) -> None:
+    """K and M of a punch file are found by their names, columns without mass are zero; short fields and commas."""
+    punch = tmp_path / "model.pch"
+    punch.write_text(
+        "$ a comment\nDMIG    KAAX           0       6       2       0\n"
+        "DMIG    KAAX           1       3               1       32.5+3\n"
+        "DMIG,KAAX,2,3,,2,3,1.D3\n"
+        "DMIG    MAAX           0       6       2       0\n"
+        "DMIG    MAAX           1       3               1       3    0.25\n"
+        "ENDDATA\n"
+    )
+    files = pytest.importorskip("gapbeam.solver.scene.matrix_files")
+    K, M = (files.read_matrix(punch, what) for what in ("stiffness", "mass"))
+    (K, M), rows = files.aligned([K, M])
+    assert rows == ["1.3", "2.3"]
+    assert np.array_equal(K.toarray(), np.diag([2500.0, 1000.0]))
+    assert np.array_equal(M.toarray(), np.diag([0.25, 0.0]))
+
+
+def test_sets_of_input_files(tmp_path: Path) -> None:
+    """Clamped nodes and mean motions by the sets of an input file; elements are no nodes."""
+    one = beam()
+    files = gb.write_structure(one, tmp_path / "beam", "matrix-input", labels())
+    nodes = tmp_path / "beam.inp"
+    lines = [f"{i + 1}, {i / (NODES - 1)}, 0., 0." for i in range(NODES)]
+    text = ["*HEADING", "*NODE, NSET=ALL", *lines, "*ELEMENT, TYPE=B31", "1, 7, 8, 9", "*NSET, NSET=Root", "1"]
+    text += ["*NSET, NSET=END, GENERATE", f"{NODES - 1}, {NODES}, 1", "*NSET, NSET=BOTH", "Root, END"]
+    nodes.write_text("\n".join(text) + "\n")
+    found = gb.read_structure(
+        files["stiffness"], files["mass"], units="m-kg-s", nodes=nodes, clamped=["ROOT"],
+        points={"end": {"set": "end", "direction": [0, 0, 1]}}, frame=[0, 0, 1],
+    )  # fmt: skip
+    assert found.size == 2 * NODES - 2
+    assert found["end"].rows[0, [-4, -2]] == pytest.approx([0.5, 0.5])
+    assert float(found.frame["end"][0]) == pytest.approx(1.0)
+    held = gb.beam(1.0, SECTION, STEEL, {}, elements=NODES - 1, clamped=[0.0])
+    assert np.linalg.eigvalsh(found.K.toarray())[0] == pytest.approx(np.linalg.eigvalsh(held.K)[0], rel=1e-9)
+
+
+def test_modes_of_a_file(tmp_path: Path) -> None:
+    """A cantilever as its own modes in CSV: static deflection at the tip as of the matrices, to the modes kept."""
+    held = gb.beam(1.0, SECTION, STEEL, {"tip": 1.0}, elements=8, clamped=[0.0])
+    squares, _, X = held.modes
+    shapes, part = held["tip"].rows @ X, X.T @ held.inertia
+    table = np.column_stack([np.sqrt(squares) / (2 * np.pi), np.full(len(squares), 0.02), shapes[0], part])
+    path = tmp_path / "modes.csv"
+    np.savetxt(path, table, delimiter=",", header="frequency, damping, tip, frame", comments="", fmt="%.17e")
+    found = gb.read_modes(path, "arm")
+    b = found["tip"].rows
+    static = held["tip"].rows @ np.linalg.solve(held.K, held["tip"].rows.T)
+    assert (b @ np.linalg.solve(found.K, b.T))[0, 0] == pytest.approx(static[0, 0], rel=1e-10)
+    assert gb.weight(found, 9.81).pattern == pytest.approx(gb.weight(held, 9.81).pattern @ X, rel=1e-9, abs=1e-12)
+    assert np.diag(found.C) == pytest.approx(0.04 * np.sqrt(squares))
+
+
+@pytest.mark.parametrize(
+    ("text", "words"),
+    [
+        ("damping,tip\n0.1,1\n", "expected one called frequency"),
+        ("frequency,tip\n", "found 1 lines"),
+        ("frequency\n1.0\n", "no points"),
+        ("frequency,tip\n1.0\n", "found 1 values for mode 1, expected 2"),
+        ("frequency,tip\n1.0,x\n", "no number"),
+        ("frequency,tip\n-1.0,1\n", "frequencies from 0 on"),
+        ("frequency,tip.3\n1.0,1\n", "its motions .1 and .2"),
+        ("frequency,tip,tip\n1.0,1,1\n", "twice"),
+        ("frequency,tip\n1.0,nan\n", "finite"),
+    ],
+)
+def test_damaged_modes_are_refused(tmp_path: Path, text: str, words: str) -> None:
+    path = tmp_path / "modes.csv"
+    path.write_text(text)
+    with pytest.raises(gb.UserError, match=words):
+        gb.read_modes(path)
+
+
+def test_what_cannot_be_written_or_read_is_refused(tmp_path: Path) -> None:
+    with pytest.raises(gb.UserError, match="expected one of mtx, npz"):
+        gb.write_structure(beam(), tmp_path / "beam", "op4")
+    with pytest.raises(gb.UserError, match="expected 18"):
+        gb.write_structure(beam(), tmp_path / "beam", "dmig", ["1.1"])
+    with pytest.raises(gb.UserError, match=r"expected node\.direction"):
+        gb.write_structure(beam(), tmp_path / "beam", "dmig", [f"n{i}.1" for i in range(18)])
+    (tmp_path / "model.op4").write_bytes(b"")
+    with pytest.raises(gb.UserError, match="pyyeti"):
+        gb.read_structure(tmp_path / "model.op4", tmp_path / "model.op4", units="m-kg-s")

@@ -11,6 +11,7 @@ from scipy.optimize import linprog
 from gapbeam.solver.errors import NotConverged, UserError
 from gapbeam.solver.scene.condensed_arrays import Slabs, rest
 from gapbeam.solver.scene.scene import Scene, SceneState
+from gapbeam.solver.scene.static_basis import Statics, statics_of
 from gapbeam.solver.scene.structure import Structure
 from gapbeam.solver.system.operators import Array
 
@@ -51,7 +52,8 @@ class NoSeat(UserError):  # noqa: N818 - the field's word
 def seat(scene: Scene, t: float = 0.0) -> SceneState:
     """Return the static equilibrium under the loads at a time, by a proximal Newton method on the convex energy.
 
-    Contacts act without friction. Joints and other springs of the feedback act; its dampers and states rest.
+    Contacts act without friction. Joints and other springs of the feedback act; its dampers and states rest. A large
+    structure is factored once: its rigid motions and static responses hold the equilibrium of all of its DOFs.
 
     Args:
         scene: What rests.
@@ -60,23 +62,23 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
     Raises:
         NoSeat: A linear program finds a rigid motion that nothing opposes and along which the loads work.
         NotConverged: No equilibrium was found to 1e-6 of the loads.
-        UserError: A structure is marched with its sparse matrices, or a feedback has states.
+        UserError: A feedback has states, or is no spring.
+        RunError: The first modes of a large structure did not converge.
     """
-    if scene.is_large:
-        raise UserError("seat: a structure has too many DOFs; reduce it: structure.reduced(modes)")
     if any(len(one.A) for one in scene.feedbacks):
         raise UserError("seat: a feedback has states, whose rest is not known; march from rest instead")
     values = [load.table(np.array([t]))[0, 0] for load in scene.loads] or [0.0]
-    f = scene.load_columns @ np.array(values)
-    K = np.diag(scene.squares)
+    at = statics_of(scene)
+    f = at.rows(scene.load_columns.T).T @ np.array(values)
+    K = np.diag(at.squares)
     for one in scene.feedbacks:
-        sense, act = scene.rows([one.sense]), scene.rows([one.act])
+        sense, act = (at.rows(scene.rows([place])) for place in (one.sense, one.act))
         K = K - act.T @ one.D[:, : len(sense)] @ sense
     if not np.abs(K - K.T).max() <= TINY * np.abs(K).max():
         raise UserError("seat: a feedback is no spring (it acts elsewhere than it reads); march from rest instead")
-    certify(scene, K, f)
-    B, slabs = scene.contact_rows, scene.slabs(rough=False)
-    q, offset = np.zeros(scene.size), scene.places(np.zeros((scene.size, 1)), t)[:, 0]
+    B, slabs = at.rows(scene.contact_rows), scene.slabs(rough=False)
+    certify(scene, at, K, f, B)
+    q, offset = np.zeros(len(K)), scene.places(np.zeros((scene.size, 1)), t)[:, 0]
     stiff = float(np.abs(K).max()) or 1.0
     size = max(float(np.abs(f).max(initial=0.0)), float(np.abs(B.T @ static(slabs, offset)[0]).max(initial=0.0)))
     F, residual = static(slabs, offset)[0], f
@@ -107,7 +109,7 @@ def seat(scene: Scene, t: float = 0.0) -> SceneState:
             f"seat: forces of {np.abs(residual).max():.3g} remain of {size:.3g} (modal); laws that pull or soften may "
             "have several seats or none: march with damping until it rests"
         )
-    return SceneState(t, q[:, None], np.zeros((scene.size, 1)), np.zeros((0, 1)), F[:, None])
+    return SceneState(t, at.whole(q)[:, None], np.zeros((scene.size, 1)), np.zeros((0, 1)), F[:, None])
 
 
 def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:
@@ -116,13 +118,13 @@ def static(slabs: Slabs, y: Array) -> tuple[Array, Array]:
     return F[:, 0], 2.0 * J
 
 
-def certify(scene: Scene, K: Array, f: Array) -> None:
+def certify(scene: Scene, coordinates: Statics, K: Array, f: Array, contact_rows: Array) -> None:
     """Raise NoSeat if a rigid motion that leaves all contacts open lets the loads work: a linear program."""
     squares, X = np.linalg.eigh(K)
     rigid = X[:, squares <= TINY * max(float(squares[-1]), 1e-300)] if squares[-1] > 0.0 else X
     if not rigid.shape[1]:
         return
-    B = scene.contact_rows @ rigid
+    B = contact_rows @ rigid
     rows = [
         one.region.normals[:, : one.motions] @ B[at : at + one.motions]
         for one, at in zip(scene.contacts, scene.first, strict=False)
@@ -136,7 +138,7 @@ def certify(scene: Scene, K: Array, f: Array) -> None:
         return
     best = linprog(-g / size, A_ub=A, b_ub=np.zeros(len(A)), bounds=[(-1.0, 1.0)] * len(g), method="highs")
     if -best.fun > 1e-7:
-        a, motion = rigid @ best.x, {}
+        a, motion = coordinates.whole(rigid @ best.x), {}
         for one, i, j in zip(scene.structures, scene.start, scene.start[1:], strict=False):
-            motion[one] = one.modes[2] @ a[i:j]
+            motion[one] = a[i:j] if scene.is_large else one.modes[2] @ a[i:j]
         raise NoSeat(EscapeMotion(motion, float(-best.fun * size)))
